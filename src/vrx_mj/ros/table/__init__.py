@@ -7,7 +7,7 @@ from typing import get_args
 
 from vrx_mj.ros.interface import Dialect, Input, RosInterface
 from vrx_mj.ros.messages import Message
-from vrx_mj.ros.table.boats import Skeleton, boat_inputs, cmd_vel
+from vrx_mj.ros.table.boats import BoatFrames, boat_inputs, cmd_vel
 from vrx_mj.ros.table.gazebo import gazebo_inputs, gazebo_outputs, gazebo_services
 from vrx_mj.ros.table.host import Host
 from vrx_mj.ros.table.sensing import sensor_inputs, sensor_outputs
@@ -23,12 +23,12 @@ def make_tables(host: Host, *, clock_rate: float, waits: bool = False) -> Mappin
     Where time `waits` for answers, who comes late gets the last clock. VRX 3 has no services and no parameters.
     """
     boats = host.sim.boats
-    skeletons = [Skeleton(host, boat) for boat in boats]
+    boat_frames = [BoatFrames(host, boat) for boat in boats]
     outputs = [
-        *world_outputs(host, skeletons, clock_rate, waits=waits),
+        *world_outputs(host, boat_frames, clock_rate, waits=waits),
         *gazebo_outputs(host),
         *task_outputs(host),
-        *chain.from_iterable(skeleton.outputs() for skeleton in skeletons),
+        *chain.from_iterable(own.outputs() for own in boat_frames),
         *chain.from_iterable(sensor_outputs(host, boat) for boat in boats),
     ]
     inputs = [
@@ -46,7 +46,7 @@ def make_tables(host: Host, *, clock_rate: float, waits: bool = False) -> Mappin
         for dialect in get_args(Dialect)
     }
     services = chain(world_services(host), gazebo_services(host), task_services(host))
-    descriptions = {f"/{skeleton.boat}/robot_description": skeleton.description for skeleton in skeletons}
+    descriptions = {f"/{own.boat}/robot_description": own.description for own in boat_frames}
     parameters = {"/use_sim_time": True} | {name: text for name, text in descriptions.items() if text is not None}
     by_name = {service.name: service for service in services}
     return tables | {"vrx": replace(tables["vrx"], services=by_name, parameters=parameters)}

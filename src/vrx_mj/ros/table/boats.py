@@ -26,7 +26,16 @@ from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.table.host import Host, header, turned, vector
 from vrx_mj.runtime.hull import Propeller
 
-__all__ = ["BASE", "Bone", "Skeleton", "boat_inputs", "bones", "command_topic", "description", "twist_commands"]
+__all__ = [
+    "BASE",
+    "BoatFrames",
+    "BoatJoint",
+    "boat_inputs",
+    "boat_joints",
+    "command_topic",
+    "description",
+    "twist_commands",
+]
 
 ORDERED = ("name", "robot", "thrusters", "components", "sensors", "pose")
 """What of a boat's entry its URDF depends on."""
@@ -112,7 +121,7 @@ BASE = "base_link"
 FIXED = "fixed"
 
 
-class Bone(NamedTuple):
+class BoatJoint(NamedTuple):
     """A joint, and the link that it carries; frames have the boat's name before theirs, as `wamv/base_link`."""
 
     joint: str
@@ -131,7 +140,7 @@ class Bone(NamedTuple):
 
 
 @lru_cache(maxsize=256)
-def bones(text: str, boat: str) -> tuple[Bone, ...]:
+def boat_joints(text: str, boat: str) -> tuple[BoatJoint, ...]:
     """The joints of a URDF, parents first; none for a text that is not a robot."""
     findings = Findings("robot_description")
     try:
@@ -143,17 +152,17 @@ def bones(text: str, boat: str) -> tuple[Bone, ...]:
         findings.settle()
     except ConfigError:
         return ()
-    return tuple(_grown(top, list(joints.values()), boat)) if top else ()
+    return tuple(_joints_from(top, list(joints.values()), boat)) if top else ()
 
 
-def _grown(top: str, joints: Sequence[Joint], boat: str) -> Iterator[Bone]:
+def _joints_from(top: str, joints: Sequence[Joint], boat: str) -> Iterator[BoatJoint]:
     namespace, slash, name = top.rpartition("/")
     places = {top: (np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))}
     base = f"{boat}/{BASE}"
     frames = {top: base}
     if name != BASE:
         frames[top] = f"{boat}/{name}"
-        yield Bone("", base, frames[top], *places[top], np.zeros(3), False, places[top][0])
+        yield BoatJoint("", base, frames[top], *places[top], np.zeros(3), False, places[top][0])
     children: dict[str, list[Joint]] = {}
     for joint in joints:
         children.setdefault(joint.parent, []).append(joint)
@@ -164,7 +173,7 @@ def _grown(top: str, joints: Sequence[Joint], boat: str) -> Iterator[Bone]:
             position, turn = np.array(joint.pose[:3]), np.array(quaternion(*joint.pose[3:]))
             frames[joint.child] = f"{boat}/{joint.child.removeprefix(namespace + slash)}"
             places[joint.child] = _carried(places[parent], position, turn)
-            yield Bone(
+            yield BoatJoint(
                 joint.name,
                 frames[parent],
                 frames[joint.child],
@@ -222,13 +231,13 @@ class ThrusterJoints(NamedTuple):
     """What of a thruster moves, where its description has it."""
 
     name: str
-    engine: Bone | None
+    engine: BoatJoint | None
     """Steers."""
-    shaft: Bone | None
+    shaft: BoatJoint | None
     """Turns the propeller."""
 
 
-class Skeleton:
+class BoatFrames:
     """The frames of a boat; a boat whose description is not here has those of its sensors and engines."""
 
     def __init__(self, host: Host, boat: str) -> None:
@@ -266,11 +275,11 @@ class Skeleton:
         """sensor_msgs/JointState."""
         spins, angles = self._spun(), self._host.sim.steering(self.boat)
         rows: list[tuple[str, Spin]] = []
-        for limb in self._thruster_joints:
-            if limb.engine is not None:
-                rows.append((limb.engine.joint, Spin(angles[limb.name])))
-            if limb.shaft is not None:
-                rows.append((limb.shaft.joint, spins[limb.name]))
+        for thruster in self._thruster_joints:
+            if thruster.engine is not None:
+                rows.append((thruster.engine.joint, Spin(angles[thruster.name])))
+            if thruster.shaft is not None:
+                rows.append((thruster.shaft.joint, spins[thruster.name]))
         return new(
             "sensor_msgs/JointState",
             header=header(self._host.sim.time),
@@ -291,11 +300,14 @@ class Skeleton:
                 optical = (0.5, -0.5, 0.5, -0.5) if sensor.config.type == "camera" else (1.0, 0.0, 0.0, 0.0)
                 frames[sensor.frame] = _transform(0.0, link, sensor.frame, (0.0, 0.0, 0.0), optical)
         moving = {
-            bone.child for limb in self._thruster_joints for bone in (limb.engine, limb.shaft) if bone is not None
+            joint.child
+            for thruster in self._thruster_joints
+            for joint in (thruster.engine, thruster.shaft)
+            if joint is not None
         }
-        for bone in self._bones:
-            if bone.child not in frames and bone.child not in moving:
-                frames[bone.child] = _transform(0.0, bone.parent, bone.child, bone.position, bone.quaternion)
+        for joint in self._joints:
+            if joint.child not in frames and joint.child not in moving:
+                frames[joint.child] = _transform(0.0, joint.parent, joint.child, joint.position, joint.quaternion)
         return list(frames.values())
 
     def moving(self) -> list[Message]:
@@ -303,11 +315,11 @@ class Skeleton:
         host, boat = self._host, self.boat
         spins, angles = self._spun(), host.sim.steering(boat)
         frames = []
-        for limb in self._thruster_joints:
-            if limb.engine is not None:
-                frames.append(_bent(host.sim.time, limb.engine, angles[limb.name]))
-            if limb.shaft is not None:
-                frames.append(_bent(host.sim.time, limb.shaft, spins[limb.name].angle))
+        for thruster in self._thruster_joints:
+            if thruster.engine is not None:
+                frames.append(_joint_frame(host.sim.time, thruster.engine, angles[thruster.name]))
+            if thruster.shaft is not None:
+                frames.append(_joint_frame(host.sim.time, thruster.shaft, spins[thruster.name].angle))
         if host.truth:
             placed = host.bodies.model(boat)
             frames.append(_transform(host.sim.time, "map", f"{boat}/{BASE}", placed.position, placed.quaternion))
@@ -320,14 +332,14 @@ class Skeleton:
         return self._host.sim.world.parameters.thrusters_of(self.boat)
 
     @cached_property
-    def _bones(self) -> Sequence[Bone]:
-        described = bones(self.description, self.boat) if self.description is not None else ()
-        return described or [bone for row in self._rows for bone in _stand_ins(row, self.boat)]
+    def _joints(self) -> Sequence[BoatJoint]:
+        described = boat_joints(self.description, self.boat) if self.description is not None else ()
+        return described or [joint for row in self._rows for joint in _engine_joints(row, self.boat)]
 
     @cached_property
     def _thruster_joints(self) -> Sequence[ThrusterJoints]:
         """The joints that are where the thrusters are."""
-        moving = [bone for bone in self._bones if bone.moves]
+        moving = [joint for joint in self._joints if joint.moves]
         return [_joints_of(row, moving) for row in self._rows]
 
     @cached_property
@@ -347,14 +359,14 @@ class Skeleton:
         return self._spins
 
 
-def _joints_of(row: Thruster, moving: Sequence[Bone]) -> ThrusterJoints:
+def _joints_of(row: Thruster, moving: Sequence[BoatJoint]) -> ThrusterJoints:
     shaft = None if row.mapping == RUDDER else _at(_propeller(row), moving[::-1])  # the outermost that is there
-    engine = _at(np.array(row.position), [bone for bone in moving if bone is not shaft])
+    engine = _at(np.array(row.position), [joint for joint in moving if joint is not shaft])
     return ThrusterJoints(row.name, engine, shaft)
 
 
-def _at(place: FloatArray, moving: Sequence[Bone]) -> Bone | None:
-    return next((bone for bone in moving if np.abs(bone.place - place).max() < NEAR), None)
+def _at(place: FloatArray, moving: Sequence[BoatJoint]) -> BoatJoint | None:
+    return next((joint for joint in moving if np.abs(joint.place - place).max() < NEAR), None)
 
 
 def _propeller(row: Thruster) -> FloatArray:
@@ -363,26 +375,26 @@ def _propeller(row: Thruster) -> FloatArray:
     return hinge + turn @ propeller
 
 
-def _stand_ins(row: Thruster, boat: str) -> Iterator[Bone]:
+def _engine_joints(row: Thruster, boat: str) -> Iterator[BoatJoint]:
     """The joints that a thruster has in VRX, for a boat whose description is not here."""
     stem, hinge, turn = f"{boat}/{row.name}", np.array(row.position), np.empty(4)
     mujoco.mju_mat2Quat(turn, np.array(row.rotation, np.float64).reshape(9))
-    yield Bone(
+    yield BoatJoint(
         f"{stem}_chasis_engine_joint", f"{boat}/{BASE}", f"{stem}_engine_link", hinge, turn,
         np.array([0.0, 0.0, 1.0]), True, hinge,
     )  # fmt: skip
-    yield Bone(
+    yield BoatJoint(
         f"{stem}_engine_propeller_joint", f"{stem}_engine_link", f"{stem}_propeller_link", np.array(row.propeller),
         np.array([1.0, 0.0, 0.0, 0.0]), np.array(row.direction), True, _propeller(row),
     )  # fmt: skip
 
 
-def _bent(time: float, bone: Bone, angle: float) -> Message:
+def _joint_frame(time: float, joint: BoatJoint, angle: float) -> Message:
     """The frame of a joint at an angle [rad]."""
     turn, result = np.empty(4), np.empty(4)
-    mujoco.mju_axisAngle2Quat(turn, bone.axis, angle)
-    mujoco.mju_mulQuat(result, bone.quaternion, turn)
-    return _transform(time, bone.parent, bone.child, bone.position, result)
+    mujoco.mju_axisAngle2Quat(turn, joint.axis, angle)
+    mujoco.mju_mulQuat(result, joint.quaternion, turn)
+    return _transform(time, joint.parent, joint.child, joint.position, result)
 
 
 def _transform(

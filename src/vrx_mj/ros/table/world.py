@@ -18,7 +18,7 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.ros.cdr import kind
 from vrx_mj.ros.interface import BOTH, VRX3, Input, Output, Service
 from vrx_mj.ros.messages import Message, new, stamp
-from vrx_mj.ros.table.boats import Skeleton
+from vrx_mj.ros.table.boats import BoatFrames
 from vrx_mj.ros.table.host import Host, collision_name, header, vector
 from vrx_mj.ros.table.vrx3 import with_vrx3
 from vrx_mj.runtime.simulation import Simulation
@@ -98,7 +98,7 @@ COLLISION = 5
 """A kind of ros_gz_interfaces/Entity."""
 
 
-def world_outputs(host: Host, skeletons: Sequence[Skeleton], clock_rate: float, *, waits: bool) -> Iterator[Output]:
+def world_outputs(host: Host, boat_frames: Sequence[BoatFrames], clock_rate: float, *, waits: bool) -> Iterator[Output]:
     """`/clock`, `/tf`, `/tf_static`, `/vrx_mj/world`, and VRX's wind.
 
     VRX_DEBUG=false in the environment silences the wind and VRX 3's contacts.
@@ -108,11 +108,11 @@ def world_outputs(host: Host, skeletons: Sequence[Skeleton], clock_rate: float, 
         return new("rosgraph_msgs/Clock", clock=stamp(host.sim.time))
 
     def moving() -> Message:
-        return new("tf2_msgs/TFMessage", transforms=[frame for one in skeletons for frame in one.moving()])
+        return new("tf2_msgs/TFMessage", transforms=[frame for one in boat_frames for frame in one.moving()])
 
     @cache
     def still() -> Message:
-        return new("tf2_msgs/TFMessage", transforms=[frame for one in skeletons for frame in one.still()])
+        return new("tf2_msgs/TFMessage", transforms=[frame for one in boat_frames for frame in one.still()])
 
     rows = partial(Output, dialects=BOTH, recorded="rows")
     yield rows(CLOCK, "rosgraph_msgs/Clock", clock, clock_rate, latched=waits)

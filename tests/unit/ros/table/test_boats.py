@@ -16,7 +16,7 @@ from vrx_mj.config.urdf.reader import read_urdf
 from vrx_mj.errors import VrxError
 from vrx_mj.frames import quaternion
 from vrx_mj.ros.messages import new
-from vrx_mj.ros.table.boats import Spin, bones
+from vrx_mj.ros.table.boats import Spin, boat_joints
 
 WATCHED = {"/tf", "/tf_static"}
 ROBOTS = [
@@ -148,7 +148,7 @@ def test_a_boat_whose_files_are_gone_keeps_its_sensors_and_vrxs_joints(bay, monk
 
 
 def test_another_root_hangs_on_base_link():
-    root, mast, vane = bones(ODD, "boat")
+    root, mast, vane = boat_joints(ODD, "boat")
     assert (root.parent, root.child, root.moves) == ("boat/base_link", "boat/hull", False)
     assert (mast.joint, mast.parent, mast.child, mast.moves) == ("step", "boat/hull", "boat/mast", False)
     assert (vane.joint, vane.parent, vane.moves) == ("turn", "boat/mast", True)
@@ -160,7 +160,7 @@ def test_another_root_hangs_on_base_link():
     "text", ["", "no XML", "<robot", "<robot name='a'/>", ODD.replace('link="vane"', 'link="mast"')]
 )
 def test_what_is_no_robot_has_no_bones(text):
-    assert bones(text, "boat") == ()
+    assert boat_joints(text, "boat") == ()
 
 
 def test_meshes_are_named_by_where_they_are(afloat):
