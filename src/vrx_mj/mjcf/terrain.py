@@ -250,20 +250,21 @@ def _depths(start: FloatArray, end: FloatArray, here: FloatArray, there: FloatAr
     for reach in np.arange(DEPTH_STEP, CREST + 1e-9, DEPTH_STEP):
         crest_a, crest_b = start + reach * here, end + reach * there
         points = crest_a[:, None, :] * (1.0 - share) + crest_b[:, None, :] * share
-        growing &= (vanish > reach) & (_clearance(points, start, along) >= 0.9 * reach)
+        growing &= vanish > reach
+        growing[growing] = _clearance(points[growing], start, along) >= 0.9 * reach
         depth[growing] = reach
     return np.maximum(depth, 0.3)
 
 
 def _clearance(points: FloatArray, start: FloatArray, along: FloatArray) -> FloatArray:
     """The least distance of each row of points (n, k, 2) to any of the segments, (n,) [m]."""
-    square = np.sum(along * along, axis=1)
+    (x, y), (dx, dy) = start.T.copy(), along.T.copy()
+    square = dx * dx + dy * dy
     nearest = np.empty(len(points))
     for row, group in enumerate(points):
-        offset = group[:, None, :] - start
-        share = np.clip(np.sum(offset * along, axis=2) / square, 0.0, 1.0)
-        gap = offset - share[..., None] * along
-        nearest[row] = np.sqrt(np.min(np.sum(gap * gap, axis=2)))
+        east, north = group[:, :1] - x, group[:, 1:] - y
+        share = np.clip((east * dx + north * dy) / square, 0.0, 1.0)
+        nearest[row] = np.sqrt(np.min((east - share * dx) ** 2 + (north - share * dy) ** 2))
     return nearest
 
 
