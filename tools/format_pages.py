@@ -14,7 +14,7 @@ from pydantic import BeforeValidator
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from vrx_mj.config.base import Color, Config, Coordinate, Name, Pose, Switch
+from vrx_mj.config.base import Color, Config, Coordinate, Name, Pose, Switch, field_docstrings
 from vrx_mj.config.bays import LIGHT_COLORS, SHAPES, LightColor, Pattern, Symbol
 from vrx_mj.config.docks import DockPlacement
 from vrx_mj.config.fleet import FleetConfig, Heading, Origin
@@ -89,13 +89,13 @@ class Writer:
     def table(self, model: type[Config], title: str) -> str:
         """The keys of a model; nested models that nobody describes yet follow."""
         rows = HEADER + (EXTENDS if model in {WorldConfig, FleetConfig, ObjectConfig, RobotConfig} else "")
-        hints = get_type_hints(model, include_extras=True)
+        hints, docstrings = get_type_hints(model, include_extras=True), field_docstrings(model)
         for key, info in model.model_fields.items():
             if info.exclude:
                 continue
             path = key if not title.startswith("`") else f"{title.strip('`')}.{key}"
             words = self.words(hints[key], path)
-            cells = (f"`{key}`", words, unit(hints[key], info), default(info), meaning(model, key))
+            cells = (f"`{key}`", words, unit(hints[key], docstrings[key]), default(info), meaning(docstrings[key]))
             rows += row(cells)
         return rows + "\n"
 
@@ -174,9 +174,9 @@ def limits_of(constraint: Any) -> Iterator[str]:
             yield f"{words} {'2^63' if limit == 2**63 else number(limit)}"
 
 
-def unit(hint: Any, info: FieldInfo) -> str:
+def unit(hint: Any, docstring: str) -> str:
     """Units as the docstring gives them in brackets; those of a pose are always the same."""
-    found = [part.strip() for text in UNIT.findall(info.description or "") for part in text.split(",")]
+    found = [part.strip() for text in UNIT.findall(docstring) for part in text.split(",")]
     if not found and Pose in {hint, *get_args(hint)}:
         found = ["m", "rad"]
     return ", ".join(dict.fromkeys(found))
@@ -204,17 +204,9 @@ def number(value: float) -> str:
     return f"{value:.6g}"
 
 
-def meaning(model: type[Config], key: str) -> str:
-    """The attribute's docstring on one line.
-
-    Raises:
-        ValueError: it has none.
-    """
-    owners = (base.model_fields[key] for base in model.__mro__ if issubclass(base, Config) and key in base.model_fields)
-    said = next((owner.description for owner in owners if owner.description), None)
-    if said is None:
-        raise ValueError(f"{model.__module__}.{model.__name__}.{key} has no docstring")
-    text = " ".join(said.split()).replace("|", "\\|")
+def meaning(docstring: str) -> str:
+    """An attribute's docstring on one line."""
+    text = " ".join(docstring.split()).replace("|", "\\|")
     return re.sub(rf" {UNIT.pattern}", "", text) if len(UNIT.findall(text)) == 1 else text
 
 

@@ -3,7 +3,7 @@
 import fnmatch
 import os
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from itertools import groupby
 from pathlib import Path, PurePosixPath
@@ -14,8 +14,7 @@ from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 from vrx_mj.resources import root
 
 if TYPE_CHECKING:
-    from pydantic.fields import FieldInfo
-
+    from vrx_mj.config.base import Config
     from vrx_mj.mjcf.boats import AssembledThruster, Boat
 
 NEW_KINDS = {"world": "world.yaml", "fleet": "fleet.yaml", "dock": "dock.txt", "object": "object.yaml"}
@@ -111,17 +110,19 @@ def _tasks(*, verbose: bool) -> Iterator[str]:
     for name, task in TASKS.items():
         yield f"{name}: {task.scores}"
         if verbose:
-            own = {key: field for key, field in task.model_fields.items() if key not in TaskConfig.model_fields}
-            yield from _keys(own)
+            yield from _keys(task, [key for key in task.model_fields if key not in TaskConfig.model_fields])
     if verbose:
         yield "all tasks"
-        yield from _keys(TaskConfig.model_fields)
+        yield from _keys(TaskConfig, TaskConfig.model_fields)
 
 
-def _keys(fields: Mapping[str, "FieldInfo"]) -> Iterator[str]:
-    """A line for each key of a section, with its description if it has one."""
-    for key, field in fields.items():
-        about = " ".join((field.description or "").split())
+def _keys(model: type["Config"], keys: Iterable[str]) -> Iterator[str]:
+    """A line for each of these keys of a section, with its description if it has one."""
+    from vrx_mj.config.base import field_docstrings
+
+    docstrings = field_docstrings(model)
+    for key in keys:
+        about = " ".join(docstrings.get(key, "").split())
         yield f"  {key}: {about}" if about else f"  {key}"
 
 

@@ -1,5 +1,8 @@
 """What every model of a user's file is built on."""
 
+import ast
+import inspect
+import itertools
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -44,6 +47,7 @@ __all__ = [
     "Vec3",
     "fault",
     "faults",
+    "field_docstrings",
     "keys_of",
     "numbers",
     "text_faults",
@@ -110,9 +114,7 @@ def text_faults(*found: tuple[int, int, str]) -> ValidationError:
 class Config(BaseModel):
     """Frozen and strict: unknown keys, NaN and infinities are errors; whole numbers pass as floats."""
 
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, use_attribute_docstrings=True
-    )
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
     folder_keys: ClassVar[Mapping[str, str]] = {}
     """Key whose relative path starts in a folder, by the field of the folder; others hold that of the section."""
@@ -154,6 +156,22 @@ class FromFile(Config):
 def keys_of(model: type[Config]) -> list[str]:
     """The keys that a file may give a model, in their order."""
     return [name for name, field in model.model_fields.items() if not field.exclude]
+
+
+def field_docstrings(model: type[Config]) -> dict[str, str]:
+    """The docstrings under a model's fields, its base classes' included.
+
+    Read when asked for: pydantic's `use_attribute_docstrings` reads the source of every model in every process.
+    """
+    found: dict[str, str] = {}
+    for owner in (base for base in reversed(model.__mro__) if issubclass(base, Config)):
+        (definition,) = ast.parse(inspect.getsource(owner)).body
+        assert isinstance(definition, ast.ClassDef), "a model is a class of a module"
+        for field, text in itertools.pairwise(definition.body):
+            match field, text:
+                case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(docstring))):
+                    found[name] = inspect.cleandoc(docstring)
+    return found
 
 
 def _huge(model: type[Config], key: str, value: object) -> Iterator[tuple[tuple[str | int, ...], str]]:
