@@ -15,6 +15,7 @@ from vrx_mj.arrays import FloatArray
 __all__ = [
     "FLATTENING",
     "SEMI_MAJOR",
+    "Geodetic",
     "Matrix",
     "Pose",
     "Quaternion",
@@ -242,3 +243,33 @@ def _to_geodetic(x: float, y: float, z: float) -> tuple[float, float, float]:
     sin, cos = math.sin(phi), math.cos(phi)
     altitude = p * cos + z * sin - SEMI_MAJOR * math.sqrt(1.0 - _SQUARE * sin * sin)
     return math.degrees(phi), math.degrees(math.atan2(y, x)), float(altitude)
+
+
+class Geodetic:
+    """A world frame whose origin has a place on Earth (WGS84)."""
+
+    latitude: float
+    longitude: float
+    elevation: float
+    heading: float
+
+    def to_enu(self, latitude: float, longitude: float, altitude: float | None = None) -> tuple[float, float, float]:
+        """World x, y, z [m] of a geodetic position [degrees, degrees, m]; no altitude: that of the origin."""
+        height = self.elevation if altitude is None else altitude
+        origin = self.latitude, self.longitude, self.elevation
+        east, north, up = geodetic_to_enu(latitude, longitude, height, origin)
+        cos, sin = self._turn()
+        return cos * east + sin * north, cos * north - sin * east, up
+
+    def to_geodetic(self, x: float, y: float, z: float) -> tuple[float, float, float]:
+        """Latitude, longitude [degrees] and altitude [m] of a point of the world [m]."""
+        return enu_to_geodetic(*self.to_east_north_up(x, y, z), self.latitude, self.longitude, self.elevation)
+
+    def to_east_north_up(self, x: float, y: float, z: float) -> tuple[float, float, float]:
+        """East, north and up of a vector of the world; they are not x, y and z where `heading` is not 0."""
+        cos, sin = self._turn()
+        return cos * x - sin * y, sin * x + cos * y, z
+
+    def _turn(self) -> tuple[float, float]:
+        """Cosine and sine of the heading."""
+        return math.cos(math.radians(self.heading)), math.sin(math.radians(self.heading))

@@ -36,7 +36,7 @@ from vrx_mj.config.tasks import Task
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import VrxWarning
-from vrx_mj.frames import enu_to_geodetic, geodetic_to_enu
+from vrx_mj.frames import Geodetic
 
 __all__ = [
     "Georeference",
@@ -157,7 +157,7 @@ class PhysicsConfig(Config):
         return physics_of_profile(data)
 
 
-class Georeference(Config):
+class Georeference(Geodetic, Config):
     """Where on Earth (WGS84) the world's origin is."""
 
     latitude: Latitude
@@ -168,27 +168,6 @@ class Georeference(Config):
     """Height of the origin above the ellipsoid [m]."""
     heading: Annotated[float, Field(ge=-MAX_TURN, le=MAX_TURN)] = 0.0
     """Direction of the world's x axis [degrees], counter-clockwise from east."""
-
-    def to_enu(self, latitude: float, longitude: float, altitude: float | None = None) -> tuple[float, float, float]:
-        """World x, y, z [m] of a geodetic position [degrees, degrees, m]; no altitude: that of the origin."""
-        height = self.elevation if altitude is None else altitude
-        origin = self.latitude, self.longitude, self.elevation
-        east, north, up = geodetic_to_enu(latitude, longitude, height, origin)
-        cos, sin = self._turn()
-        return cos * east + sin * north, cos * north - sin * east, up
-
-    def to_geodetic(self, x: float, y: float, z: float) -> tuple[float, float, float]:
-        """Latitude, longitude [degrees] and altitude [m] of a point of the world [m]."""
-        return enu_to_geodetic(*self.to_east_north_up(x, y, z), self.latitude, self.longitude, self.elevation)
-
-    def to_east_north_up(self, x: float, y: float, z: float) -> tuple[float, float, float]:
-        """East, north and up of a vector of the world; they are not x, y and z where `heading` is not 0."""
-        cos, sin = self._turn()
-        return cos * x - sin * y, sin * x + cos * y, z
-
-    def _turn(self) -> tuple[float, float]:
-        """Cosine and sine of the heading."""
-        return math.cos(math.radians(self.heading)), math.sin(math.radians(self.heading))
 
 
 def _names(value: object) -> object:

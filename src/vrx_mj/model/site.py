@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from vrx_mj.frames import Geodetic
 from vrx_mj.model.kinds import STRICT, Degrees, NonNegative, Pose, Positive, Real, Share, Text, Vec3
 
 __all__ = ["Dock", "Georeference", "Light", "Marker", "Object", "Placard", "Ring", "Scene"]
@@ -100,7 +101,7 @@ class Marker:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Georeference:
+class Georeference(Geodetic):
     """Where on Earth (WGS84) the world's origin is."""
 
     __pydantic_config__ = STRICT

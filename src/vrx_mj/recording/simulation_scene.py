@@ -16,7 +16,6 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.world import Georeference
 from vrx_mj.errors import RecordError
 from vrx_mj.mjcf.markers import MARKER, marker_names
 from vrx_mj.mjcf.objects import ball_name
@@ -110,7 +109,7 @@ def _to_world(parameters: Parameters, sensors: Sequence[RecordedSensor]) -> ToWo
     place = parameters.georeference
     if place is None:
         return None
-    to_enu = Georeference(**vars(place)).to_enu
+    to_enu = place.to_enu
     if any(sensor.type == "gps" for sensor in sensors):
         to_enu(place.latitude, place.longitude, place.elevation)  # loads packages before the writer's thread does
     return to_enu

@@ -14,9 +14,9 @@ import numpy.typing as npt
 
 from vrx_mj.arguments import check_name, several
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.world import Georeference
 from vrx_mj.errors import CommandError, SensorError
 from vrx_mj.mjcf.world import World
+from vrx_mj.model.site import Georeference
 from vrx_mj.physics.kernel import cached
 from vrx_mj.physics.surface import draw_surface
 from vrx_mj.runtime.loop import HUGE
@@ -196,7 +196,7 @@ class Sensing:
         """Go on in a world in which boats have come or gone; readings of those who stay are still theirs."""
         self.world, self.arrays = world, arrays
         self.sights = Sights(world, arrays, drawing)
-        self.earth = _earth(world)
+        self.earth = world.parameters.georeference
         self._at_base = frozenset(world.parameters.at_base_link)
         self._boats: dict[str, dict[str, Mounted]] = {boat: {} for boat in world.boats}
         for sensor in arrays.sensors:
@@ -377,12 +377,6 @@ class _Measurement:
 def _find(kind: str, name: str, known: Mapping[str, Mounted]) -> Mounted:
     check_name(kind, name, known)
     return known[name]
-
-
-def _earth(world: World) -> Georeference | None:
-    """Where on Earth a world is; a saved one has the values without their file."""
-    values = world.parameters.georeference
-    return None if values is None else Georeference(**vars(values))
 
 
 def fire(sensing: Sensing, arrays: LoopArrays, sea: Sea, boat: str, name: str | None) -> bool:

@@ -14,7 +14,6 @@ from pydantic import Field, TypeAdapter, ValidationError
 from vrx_mj.arguments import as_text
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.loading import fault_text
-from vrx_mj.config.world import Georeference
 from vrx_mj.errors import CommandError, StateError, shown
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.loop_arrays import LoopArrays
@@ -70,8 +69,7 @@ class TaskRunner:
         if task:
             self.referee = make_referee(task)
         self.bind(world, arrays, pose)
-        earth = world.parameters.georeference
-        self._earth = Georeference(**vars(earth)) if earth else None
+        self._earth = world.parameters.georeference
         self._stride = frame_stride(arrays.timestep)
         self.reset()
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import ErrorModel, GpsConfig
-from vrx_mj.config.world import Georeference
+from vrx_mj.frames import Geodetic
 from vrx_mj.sensors.errors import Draw, errors, variances
 from vrx_mj.sensors.kinds import Plot, RecordedNumbers, SensorKind
 from vrx_mj.sensors.places import Place
@@ -23,7 +23,7 @@ _POSITION, _VELOCITY = 0, 3
 """First axes of the errors."""
 
 
-def fix(config: GpsConfig, place: Place, earth: Georeference, draw: Draw) -> Fix:
+def fix(config: GpsConfig, place: Place, earth: Geodetic, draw: Draw) -> Fix:
     """What a receiver at `place` measures.
 
     Errors are along the world's axes, as Hector's. The velocity's axes are level at the world's origin: at 1 km they
@@ -35,7 +35,7 @@ def fix(config: GpsConfig, place: Place, earth: Georeference, draw: Draw) -> Fix
 
 
 @lru_cache(maxsize=256)
-def _covariance(model: ErrorModel, earth: Georeference) -> tuple[float, ...]:
+def _covariance(model: ErrorModel, earth: Geodetic) -> tuple[float, ...]:
     """(9,) of the position's errors along east, north and up."""
     turn = np.array([earth.to_east_north_up(*axis) for axis in np.eye(3)]).T
     covariance = turn @ np.diag(variances(model)) @ turn.T

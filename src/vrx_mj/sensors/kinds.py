@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.world import Georeference
+from vrx_mj.frames import Geodetic
 from vrx_mj.sensors.errors import Draw
 from vrx_mj.sensors.places import Place
 from vrx_mj.sensors.readings import Image, PointCloud, Scan
@@ -40,7 +40,7 @@ class Measurement(Protocol):
         """Acceleration of gravity, (3,) [m/s2], world axes."""
 
     @property
-    def earth(self) -> Georeference:
+    def earth(self) -> Geodetic:
         """The world's place on Earth; SensorError if it has none."""
 
     @property
