@@ -5,9 +5,9 @@ generate_avoid_obstacles_buoys.py means to keep its points 5 m apart and does no
 catalogue, and a new one is made here.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from vrx_mj.config.objects import FieldConfig, ObjectConfig, PathConfig, Placeme
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import CompileError
 from vrx_mj.frames import Pose, compose
-from vrx_mj.mjcf.terrain import on_land, shoreline
+from vrx_mj.mjcf.terrain import land_distance
 from vrx_mj.physics.noise import stream_key, uniform
 
 ORIGIN: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -152,17 +152,15 @@ class _Ground:
     """Docks and land: what does not float away."""
 
     def __init__(self, config: WorldConfig, docks: Sequence[PlacedDock]) -> None:
-        self._terrain: tuple[str, Path | None] | None = (config.terrain, config.folder) if config.terrain else None
-        self._shore = _segments(shoreline(*self._terrain)) if self._terrain else np.zeros((0, 2, 2))
+        self._terrain, self._folder = config.terrain, config.folder
         self._blocks = [(dock.config.block / 2.0, _middles(dock)) for dock in docks]
 
     def clear(self, x: float, y: float, distance: float) -> bool:
         """Whether (x, y) is in the water and so far [m] from the shore and from docks, whose blocks count as discs."""
         if not all(_clear(middles, x, y, distance + 2.0**0.5 * half) for half, middles in self._blocks):
             return False
-        if self._terrain is None:
-            return True
-        return not on_land(self._terrain[0], x, y, self._terrain[1]) and not _near(self._shore, x, y, distance)
+        gap = land_distance(self._terrain, x, y, self._folder) if self._terrain else math.inf
+        return gap > 0.0 and gap >= distance
 
 
 def _middles(dock: PlacedDock) -> FloatArray:
@@ -170,19 +168,3 @@ def _middles(dock: PlacedDock) -> FloatArray:
     edge = dock.config.block
     local = [(edge * i, edge * j, 0.0, 0.0, 0.0, 0.0) for i, j in dock.layout.cells]
     return np.array([compose(dock.pose, pose)[:2] for pose in local], np.float64).reshape(-1, 2)
-
-
-def _segments(rings: Sequence[Sequence[Sequence[float]]]) -> FloatArray:
-    """The shore's edges (n, 2, 2) [m]."""
-    closed = [np.array([*ring, ring[0]], np.float64) for ring in rings]
-    return np.concatenate([np.stack([ring[:-1], ring[1:]], axis=1) for ring in closed])
-
-
-def _near(segments: FloatArray, x: float, y: float, distance: float) -> bool:
-    """Whether any segment (n, 2, 2) is nearer to (x, y) than a distance [m]."""
-    start, along = segments[:, 0], segments[:, 1] - segments[:, 0]
-    dx, dy = x - start[:, 0], y - start[:, 1]
-    length = along[:, 0] * along[:, 0] + along[:, 1] * along[:, 1]
-    share = np.clip((dx * along[:, 0] + dy * along[:, 1]) / np.where(length > 0.0, length, 1.0), 0.0, 1.0)
-    dx, dy = dx - share * along[:, 0], dy - share * along[:, 1]
-    return bool(np.any(dx * dx + dy * dy < distance * distance))

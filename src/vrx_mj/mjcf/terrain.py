@@ -24,7 +24,16 @@ from vrx_mj.errors import ConfigError, Problem, shortened
 from vrx_mj.mjcf.pieces import Piece, hull_file
 from vrx_mj.model.site import Ring
 
-__all__ = ["LandMesh", "area_of", "bank_blocks", "land_meshes", "on_land", "shoreline", "terrain_piece"]
+__all__ = [
+    "LandMesh",
+    "area_of",
+    "bank_blocks",
+    "land_distance",
+    "land_meshes",
+    "on_land",
+    "shoreline",
+    "terrain_piece",
+]
 
 
 SAND_TOP = 0.4
@@ -177,6 +186,14 @@ def on_land(name: str, x: float, y: float, near: Path | None = None) -> bool:
 
     path = _find(name, near)
     return bool(shapely.contains_xy(_area(path, path.stat().st_mtime_ns), x, y))
+
+
+def land_distance(name: str, x: float, y: float, near: Path | None = None) -> float:
+    """Distance [m] of a point from the land; 0 on it."""
+    import shapely
+
+    path = _find(name, near)
+    return float(shapely.distance(_area(path, path.stat().st_mtime_ns), shapely.Point(x, y)))
 
 
 @functools.lru_cache(maxsize=4)
