@@ -27,7 +27,7 @@ __all__ = [
 
 LEGS = ((50.0, 0.0), (100.0, 0.0), (100.0, 0.7), (150.0, 0.35), (100.0, -0.7), (150.0, -0.35))
 """Where to look: distances [m] and angles [rad] from where the search began. A lidar sees things at 60 to 110 m."""
-PATIENCE = 40.0
+SEARCH_TIME = 40.0
 """How long one of them is tried for [s]: a shore may lie before it."""
 THERE = 6.0
 """A place within this distance [m] was reached."""
@@ -54,7 +54,7 @@ class Roam:
 
     def next(self, seen: Estimate, time: float) -> Point:
         """Where to go now [m]."""
-        if seen.to(*self._goal)[0] < THERE or time - self._since > PATIENCE:
+        if seen.to(*self._goal)[0] < THERE or time - self._since > SEARCH_TIME:
             self._leg, self._since = self._leg + 1, time
         return self._goal
 

@@ -1,4 +1,4 @@
-"""The captain: one controller for every task, who leaves the helm to the one that knows it."""
+"""The captain: one controller for every task, which hands over to the one that knows it."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING

@@ -151,7 +151,7 @@ OLD = 4.0
 """A buoy within this distance [m] of one of a gate that was crossed is that one; they drift."""
 SWEEP = 0.55
 """How far ahead of the heading [rad] the wanted one is kept in looking around: the boat turns at 0.6 rad/s."""
-PATIENCE = 14.0
+ENTRY_TIME = 14.0
 """How long the entry, a gate with a white buoy, is waited for, before any gate will do [s]: a turn takes 11 s."""
 GATE_PATIENCE = 75.0
 """How long a gate is tried for [s]: the longest way to one is 70 m, and around it 30 m."""
@@ -238,7 +238,7 @@ class Channel(Skipper):
             gate = next_gate(last.middle, last.course, gates)
             return None if gate is not None and self._doubtful(gate, last, t) else gate
         assert self._start is not None, "before the first call"
-        if self._chart is None and t - self._since < PATIENCE:
+        if self._chart is None and t - self._since < ENTRY_TIME:
             white = [buoy.place for buoy in self.lookout.map.of("white")]
             gates = [gate for gate in gates if gate.partner in white]
         return next_gate(self._start[0], None, gates)

@@ -73,7 +73,7 @@ class Muster:
         return replace(own, x=x, y=y)
 
 
-PATIENCE = 15.0
+WAITING_LAG = 15.0
 """A virtual leader goes slower the further boats are behind their slots, and waits for one so far behind [m]."""
 DRIFTING = 0.3
 """A boat slower than this over ground [m/s] carries its track along, instead of laying it."""
@@ -104,7 +104,7 @@ class PathLeader:
     def move(self, seen: Mapping[str, Estimate], t: float, lag: float) -> None:
         """Go on until the time `t` [s]; the boat that is furthest behind its slot is so by `lag` [m]."""
         self.along = min(self.along + self.speed * max(0.0, t - self._then), self.track.length)
-        pace = self._full * max(0.0, min(1.0, 1.0 - lag / PATIENCE))
+        pace = self._full * max(0.0, min(1.0, 1.0 - lag / WAITING_LAG))
         self.speed = 0.0 if self.arrived else pace
         self._then = t
 

@@ -19,7 +19,7 @@ GOOD = 0.08
 """An error [m] good enough to go on to the next waypoint: 5 cm and 2 degrees."""
 FAIR = 0.25
 """An error [m] with which a waypoint need not be visited again."""
-PATIENCE = 12.0
+WAYPOINT_TIME = 12.0
 """How long a waypoint is tried for, once near [s]: a half turn takes 7 s."""
 CLOSE = 4.0
 """From this distance [m] on that patience runs out."""
@@ -34,8 +34,9 @@ def waypoint_error(seen: Estimate, place: Point, heading: float) -> float:
 class WaypointFollower(Skipper):
     """Visits all waypoints on the shortest way and stops at each, since the least error at each is scored.
 
-    A waypoint is finished when the error is below `GOOD`, or after `PATIENCE`. The remaining time is used for those
-    with the largest errors. The approach is that of `Berth`: bow first, then the heading; braking limits the speed.
+    A waypoint is finished when the error is below `GOOD`, or after `WAYPOINT_TIME`. The remaining time is used for
+    those with the largest errors. The approach is that of `Berth`: bow first, then the heading; braking limits the
+    speed.
     """
 
     def begin(self) -> None:
@@ -74,7 +75,7 @@ class WaypointFollower(Skipper):
         here = self._order[0]
         if seen.to(*self._poses[here][0])[0] < CLOSE:
             self._since = min(self._since, t)
-        if errors[here] < GOOD or t - self._since > PATIENCE:
+        if errors[here] < GOOD or t - self._since > WAYPOINT_TIME:
             self._go_on(here)
 
     def _go_on(self, here: int) -> None:

@@ -65,7 +65,7 @@ def channels_of(world: World, thrusters: Table) -> tuple[Channel, ...]:
     return (*pushing, *steering)
 
 
-class Helm:
+class CommandNames:
     """The names that take commands, and where they go."""
 
     def __init__(self, world: World, table: Table) -> None:

@@ -15,7 +15,7 @@ from vrx_mj.errors import CommandError, DivergedError, StateError
 from vrx_mj.libmujoco import untimed
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.bodies import FreeBodies
-from vrx_mj.runtime.commands import Helm
+from vrx_mj.runtime.commands import CommandNames
 from vrx_mj.runtime.crowding import crowded, fitting, most_contacts
 from vrx_mj.runtime.displays import Displays
 from vrx_mj.runtime.hull import Propeller, thrusters
@@ -64,7 +64,7 @@ def loop_arrays_of(world: World, physics_models: PhysicsModels, known: LoopArray
 class LiveWorld:
     """A world, its tables, and the parts that measure, record, score and steer it.
 
-    `world`, `arrays`, `bodies`, `helm` and `thrusters` are new objects after boats came or went; the others are kept.
+    `world`, `arrays`, `bodies`, `commands` and `thrusters` are new objects after boats came or went; others are kept.
     """
 
     def __init__(self, world: World) -> None:
@@ -94,15 +94,15 @@ class LiveWorld:
         """Make a world and its arrays the present ones."""
         self.world, self.arrays, self._data = world, arrays, arrays.data
         self._most_contacts = most_contacts(arrays.model)
-        self.helm = Helm(world, arrays.thrusters)
-        known, fleet = self.thrusters, self.helm.thrusters
+        self.commands = CommandNames(world, arrays.thrusters)
+        known, fleet = self.thrusters, self.commands.thrusters
         self.thrusters = {boat: known.get(boat) or thrusters(arrays, rows) for boat, rows in fleet.items()}
         self.bodies = FreeBodies(world, arrays)
         self.drawing = cache(partial(drawing_model, world))
 
     def bind(self, world: World, arrays: LoopArrays) -> None:
         """Go over to a world that has other boats, with everything that users may hold."""
-        with self.turn.crew:
+        with self.turn.boats_lock:
             self._take(world, arrays)
             self.sea.bind(arrays)
             self.wind.bind(arrays)

@@ -120,7 +120,7 @@ class Simulation:
 
     def command_names(self, boat: str) -> tuple[str, ...]:
         """Names of a boat's commands, its thrusters and their `_angle`; UnknownNameError if no boat has that name."""
-        return self._live.helm.names(boat)
+        return self._live.commands.names(boat)
 
     # Running
 
@@ -148,7 +148,7 @@ class Simulation:
         """
         check_kind("command", boat, str, "the name of a boat first")
         if given:
-            self._live.helm.refuse(boat, given)
+            self._live.commands.refuse(boat, given)
         self.command_all({boat: commands})
 
     def command_all(self, commands: Commands) -> None:
@@ -158,8 +158,8 @@ class Simulation:
             UnknownNameError: a boat or thruster does not exist.
             CommandError: a command is not a finite number.
         """
-        with self._turn.crew:
-            self._live.helm.give(self._live.arrays, commands, self.time, hold=0.0)
+        with self._turn.boats_lock:
+            self._live.commands.give(self._live.arrays, commands, self.time, hold=0.0)
 
     def step(self, commands: Commands | None = None, *, duration: float | None = None) -> Observation:
         """Advance by `duration` [s] of simulated time, one physics step by default, under the given commands.
@@ -175,8 +175,8 @@ class Simulation:
         given = {} if commands is None else commands
         if self._turn.claim or self._subscriptions.busy:
             self._live.check_idle("step")
-        with self._turn.crew:
-            self._live.helm.give(self._live.arrays, given, self.time, hold=(steps + 0.5) * self.timestep)
+        with self._turn.boats_lock:
+            self._live.commands.give(self._live.arrays, given, self.time, hold=(steps + 0.5) * self.timestep)
         self.advance(steps)
         return self.observe()
 
@@ -211,7 +211,7 @@ class Simulation:
     def observe(self) -> Observation:
         """Observation of every boat by name, and of the task as `obs["task"]` if the world has one."""
         live = self._live
-        with self._turn.crew:
+        with self._turn.boats_lock:
             boats = (
                 (boat, live.bodies.observe(boat, sensors=self.sense(boat), thrusters=live.thrusters[boat]))
                 for boat in live.world.boats
@@ -282,7 +282,7 @@ class Simulation:
 
         UnknownNameError if no floating object or dock has that name.
         """
-        with self._turn.crew:
+        with self._turn.boats_lock:
             check_name("floating object", name, self._live.bodies.afloat)
             return self._live.bodies.observe(name)
 
@@ -306,10 +306,10 @@ class Simulation:
         return self._of_thrusters(boat, "thrust")
 
     def _of_thrusters(self, boat: str, column: str) -> dict[str, float]:
-        with self._turn.crew:
+        with self._turn.boats_lock:
             check_name("boat", boat, self.boats)
             values = self._live.arrays.thruster_state[column]
-            return {name: float(values[row]) for name, row in self._live.helm.thrusters[boat].items()}
+            return {name: float(values[row]) for name, row in self._live.commands.thrusters[boat].items()}
 
     # Boats that come and go
 

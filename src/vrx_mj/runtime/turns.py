@@ -25,7 +25,7 @@ HOLDER = "holder"
 class Turn:
     """Whose turn it is with a run."""
 
-    __slots__ = ("__weakref__", "claim", "crew", "lock", "what")
+    __slots__ = ("__weakref__", "boats_lock", "claim", "lock", "what")
 
     def __init__(self, what: str) -> None:
         """Nobody's; `what` is shared, as messages name it."""
@@ -70,7 +70,7 @@ class Turn:
     def _renew(self) -> None:
         self.lock = threading.RLock()
         """Held for a short call."""
-        self.crew = threading.RLock()
+        self.boats_lock = threading.RLock()
         """Held, inside of `lock`, while boats come or go, and by whoever looks them up."""
 
     def _forget(self) -> None:

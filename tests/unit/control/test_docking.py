@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vrx_mj.control import Channel, Docking
-from vrx_mj.control.acoustics import PATIENCE, Roam
+from vrx_mj.control.acoustics import SEARCH_TIME, Roam
 from vrx_mj.control.buoy_map import Buoy
 from vrx_mj.control.channel import gate_of
 from vrx_mj.control.docking import BERTH, COMMIT, LINE_UP, SLOW, STAY
@@ -107,7 +107,7 @@ def test_a_search_goes_on_when_it_is_there_or_has_tried_for_long():
     assert first == pytest.approx((10.0, 50.0))
     second = roam.next(estimate(*first), 20.0)
     assert second == pytest.approx((10.0, 100.0))
-    assert roam.next(estimate(10.0, 60.0), 21.0 + PATIENCE) != second
+    assert roam.next(estimate(10.0, 60.0), 21.0 + SEARCH_TIME) != second
     assert roam.likely((10.0, 30.0), 60.0)
     assert not roam.likely((10.0, 90.0), 60.0)
     assert not roam.likely((10.0, -30.0), 60.0)

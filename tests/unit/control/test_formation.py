@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from vrx_mj.control.formation import (
     CLOSING,
-    PATIENCE,
     SHAPES,
+    WAITING_LAG,
     YIELD,
     BoatLeader,
     Formation,
@@ -149,7 +149,7 @@ def test_a_track_goes_on_straight_at_both_ends():
 def test_a_virtual_leader_goes_slower_for_boats_that_are_behind_and_waits():
     leader = PathLeader([(0, 0), (100, 0)], 2.0, 10.0)
     speeds = []
-    for t, lag in enumerate((0.0, 0.0, PATIENCE / 2, PATIENCE, 2 * PATIENCE, -5.0)):
+    for t, lag in enumerate((0.0, 0.0, WAITING_LAG / 2, WAITING_LAG, 2 * WAITING_LAG, -5.0)):
         leader.move({}, float(t), lag)
         speeds.append(leader.speed)
     assert speeds == [2.0, 2.0, 1.0, 0.0, 0.0, 2.0]

@@ -149,7 +149,7 @@ def test_by_steps_alone_time_advances_exactly(bay, loop):
 
 def test_commands_on_other_topics_act_at_once(bay):
     scene = served(bay, lockstep=Lockstep((LEFT,)))
-    rows = scene.sim._live.helm.thrusters
+    rows = scene.sim._live.commands.thrusters
 
     def commanded():
         commands = scene.sim._live.arrays.thruster_state["command"]

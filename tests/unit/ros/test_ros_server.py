@@ -26,7 +26,7 @@ def test_a_command_moves_its_boat_and_only_that_for_a_second(scene):
 def test_cmd_vel_is_vrxs_twist_to_thrust(scene):
     scene.inbox.message("/wamv1/cmd_vel", new("geometry_msgs/Twist", linear={"x": 0.5}, angular={"z": 1.0}), "/test")
     scene.server.receive()
-    rows = scene.sim._live.helm.thrusters["wamv1"]
+    rows = scene.sim._live.commands.thrusters["wamv1"]
     commands = scene.sim._live.arrays.thruster_state["command"]
     assert [commands[rows[name]] for name in ("left", "right", "lateral")] == [-0.5, 1.5, 0.0]
 
