@@ -1,19 +1,44 @@
 """ROS 2 with the rclpy of its wheels: who has none is told how to install them."""
 
 import json
+import os
 import signal
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from needs import RCLPY, needs
-from ros2_here import started
+from needs import RCLPY, ROS2_HOME, ROS2_SITE, needs
+
+BEGIN = f"import sys; sys.path.append({str(ROS2_SITE)!r}); "
+"""At the end: numpy stays our own."""
+
+
+def environment(tmp_path):
+    """Of a program: this machine alone, a domain of this test process, and logs in a folder of the test's own."""
+    libraries = [ROS2_HOME / "lib", *sorted(ROS2_SITE.glob("ros_*.libs"))]
+    return os.environ | {
+        "LD_LIBRARY_PATH": os.pathsep.join(map(str, libraries)),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "ROS_DOMAIN_ID": str(1 + os.getpid() % 100),
+        "ROS_LOG_DIR": str(tmp_path),
+        "PYTHONPATH": str(Path(__file__).parents[1]),
+        "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1",
+    }
+
+
+def started(tmp_path, code, *arguments, **how):
+    """A program of Python that may import rclpy and vrx_mj."""
+    return subprocess.Popen(
+        [sys.executable, "-c", BEGIN + code, *map(str, arguments)], env=environment(tmp_path), text=True, **how
+    )
+
 
 pytestmark = [needs(RCLPY), pytest.mark.slow]
 
 HERE = Path(__file__).parent / "ros2"
-LONGEST = 240
+TIMEOUT = 240
 RUN = "import runpy; sys.argv = sys.argv[1:]; runpy.run_path(sys.argv[0], run_name='__main__')"
 SERVE = "from vrx_mj.cli import main; sys.argv[0] = 'vrx-mj'; main()"
 WORLD = """
@@ -34,7 +59,7 @@ def told(tmp_path_factory):
     with started(
         tmp_path_factory.mktemp("ros2"), RUN, HERE / "exchange.py", stdout=subprocess.PIPE, stderr=subprocess.PIPE
     ) as program:
-        out, err = program.communicate(timeout=LONGEST)
+        out, err = program.communicate(timeout=TIMEOUT)
     assert program.returncode == 0, err
     return json.loads(out)
 
@@ -100,7 +125,7 @@ def test_a_boat_is_driven_and_nothing_is_left_behind(tmp_path):
     arguments = ("serve", tmp_path / "world.yaml", "--fleet", tmp_path / "fleet.yaml", "--ros2", "--duration", 600)
     with started(tmp_path, SERVE, *arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as served:
         with started(tmp_path, RUN, HERE / "drive.py", stdout=subprocess.PIPE, stderr=subprocess.PIPE) as driver:
-            out, err = driver.communicate(timeout=LONGEST)
+            out, err = driver.communicate(timeout=TIMEOUT)
         served.send_signal(signal.SIGINT)
         log = served.communicate(timeout=30)[0]
     assert driver.returncode == 0, err + log

@@ -18,7 +18,7 @@ _CONTEXT = multiprocessing.get_context("forkserver")
 _CONTEXT.set_forkserver_preload(HEAVY)
 
 
-PATIENCE = 20.0
+TIMEOUT_FACTOR = 20.0
 """Wall time over processor time that is waited for: the machine may have other work."""
 
 
@@ -29,7 +29,7 @@ def run_pytest(arguments: Sequence[str], tree: Path, cache: Path, log: Path, lim
     """
     process = _CONTEXT.Process(target=_pytest, args=(list(arguments), tree, cache, log, int(limit)))
     process.start()
-    process.join(PATIENCE * limit)
+    process.join(TIMEOUT_FACTOR * limit)
     if process.exitcode is None and process.pid is not None:
         os.killpg(process.pid, signal.SIGKILL)
         process.join()
