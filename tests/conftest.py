@@ -5,6 +5,7 @@
 Kernels compile at their first call, which is no reason to fail an example for being slow.
 """
 
+import gc
 import os
 import shutil
 import signal
@@ -160,6 +161,12 @@ def pytest_collection_modifyitems(items):
             if item.get_closest_marker("render"):
                 item.add_marker(needs(EGL))
     _deal(items, int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")))
+
+
+def pytest_collection_finish():
+    """Leave the tests themselves, about a million objects, out of all that later searches for garbage."""
+    gc.collect()
+    gc.freeze()
 
 
 def _deal(items, workers):
