@@ -6,6 +6,7 @@ Exit codes: 0 done, 1 a run failed or was cut short, 2 wrong input, 130 Ctrl-C a
 """
 
 import inspect
+import gc
 import os
 import re
 import sys
@@ -369,6 +370,7 @@ def main() -> None:
             stream.reconfigure(errors="replace")
     with ended_by_signals() as came:
         code = _code(typer.main.get_command(app), with_default_port(sys.argv[1:]))
+    gc.freeze()  # at exit Python would search some 700,000 objects for garbage: 0.4 s
     raise SystemExit(128 + came[0] if came and code == CTRL_C else code)
 
 
