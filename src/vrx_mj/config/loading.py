@@ -14,6 +14,7 @@ from pydantic_core.core_schema import ValidationInfo
 from vrx_mj.config.base import Config, fault, keys_of
 from vrx_mj.config.search import (
     KINDS,
+    WORLD_SUFFIXES,
     XML_SUFFIXES,
     catalogue,
     contained,
@@ -254,7 +255,10 @@ def referenced(kind: str, text: str, folder: Path | None, skip: Path | None = No
 
 def _of_format(kind: str, text: str, file: Path, folder: Path) -> Path:
     """The file, unless it is XML where YAML or a drawing is needed."""
-    if kind != "robots" and file.name.lower().endswith(XML_SUFFIXES):
+    name = file.name.lower()
+    if kind not in {"robots", *(("worlds",) * name.endswith(WORLD_SUFFIXES))} and name.endswith(
+        (*XML_SUFFIXES, *WORLD_SUFFIXES)
+    ):
         refuse_foreign(kind, text, folder, catalogue(kind))
     return file
 

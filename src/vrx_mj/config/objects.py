@@ -28,9 +28,11 @@ from vrx_mj.config.base import (
 )
 from vrx_mj.config.bays import LightConfig, Symbol
 from vrx_mj.config.docks import DockPlacement, Placed, berths, load_dock
+from vrx_mj.config.gazebo.models import is_gazebo_model, model_file, model_section
 from vrx_mj.config.loading import Loading, check, read_source, referenced, validated
 from vrx_mj.config.search import display
 from vrx_mj.config.shapes import Shape, Visual
+from vrx_mj.config.tree import Section
 from vrx_mj.constants import WATER_DENSITY
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 from vrx_mj.frames import rotation
@@ -143,7 +145,7 @@ class Placement(Placed):
     """An object somewhere."""
 
     model: str
-    """A name from `objects`, or the path of a YAML file relative to this one."""
+    """A name from `objects`, the path of a YAML or SDF file relative to this one, or model://NAME of Gazebo."""
     path: PathConfig | None = None
     """Path along which it swims; by default its model's own. `null`: it drifts."""
     symbols: tuple[Symbol, ...] = ()
@@ -169,7 +171,7 @@ class Placement(Placed):
         whole = info.context
         if isinstance(whole, Loading):
             folder = info.data.get("folder")
-            whole.check(lambda: _count(referenced("objects", value, folder), whole))
+            whole.check(lambda: _count(_file(value, folder), whole))
         return value
 
 
@@ -302,8 +304,17 @@ def repeated(**groups: Iterable[_Called]) -> list[Fault]:
 
 def load_object(name: str, near: Path | None = None) -> ObjectConfig:
     """The object model of a name, or of a path relative to the folder `near`."""
-    file = referenced("objects", name, near)
-    return validated(ObjectConfig, read_source("objects", file), Loading((file.resolve(),)))
+    file = _file(name, near)
+    return validated(ObjectConfig, _section(file), Loading((file.resolve(),)))
+
+
+def _file(name: str, near: Path | None) -> Path:
+    """The file of an object, which may be a model of Gazebo."""
+    return model_file(name, near) if is_gazebo_model(name) else referenced("objects", name, near)
+
+
+def _section(file: Path) -> Section:
+    return model_section(file) if is_gazebo_model(str(file)) else read_source("objects", file)
 
 
 def _must_float(model: str, near: Path | None) -> None:
@@ -329,7 +340,7 @@ def _count(file: Path, whole: Loading) -> None:
     if key not in whole.counts:
         whole.counts[key] = 1
         part = Loading((*whole.chain, key), whole.counts)
-        _warn_if_it_sinks(validated(ObjectConfig, read_source("objects", file), part), file)
+        _warn_if_it_sinks(validated(ObjectConfig, _section(file), part), file)
         whole.counts[key] = max(part.count, 1)
     before, whole.count = whole.count, whole.count + whole.counts[key]
     if before <= MOST_OBJECTS < whole.count:

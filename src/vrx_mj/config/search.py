@@ -16,6 +16,7 @@ from vrx_mj.resources import root
 __all__ = [
     "KINDS",
     "PACKAGE_PATH",
+    "WORLD_SUFFIXES",
     "XML_SUFFIXES",
     "ReadingError",
     "catalogue",
@@ -325,7 +326,9 @@ KINDS = {
 """Kinds of files that have names, and what a message calls one of them."""
 
 XML_SUFFIXES = (".urdf", ".xacro")
-PATH_SUFFIXES = (".yaml", ".yml", ".txt", *XML_SUFFIXES)
+WORLD_SUFFIXES = (".world", ".sdf", ".world.xacro", ".sdf.xacro")
+"""How worlds of Gazebo end."""
+PATH_SUFFIXES = (".yaml", ".yml", ".txt", *WORLD_SUFFIXES, *XML_SUFFIXES)
 PACKAGE_PATH = "VRX_MJ_PACKAGE_PATH"
 """Environment variable with the folders in which `package://` and `$(find ...)` look."""
 
@@ -337,7 +340,7 @@ def package_paths() -> tuple[Path, ...]:
 
 
 def is_path(source: str | Path) -> bool:
-    """A path ends in .yaml, .yml, .txt, .urdf or .xacro; anything else is a name."""
+    """A path ends in .yaml, .yml, .txt, .world, .sdf, .urdf or .xacro; anything else is a name."""
     return str(source).lower().endswith(PATH_SUFFIXES)
 
 

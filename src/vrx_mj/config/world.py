@@ -25,7 +25,8 @@ from vrx_mj.config.base import (
     numbers,
 )
 from vrx_mj.config.docks import DockPlacement, Placed
-from vrx_mj.config.loading import Loading, Source, check, validated
+from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world, warn_of_losses
+from vrx_mj.config.loading import Loading, Source, check, file_of, read_source, validated
 from vrx_mj.config.objects import FieldConfig, Placement, repeated
 from vrx_mj.config.profiles import CLASSIC, Profile, physics_of_profile, world_of_profile
 from vrx_mj.config.robots import load_robot
@@ -278,7 +279,7 @@ def check_thrusters(robot: str, layout: str, folder: Path | None) -> None:
 
 def load_world(source: Source) -> WorldConfig:
     """The world of a name, a path, `FILE#k` (the k-th of an axes file) or a dict, with everything it names checked."""
-    section, name = world_source(source)
+    section, name = _gazebo(source) if is_gazebo_world(source) else world_source(source)
     world = validated(WorldConfig, section, Loading(), name=name)
     world._section = section
     placed: list[Placed] = [*world.objects, *world.docks]
@@ -287,6 +288,13 @@ def load_world(source: Source) -> WorldConfig:
     for text in _without_effect(world):
         warnings.warn(f"world {world.name}: {text}", VrxWarning, stacklevel=3)
     return world
+
+
+def _gazebo(source: str | Path) -> tuple[Section, str]:
+    """What the file of a world of Gazebo says, and the world's name."""
+    found = gazebo_world(file_of("worlds", source))
+    warn_of_losses(found, str(source), stacklevel=4)
+    return read_source("worlds", found.section), found.name
 
 
 def _without_effect(world: WorldConfig) -> Iterator[str]:

@@ -6,6 +6,7 @@ from typing import Any
 
 from vrx_mj.config.base import COLORS
 from vrx_mj.config.series.calls import REQUIRED, At, Block, Call, Given, Tag, included, thing
+from vrx_mj.config.series.pieces import Piece
 from vrx_mj.errors import UnknownNameError
 
 __all__ = [
@@ -13,7 +14,6 @@ __all__ = [
     "TASK_DEFAULTS",
     "Macro",
     "Parameters",
-    "Piece",
     "dock",
     "gymkhana",
     "made",
@@ -264,17 +264,6 @@ class Macro:
     blocks: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class Piece:
-    """What a call makes of a world."""
-
-    part: str
-    call: Call
-    content: dict[str, Any]
-    stale: bool = False
-    """Whether the call names a link that boats have no more."""
-
-
 def made(call: Call) -> Piece:
     """What a call makes.
 
@@ -286,7 +275,7 @@ def made(call: Call) -> Piece:
         raise call.fault(None, str(UnknownNameError("macro", call.macro, MACROS)))
     given = Given(call, macro.defaults, macro.blocks)
     stale = "wind_objs" in macro.blocks and _is_stale(given)
-    return Piece(macro.part, call, macro.make(given), stale)
+    return Piece(macro.part, call.macro, call.place, call.loc, macro.make(given), stale)
 
 
 def _base(world: str) -> Macro:

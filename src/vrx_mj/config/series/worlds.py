@@ -1,8 +1,7 @@
 """The worlds of a VRX series, and the YAML files that they become."""
 
 import re
-import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,17 +11,16 @@ import yaml
 from vrx_mj.config.loading import Source, file_of, read_source
 from vrx_mj.config.search import is_path
 from vrx_mj.config.series.axes import Series, looks_like_axes, read_series
-from vrx_mj.config.series.calls import calls_of, located, named_as
-from vrx_mj.config.series.macros import Piece, made
-from vrx_mj.config.tree import Entry, Items, Place, Section, merged
-from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning
+from vrx_mj.config.series.calls import calls_of
+from vrx_mj.config.series.macros import made
+from vrx_mj.config.series.pieces import Piece, assembled
+from vrx_mj.config.tree import Items, Place, Section
+from vrx_mj.errors import ConfigError, Problem, VrxError
 
-__all__ = ["HEAD", "SeriesWorld", "series_world", "side_text", "world_source", "world_text"]
+__all__ = ["HEAD", "SeriesWorld", "section_text", "series_world", "side_text", "world_source", "world_text"]
 
 MARK = "#"
 """Between the name of an axes file and the number of a world."""
-SINGLE = ("base", "task")
-"""Parts that a world has once; of others, such as the sea, the later call counts."""
 
 
 @dataclass(frozen=True)
@@ -72,18 +70,14 @@ def series_world(series: Series, number: int) -> SeriesWorld:
     Raises:
         ConfigError: one of its macros is called wrongly; the error lists every problem with its place.
     """
-    pieces = _counted(list(_pieces(series, number)))
+    pieces = list(_pieces(series, number))
     coordinate = series.coordinate(number)
     steps = ", ".join(f"{name} {step}" for name, step in coordinate.items())
     place = Place(series.file, 1)
     head = {"description": f"world {number} of {Path(series.file.name).name}: {steps}"}
-    section: Section = located(head, place)
-    for piece in pieces:
-        section = merged(section, located(piece.content, piece.call.place))
-    if not any(piece.part == "sea" for piece in pieces):
-        section = merged(section, located({"sea": {"model": "none"}}, place))
+    section = assembled(head, place, pieces)
     name, stale = f"{series.stem}{number}", any(piece.stale for piece in pieces)
-    return SeriesWorld(name, number, coordinate, _ordered(_all_named(section)), _side(series, coordinate), stale)
+    return SeriesWorld(name, number, coordinate, section, _side(series, coordinate), stale)
 
 
 def _refuse_axes(file: Path, source: str | Path) -> None:
@@ -111,58 +105,6 @@ def _pieces(series: Series, number: int) -> Iterator[Piece]:
         raise ConfigError(problems)
 
 
-def _counted(pieces: Sequence[Piece]) -> list[Piece]:
-    """The pieces that count: a second base or task is an error, a second sea, wind or scene replaces the first."""
-    kept: list[Piece] = []
-    for piece in pieces:
-        first = next((other for other in kept if other.part == piece.part), None)
-        if first is None or piece.part == "objects":
-            kept.append(piece)
-            continue
-        call, line = piece.call, first.call.place.line
-        if piece.part in SINGLE:
-            text = f"a world has one {piece.part}, which '{first.call.macro}' on line {line} already gives"
-            raise call.fault(None, text)
-        text = f"{call.place.file.name}: {call.macro} is called on lines {line} and {call.place.line}"
-        warnings.warn(f"{text}; the later one counts", VrxWarning, stacklevel=2)
-        kept[kept.index(first)] = piece
-    return kept
-
-
-def _all_named(section: Section) -> Section:
-    """The world with a name for every object: its model's own, numbered where something else has it already."""
-    objects = section.get("objects")
-    if not isinstance(objects, Items):
-        return section
-    taken = {thing["name"] for thing in (*objects, *_of_base(section)) if "name" in thing}
-    things = []
-    for thing in objects:
-        own = thing.get("name") or named_as(str(thing["model"]))
-        name = own if "name" in thing else next(name for name in _numbered_names(own) if name not in taken)
-        taken.add(name)
-        entry = Entry(thing.place, thing.place)
-        things.append(Section({"name": name, **thing}, thing.place, {"name": entry, **thing.entries}))
-    return Section({**section, "objects": Items.of(things, objects.places)}, section.place, section.entries)
-
-
-def _of_base(section: Section) -> Sequence[Section]:
-    if "extends" not in section:
-        return ()
-    base = read_source("worlds", Section({"extends": section["extends"]}, section.place, section.entries))
-    return [thing for thing in base.get("objects") or () if isinstance(thing, Section)]
-
-
-def _numbered_names(name: str) -> Iterator[str]:
-    yield name
-    yield from (f"{name}_{number}" for number in range(1, 100_000))
-
-
-def _ordered(section: Section) -> Section:
-    """The keys in the order in which our own files have them."""
-    order = ("extends", "description", "scene", "sea", "wind", "markers", "objects", "task")
-    return Section({key: section[key] for key in order if key in section}, section.place, section.entries)
-
-
 def _side(series: Series, coordinate: dict[str, int]) -> object:
     """The last of the trees that axes have for a file beside the world: VRX writes all of them to one file."""
     found = [axis.sides[coordinate[axis.name]] for axis in series.axes if coordinate[axis.name] in axis.sides]
@@ -183,7 +125,7 @@ _WORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}
 
 def world_text(series: Series, world: SeriesWorld) -> str:
     """The file of a world: YAML under a comment with its origin, and with VRX's line of the coordinate."""
-    return _head(series, world) + (STALE if world.stale else "") + _dumped(_plain(world.section))
+    return _head(series, world) + (STALE if world.stale else "") + section_text(world.section)
 
 
 def side_text(series: Series, world: SeriesWorld) -> str:
@@ -224,6 +166,11 @@ _Dumper.add_representer(_Inline, _inline)
 
 def _dumped(tree: object, *, flow: bool | None = None, width: int = WIDTH) -> str:
     return yaml.dump(tree, Dumper=_Dumper, default_flow_style=flow, sort_keys=False, width=width, allow_unicode=True)
+
+
+def section_text(section: Section) -> str:
+    """A world as YAML, as our own files are written."""
+    return _dumped(_plain(section))
 
 
 def _plain(value: object, *, inside: bool = False) -> object:

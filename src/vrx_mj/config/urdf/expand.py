@@ -7,9 +7,10 @@ limited. An error in a file is one `ConfigError` with the file, line and element
 
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
+from xml.dom import minidom
 
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import Place
@@ -20,7 +21,9 @@ from vrx_mj.config.urdf.xacro_files import Files, own_packages, read_bytes
 from vrx_mj.errors import ConfigError, Problem, VrxWarning
 from vrx_mj.resources import root
 
-__all__ = ["arguments", "check_library", "expand"]
+__all__ = ["arguments", "check_library", "expand", "expanded_document"]
+
+ResultT = TypeVar("ResultT")
 
 _SHOWN_WARNINGS = 10
 _SHOWN_CALLERS = 3
@@ -41,14 +44,33 @@ def expand(
     its own folder. Warnings of xacro come as one VrxWarning. Raises ConfigError.
     """
     file = Path(file)
-    engine = _engine(file, arguments or {}, packages, package_paths)
+    return _expanded(file, _engine(file, arguments or {}, packages, package_paths), written)
+
+
+def expanded_document(
+    file: Path,
+    *,
+    arguments: Mapping[str, str] | None = None,
+    package_paths: Sequence[Path] = (),
+    libraries: Collection[str] = (),
+) -> minidom.Document:
+    """The document that a `.xacro` file makes; its elements know their places (`xacro_document.place_of`).
+
+    What the packages `libraries` define is left as it is called where they are missing. Raises ConfigError.
+    """
+    file = Path(file)
+    engine = _engine(file, arguments or {}, None, package_paths, libraries)
+    return _expanded(file, engine, lambda document: document)
+
+
+def _expanded(file: Path, engine: Engine, result: Callable[[minidom.Document], ResultT]) -> ResultT:
     try:
-        text = written(engine.expand(file))
+        made = result(engine.expand(file))
     except Exception as error:
         raise ConfigError([_problem(error, engine, file)]) from None
     if engine.warnings:
-        warnings.warn(_warning(file, list(engine.warnings)), VrxWarning, stacklevel=2)
-    return text
+        warnings.warn(_warning(file, list(engine.warnings)), VrxWarning, stacklevel=3)
+    return made
 
 
 def check_library(file: Path) -> None:
@@ -77,15 +99,19 @@ def arguments(file: Path) -> dict[str, str]:
 
 
 def _engine(
-    file: Path, arguments: Mapping[str, str], packages: Mapping[str, Path] | None, paths: Sequence[Path]
-) -> Engine:  # fmt: skip
+    file: Path,
+    arguments: Mapping[str, str],
+    packages: Mapping[str, Path] | None,
+    paths: Sequence[Path],
+    libraries: Collection[str] = (),
+) -> Engine:
     """An engine made ready for a file that exists."""
     if not file.is_file():
         raise ConfigError([Problem(display(file), None, None, "", "no such file")])
     given = {str(name): str(value) for name, value in arguments.items()}
     ours = own_packages() if packages is None else {}
     first = ours if file.resolve().is_relative_to((root() / "assets").resolve()) else packages or {}
-    return Engine(Files(file, first, paths, spare=ours), given, Budget())
+    return Engine(Files(file, first, paths, spare=ours), given, Budget(), libraries)
 
 
 def _warning(file: Path, said: list[str]) -> str:

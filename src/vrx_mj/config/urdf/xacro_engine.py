@@ -4,7 +4,7 @@ The language is that of the ROS package `xacro` 2. Expressions go to `expression
 """
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, cast
 from xml.dom import minidom
@@ -54,6 +54,8 @@ _DEFAULT = re.compile(
 )
 """A macro's parameter with a default, and what follows."""
 _MACRO_NAME = re.compile(r"[^\W\d][\w-]*")
+_IN_PACKAGE = re.compile(r"\s*\$\(find (\w{1,200})\)/")
+"""How the name of a file in a package begins."""
 _PARAMETER = re.compile(r"\*{0,2}[^\W\d][\w.-]*")
 
 
@@ -73,8 +75,12 @@ class _Macro(NamedTuple):
 class Engine:
     """The expansion of one file, and the place it has come to, which an error leaves as it is."""
 
-    def __init__(self, files: Files, arguments: dict[str, str], budget: Budget) -> None:
+    def __init__(
+        self, files: Files, arguments: dict[str, str], budget: Budget, libraries: Collection[str] = ()
+    ) -> None:
         self.files = files
+        self.libraries = libraries
+        """Packages that may be missing: includes from them are then left out, and calls of unknown macros stay."""
         self.budget = budget
         self.substitutions = Substitutions(files, arguments, budget)
         self.element: Any = None
@@ -239,7 +245,10 @@ class Engine:
         if work is not None:
             work(self, node, macros, symbols)
         elif str(node.tagName).startswith("xacro:"):
-            self._call(node, macros, symbols)
+            if self.libraries and node.tagName.removeprefix("xacro:") not in macros:
+                self._expand(node, macros, symbols)
+            else:
+                self._call(node, macros, symbols)
         else:
             self._expand(node, macros, symbols)
 
@@ -259,6 +268,9 @@ class Engine:
         optional = optional is not None and self._boolean(optional, symbols)
         if any(child.nodeType == child.ELEMENT_NODE for child in node.childNodes):
             self._warn("Child elements of a <xacro:include> tag are ignored")
+        if self._is_missing_library(pattern):
+            self._replace(node, [])
+            return
         files = self._matching(str(self._expanded(pattern, symbols)))
         if space:
             space = _text(self._expanded(space, symbols))
@@ -282,6 +294,16 @@ class Engine:
             self._open.pop()
         self._drop_comments(node)
         self._replace(node, included)
+
+    def _is_missing_library(self, pattern: str) -> bool:
+        """Whether an include names a file of one of the packages that may be missing, and it is not there."""
+        found = _IN_PACKAGE.match(pattern)
+        if not found or found[1] not in self.libraries:
+            return False
+        rest = pattern[found.end() :].strip()
+        return not self.files.has_package(found[1]) or (
+            "$" not in rest and not (self.files.find_package(found[1]) / rest).is_file()
+        )
 
     def _matching(self, name: str) -> list[str]:
         """The files that the name in an include means."""

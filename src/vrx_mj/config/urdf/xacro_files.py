@@ -55,15 +55,23 @@ class Files:
         folders = (self.folder, file.resolve().parent, *self.packages.values(), *self.paths, *self.spare.values())
         self.roots = [folder.resolve() for folder in folders]
 
+    def has_package(self, name: str) -> bool:
+        """Whether the folder of a package is known."""
+        return self._package(name) is not None
+
     def find_package(self, name: str) -> Path:
         """The folder of a package."""
+        found = self._package(name)
+        if found is None:
+            words = str(UnknownNameError("package", name, self._known()))
+            raise ExpressionError(f"{words} (or add its folder to the package paths)")
+        return found
+
+    def _package(self, name: str) -> Path | None:
         found = self.packages.get(name) if _is_name(name) else None
         if found is None and _is_name(name):
             found = next((folder for folder in self._candidates(name) if folder.is_dir()), None)
             found = found or self._above(name) or self.spare.get(name)
-        if found is None:
-            words = str(UnknownNameError("package", name, self._known()))
-            raise ExpressionError(f"{words} (or add its folder to the package paths)")
         return found
 
     def read(self, path: str) -> bytes:

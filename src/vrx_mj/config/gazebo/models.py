@@ -1,0 +1,411 @@
+"""Models of Gazebo (SDF) as objects of ours: one rigid body with its shapes, or a composite of models."""
+
+import math
+import os
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import numpy as np
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.config.base import COLORS
+from vrx_mj.config.gazebo.document import Element, Report, read_document
+from vrx_mj.config.search import catalogue, display, package_paths
+from vrx_mj.config.series.calls import At, located
+from vrx_mj.config.shapes import MESH_SUFFIXES
+from vrx_mj.config.tree import Section
+from vrx_mj.config.wording import shown
+from vrx_mj.constants import WATER_DENSITY
+from vrx_mj.errors import UnknownNameError, VrxError
+from vrx_mj.frames import Pose, compose, rotation
+
+__all__ = [
+    "SCHEME",
+    "follow_path",
+    "has_model",
+    "is_gazebo_model",
+    "model_file",
+    "model_name",
+    "model_section",
+    "pose_of",
+    "safe_name",
+]
+
+SCHEME = "model://"
+SUFFIXES = (".sdf", ".world", ".world.xacro", ".sdf.xacro")
+"""How the files that models are in end."""
+PATHS = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH")
+"""Environment variables with folders in which models are."""
+HERE: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+DRAG = 25.0, 2.0
+"""Linear and angular drag [1/s] of what floats without VRX's buoyancy plugin: those of VRX's buoys."""
+UNIT = 1.0
+"""Mass [kg] and moments of inertia [kg m2] of a link without any, by SDF."""
+_STOCK = re.compile(r"(?<=[a-z])(?=[A-Z])")
+
+Content = dict[str, Any]
+
+
+def is_gazebo_model(text: str) -> bool:
+    """Whether what a file names as a model is one of Gazebo: `model://NAME`, a `.sdf`, or `FILE#NAME` in a world."""
+    return text.startswith(SCHEME) or text.partition("#")[0].lower().endswith(SUFFIXES)
+
+
+def model_name(include: Element) -> str:
+    """The name in the `<uri>` of an `<include>`: that of a folder of models, or of one on Gazebo's server."""
+    uri = include.text("uri")
+    if not uri:
+        raise include.fault("<uri> is required, but missing")
+    scheme, mark, rest = uri.partition("://")
+    name = PurePosixPath(rest if mark else uri).name
+    if scheme.lower() == "file" or ".." in PurePosixPath(uri).parts or uri.startswith("/") or not name:
+        raise include.fault(f"expected the name of a model, as model://NAME, got {shown(uri)}", "uri")
+    return name
+
+
+def has_model(name: str, near: Path) -> bool:
+    """Whether a folder of this name is on the path of models."""
+    return _folder(name, near) is not None
+
+
+def model_file(text: str, near: Path | None) -> Path:
+    """The file of a model that another file names, with `#NAME` if that is one in a world.
+
+    Raises:
+        VrxError: there is none.
+    """
+    base = near or Path.cwd()
+    if text.startswith(SCHEME):
+        name = text.removeprefix(SCHEME)
+        folder = _folder(name, base)
+        if folder is None:
+            raise VrxError(f"no model '{name}' beside the file, nor on {PATHS[0]} or {PATHS[1]}")
+        return folder / _main_file(folder)
+    path, mark, name = text.partition("#")
+    file = (base / path).resolve()
+    if not file.is_relative_to(base.resolve()):
+        raise VrxError(f"path '{text}' leaves the folder of the file that names it")
+    if not file.is_file():
+        raise VrxError(f"no file '{path}' in {display(base)}")
+    return base / f"{path}{mark}{name}"
+
+
+def model_section(file: Path, report: Report | None = None) -> Section:
+    """What the file of a model says, in the keys of an object's file.
+
+    Args:
+        file: an SDF with one model, or `FILE#NAME`: the model of this name in a world.
+        report: takes what became of each part.
+
+    Raises:
+        ConfigError: it cannot be read, or is no model.
+    """
+    path, _, name = str(file).partition("#")
+    root = read_document(Path(path))
+    models = [one for one in root.walk() if one.tag == "model" and (not name or one.attributes.get("name") == name)]
+    if not models:
+        known = [one.attributes.get("name", "") for one in root.walk() if one.tag == "model"]
+        raise root.fault(str(UnknownNameError("model", name, known)) if name else "expected <sdf> with a <model>")
+    kept = report or Report()
+    content = _Model(models[0], Path(path).parent, kept).content()
+    kept.settle()
+    section: Section = located(content, models[0].place)
+    return section
+
+
+def safe_name(name: str) -> str:
+    """A name as ours may be: any other character becomes `_`."""
+    return re.sub(r"[^A-Za-z0-9_.-]", "_", name)[:64] or "model"
+
+
+def pose_of(element: Element) -> At:
+    """The pose of a model, a link or a shape; angles are in degrees where SDF says so."""
+    found = element.child("pose")
+    if found is None or not found.own_text:
+        return At(list(HERE), element.place)
+    frame = found.attributes.get("relative_to") or found.attributes.get("frame") or ""
+    if frame not in {"", "world", "__model__"}:
+        raise found.fault(f"a pose relative to '{frame}' cannot be taken over", "pose")
+    pose = found.read_numbers("x y z roll pitch yaw")
+    if found.attributes.get("degrees", "").lower() in {"true", "1"}:
+        pose[3:] = map(math.radians, pose[3:])
+    return At(pose, found.place)
+
+
+def _pose(element: Element) -> Pose:
+    x, y, z, roll, pitch, yaw = pose_of(element).value
+    return x, y, z, roll, pitch, yaw
+
+
+def follow_path(element: Element) -> Content | None:
+    """The path along which a model swims, by VRX's follow_plugin or gz-sim's TrajectoryFollower; None without one."""
+    plugins = [one for one in element.all("plugin") if _is(one, "followplugin") or _is(one, "trajectoryfollower")]
+    if not plugins:
+        return None
+    plugin = plugins[0]
+    newer = _is(plugin, "trajectoryfollower")
+    loops = plugin.child("loop_forever") is not None or plugin.text("loop").lower() in {"true", "1"}
+    found: Content = {"loop": loops}
+    points = [point.read_numbers("x y") for group in plugin.all("waypoints") for point in group.all("waypoint")]
+    if points:
+        found["waypoints"] = points
+    for tag, keys in (("circle", ("radius",)), ("line", ("length", "direction"))):
+        shape = plugin.child(tag)
+        if shape is not None:
+            found[tag] = {key: shape.number(key) for key in keys if shape.number(key) is not None}
+    return found | ({key: plugin.number(key) for key in ("force", "torque") if plugin.child(key)} if newer else {})
+
+
+def _is(plugin: Element, word: str) -> bool:
+    return word in plugin.attributes.get("filename", "").lower().replace("_", "").replace("-", "")
+
+
+def _folder(name: str, near: Path) -> Path | None:
+    """The folder of a model: beside the file, in `models` there or one above, or along the path."""
+    if not re.fullmatch(r"\w[\w.-]{0,99}", name):
+        return None
+    entries = [Path(entry) for key in PATHS for entry in os.environ.get(key, "").split(os.pathsep) if entry]
+    packages = [below for path in package_paths() for below in (path, path / "models")]
+    beside = [near, near / "models", near.parent / "models", near.parent]
+    return next((place / name for place in (*beside, *entries, *packages) if _is_model(place / name)), None)
+
+
+def _is_model(folder: Path) -> bool:
+    try:
+        return (folder / "model.sdf").is_file() or (folder / "model.config").is_file()
+    except OSError:
+        return False
+
+
+def _main_file(folder: Path) -> str:
+    """The SDF of a folder, as its `model.config` says; of several the one of the newest version."""
+    config = folder / "model.config"
+    if not config.is_file():
+        return "model.sdf"
+    named = [one for one in read_document(config).all("sdf") if one.own_text]
+    found = max(named, key=lambda one: _version(one.attributes.get("version", "")), default=None)
+    text = found.own_text if found else "model.sdf"
+    if found and (PurePosixPath(text).name != text or not (folder / text).is_file()):
+        raise found.fault(f"expected the name of a file in this folder, got {shown(text)}")
+    return text
+
+
+def _version(text: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in text.split(".") if part.isdigit())
+
+
+@dataclass(frozen=True)
+class _Inertial:
+    """Mass, centre of mass and inertia about it, along the axes of the model."""
+
+    mass: float
+    center: FloatArray
+    inertia: FloatArray
+
+
+class _Model:
+    """A model being read: all its links are one rigid body here."""
+
+    def __init__(self, model: Element, folder: Path, report: Report) -> None:
+        self.model = model
+        self.folder = folder
+        self.report = report
+        self.links = [(link, _pose(link)) for link in model.all("link")]
+        self.nested()
+
+    def nested(self) -> None:
+        """Note the parts that an object has not."""
+        for joint in self.model.all("joint"):
+            fixed = joint.attributes.get("type") == "fixed"
+            self.report.note(joint, "taken over" if fixed else "approximated", "its links are one rigid body")
+        for inner in self.model.all("model"):
+            self.report.note(inner, "approximated", "its links are part of the same rigid body")
+            offset = _pose(inner)
+            self.links += [(link, compose(offset, _pose(link))) for link in inner.all("link")]
+
+    def content(self) -> Content:
+        """The keys of an object's file."""
+        head: Content = {"description": f"{self.model.attributes.get('name', 'model')}, a model of Gazebo"}
+        includes = self.model.all("include")
+        if includes and not self.links:
+            return head | self.composite(includes)
+        for include in includes:
+            self.report.note(include, "ignored", "a model with links of its own has no models in it here")
+        if not self.links:
+            raise self.model.fault("a model without links or includes is nothing")
+        shapes = {key: list(self.shapes(tag)) for key, tag in (("collisions", "collision"), ("visuals", "visual"))}
+        if self.model.text("static").lower() in {"true", "1"}:
+            return {**head, "static": True, **shapes}
+        return head | self.floating(shapes)
+
+    def composite(self, includes: Sequence[Element]) -> Content:
+        """A model that is made of others."""
+        known = catalogue("objects")
+        objects: list[Content] = []
+        for include in includes:
+            name = model_name(include)
+            if name not in known and not has_model(name, self.folder):
+                self.report.note(include, "ignored", f"no model of this name: {name}")
+                continue
+            own = safe_name(include.text("name") or name)
+            taken = sum(one["name"].rstrip("0123456789").rstrip("_") == own for one in objects)
+            model = name if name in known else f"{SCHEME}{name}"
+            objects.append({"name": own if not taken else f"{own}_{taken}", "model": At(model, include.place),
+                            "pose": pose_of(include)})  # fmt: skip
+            self.report.note(include, "taken over", "`objects`")
+        return {"objects": objects}
+
+    def floating(self, shapes: Content) -> Content:
+        """A model that moves: what it weighs and displaces, or a fixed one if it would sink."""
+        plugins = [one for one in self.model.all("plugin") if _is(one, "buoyancy")]
+        elements = [part for one in plugins for part in self.buoyancy(one)]
+        inertial = self.inertial()
+        drag = self.drag(plugins)
+        if not elements:
+            elements = [dict(shape) for shape in shapes["collisions"] if shape["type"] in {"box", "sphere", "cylinder"}]
+            volume = sum(map(_volume, elements))
+            if inertial.mass >= volume * WATER_DENSITY:
+                text = f"without buoyancy plugin it sinks ({inertial.mass:g} kg, {volume:.3g} m3): `static: true`"
+                self.report.note(self.model, "approximated", text)
+                return {"static": True, **shapes}
+            self.report.note(self.model, "approximated", "without buoyancy plugin; its collision shapes displace water")
+        path = follow_path(self.model)
+        return {
+            "mass": inertial.mass,
+            "center_of_mass": inertial.center.tolist(),
+            "inertia": self.principal(inertial),
+            **shapes,
+            "buoyancy": {**drag, "elements": elements},
+            **({"path": path} if path else {}),
+        }
+
+    def drag(self, plugins: Sequence[Element]) -> Content:
+        """Density and drag of the buoyancy plugin."""
+        first = plugins[0] if plugins else None
+        linear = first.number("linear_drag", 0.0) if first else DRAG[0]
+        angular = first.number("angular_drag", 0.0) if first else DRAG[1]
+        density = {"fluid_density": first.number("fluid_density")} if first and first.child("fluid_density") else {}
+        level = first.number("fluid_level", 0.0) if first else 0.0
+        return {**density, **({"fluid_level": level} if level else {}), "linear_drag": linear, "angular_drag": angular}
+
+    def buoyancy(self, plugin: Element) -> Iterator[Content]:
+        """The shapes of VRX's buoyancy plugins that displace water."""
+        poses = {link.attributes.get("name"): pose for link, pose in self.links}
+        for part in plugin.all("buoyancy"):
+            link = part.text("link_name") or part.attributes.get("link_name")
+            if link not in poses:
+                raise part.fault(
+                    str(UnknownNameError("link", link or "", [name for name in poses if name])), "link_name"
+                )
+            shape = self.shape(part, poses[link])
+            if shape is not None and shape["type"] in {"box", "sphere", "cylinder"}:
+                yield shape
+        self.report.note(plugin, "taken over", "`buoyancy`")
+
+    def inertial(self) -> _Inertial:
+        """Mass and inertia of all links together."""
+        parts = [_inertial(link, pose) for link, pose in self.links]
+        mass = sum(part.mass for part in parts)
+        center = sum((part.mass * part.center for part in parts), np.zeros(3)) / mass
+        inertia = np.zeros((3, 3))
+        for part in parts:
+            arm = part.center - center
+            inertia += part.inertia + part.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+        return _Inertial(mass, center, inertia)
+
+    def principal(self, inertial: _Inertial) -> list[float]:
+        """Moments of inertia along the axes of the model; products are left out."""
+        moments = np.diag(inertial.inertia)
+        products = np.abs(inertial.inertia - np.diag(moments)).max()
+        if products > 1e-3 * moments.max():
+            text = f"products of inertia up to {products:.3g} kg m2 are left out"
+            self.report.note(self.model, "approximated", text)
+        return [float(moment) for moment in moments]
+
+    def shapes(self, tag: str) -> Iterator[Content]:
+        """The collisions or visuals of all links."""
+        for link, pose in self.links:
+            for part in link.all(tag):
+                shape = self.shape(part, pose)
+                if shape is not None and tag == "visual":
+                    color = _color(part)
+                    yield shape | ({"color": color} if color else {})
+                elif shape is not None:
+                    yield shape
+
+    def shape(self, part: Element, link: Pose) -> Content | None:
+        """A shape in the frame of the model; None: ours has none like it."""
+        geometry = part.child("geometry")
+        kind = next(iter(geometry.children), None) if geometry else None
+        if kind is None:
+            self.report.note(part, "ignored", "it has no geometry")
+            return None
+        place = At(list(compose(link, _pose(part))), part.place)
+        pose = {} if place.value == list(HERE) else {"pose": place}
+        if kind.tag in _SHAPES:
+            return {"type": kind.tag, **_SHAPES[kind.tag](kind), **pose}
+        if kind.tag == "mesh":
+            file = self.mesh(kind)
+            scale = kind.numbers("scale", "x y z", (1.0, 1.0, 1.0))
+            return file and {"type": "mesh", "file": At(file, kind.place), "scale": scale, **pose}
+        self.report.note(part, "ignored", f"no shape like <{kind.tag}> here")
+        return None
+
+    def mesh(self, mesh: Element) -> Any:
+        """The path of a mesh relative to the model's folder; None if it is not there."""
+        uri = mesh.text("uri")
+        rest = uri.removeprefix(SCHEME)
+        own = uri.startswith(SCHEME) and rest.partition("/")[0] in {self.folder.name, self.model.attributes.get("name")}
+        path = rest.partition("/")[2] if own else uri.removeprefix("file://")
+        if "://" in path or PurePosixPath(path).is_absolute() or ".." in PurePosixPath(path).parts:
+            self.report.note(mesh, "ignored", f"a mesh outside the model's folder: {shown(uri)}", "<mesh>")
+        elif not path.lower().endswith(MESH_SUFFIXES) or not (self.folder / path).is_file():
+            self.report.note(mesh, "ignored", f"no such mesh: {shown(uri)}", "<mesh>")
+        else:
+            return path
+        return None
+
+
+_SHAPES: Mapping[str, Callable[[Element], Content]] = {
+    "box": lambda kind: {"size": kind.numbers("size", "x y z", (1.0, 1.0, 1.0))},
+    "sphere": lambda kind: {"radius": kind.number("radius", 1.0)},
+    "cylinder": lambda kind: {"radius": kind.number("radius", 1.0), "length": kind.number("length", 1.0)},
+    "capsule": lambda kind: {"radius": kind.number("radius", 0.5), "length": kind.number("length", 1.0)},
+    "ellipsoid": lambda kind: {"size": [2 * radius for radius in kind.numbers("radii", "x y z") or (1.0, 1.0, 1.0)]},
+}
+"""What a shape of SDF is here."""
+
+
+def _volume(shape: Content) -> float:
+    if shape["type"] == "box":
+        return math.prod(shape["size"])
+    radius = float(shape["radius"])
+    return 4 / 3 * math.pi * radius**3 if shape["type"] == "sphere" else math.pi * radius**2 * float(shape["length"])
+
+
+def _inertial(link: Element, pose: Pose) -> _Inertial:
+    inertial = link.child("inertial")
+    mass = (inertial.number("mass", UNIT) if inertial else UNIT) or UNIT
+    place = compose(pose, _pose(inertial) if inertial else HERE)
+    tensor = inertial.child("inertia") if inertial else None
+    entry = {key: (tensor.number(key, float(key[1] == key[2])) if tensor else float(key[1] == key[2])) or 0.0
+             for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")}  # fmt: skip
+    local = np.array([[entry["".join(sorted((*"i", a, b), key="ixyz".index))] for b in "xyz"] for a in "xyz"])
+    turn = np.array(rotation(*place[3:]))
+    return _Inertial(mass, np.array(place[:3]), turn @ local @ turn.T)
+
+
+def _color(visual: Element) -> list[float] | None:
+    """The colour of a material: its diffuse or ambient one, or that of a stock material, as Gazebo/Red."""
+    material = visual.child("material")
+    if material is None:
+        return None
+    for tag in ("diffuse", "ambient"):
+        found = material.child(tag)
+        if found is not None and found.own_text:
+            return found.read_numbers("r g b" if len(found.own_text.split()) == 3 else "r g b a")
+    name = _STOCK.sub("_", material.text("script", "name").removeprefix("Gazebo/")).lower()
+    return [*COLORS[name], 1.0] if name in COLORS else None

@@ -1,0 +1,143 @@
+"""Sea, wind, light and place of a Gazebo world as the keys of ours."""
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from vrx_mj.config.gazebo.document import Element
+
+__all__ = ["georeference", "published_sea", "scene", "view", "wave_field", "wind"]
+
+Content = dict[str, Any]
+
+WAVES: Mapping[str, str] = {
+    "number": "number", "scale": "scale", "gain": "gain", "period": "period", "angle": "angle", "tau": "tau",
+    "amplitude": "amplitude", "steepness": "steepness",
+}  # fmt: skip
+"""Elements of a wave field that are one number, and our keys."""
+_PARAMETER = re.compile(r'key:\s*"(\w{1,40})"\s*value\s*\{(.*?)\n?\s*\}\s*(?=params|\}|\Z)', re.DOTALL)
+_VALUE = re.compile(r'(?:(?:double|int)_value|[xyz]):\s*([-+.\deE]{1,40})|string_value:\s*"(\w{1,20})"')
+
+
+def wave_field(plugin: Element) -> Content:
+    """The sea of VRX's WavefieldModelPlugin, whose tags are in `<wave>`."""
+    wave = plugin.child("wave") or plugin
+    sea: Content = {key: wave.number(tag) for tag, key in WAVES.items() if wave.number(tag) is not None}
+    direction = wave.numbers("direction", "x y")
+    if "number" in sea:
+        sea["number"] = int(sea["number"])
+    return {
+        "model": (wave.text("model") or "PMS").lower(),
+        **sea,
+        **({"direction": direction} if direction else {}),
+    }
+
+
+def published_sea(plugin: Element) -> Content | None:
+    """The sea in the message that VRX 3's PublisherPlugin sends again and again; None: it sends another message."""
+    message = next((one for one in plugin.all("message") if "wavefield" in one.attributes.get("topic", "")), None)
+    if message is None:
+        return None
+    found: Content = {}
+    for name, body in _PARAMETER.findall(message.own_text):
+        values = [number or text for number, text in _VALUE.findall(body)]
+        if not values:
+            continue
+        if name == "direction":
+            x, y = (*map(float, values), 0.0)[:2]
+            found["direction"] = [x, y]
+        elif name == "model":
+            found["model"] = values[0].lower()
+        elif name in WAVES:
+            number = float(values[0])
+            found[name] = int(number) if name == "number" else number
+    return found
+
+
+def wind(plugin: Element) -> Content:
+    """The wind of VRX's wind plugins, with what it pushes."""
+    numbers = {
+        "direction": "wind_direction",
+        "mean_velocity": "wind_mean_velocity",
+        "var_gain": "var_wind_gain_constants",
+        "var_time": "var_wind_time_constants",
+        "update_rate": "update_rate",
+    }
+    found: Content = {key: plugin.number(tag) for key, tag in numbers.items() if plugin.number(tag) is not None}
+    seed = plugin.number("random_seed", 0.0) or 0.0
+    objects = [
+        {"model": thing.text("name") or _missing(thing, "name"), "coefficients": _coefficients(thing)}
+        for thing in plugin.all("wind_obj")
+    ]
+    return {**found, "seed": int(seed), "objects": objects}
+
+
+def _coefficients(thing: Element) -> list[float]:
+    return thing.numbers("coeff_vector", "x y yaw") or _missing(thing, "coeff_vector")
+
+
+def _missing(element: Element, tag: str) -> Any:
+    raise element.fault(f"<{tag}> is required, but missing")
+
+
+def scene(element: Element) -> Content:
+    """Light, background, sky and fog."""
+    found: Content = {"sky": _sky(element.child("sky"))}
+    for tag in ("ambient", "background"):
+        color = _color(element, tag)
+        if color is not None:
+            found[tag] = color
+    for tag in ("grid", "origin_visual", "shadows"):
+        if element.text(tag):
+            found[tag] = _switch(element, tag)
+    fog = element.child("fog")
+    if fog is not None:
+        found["fog"] = _fog(fog)
+    return found
+
+
+def _sky(sky: Element | None) -> Any:
+    """Hours of the sky, or whether there is one: clouds are not drawn, nor taken over."""
+    if sky is None:
+        return False
+    hours = {tag: sky.number(tag) for tag in ("time", "sunrise", "sunset") if sky.number(tag) is not None}
+    return hours or True
+
+
+def _fog(fog: Element) -> Content:
+    found: Content = {"type": fog.text("type")} if fog.text("type") else {}
+    color = _color(fog, "color")
+    numbers = {tag: fog.number(tag) for tag in ("start", "end", "density") if fog.number(tag) is not None}
+    return {**found, **({"color": color} if color else {}), **numbers}
+
+
+def _color(element: Element, tag: str) -> list[float] | None:
+    """Red, green and blue, and alpha where it is given."""
+    found = element.child(tag)
+    if found is None or not found.own_text:
+        return None
+    return found.read_numbers("r g b" if len(found.own_text.split()) == 3 else "r g b a")
+
+
+def _switch(element: Element, tag: str) -> bool:
+    text = element.text(tag).lower()
+    if text not in {"0", "1", "true", "false"}:
+        raise element.fault(f"expected true or false, got '{text[:40]}'", tag)
+    return text in {"1", "true"}
+
+
+def georeference(element: Element) -> Content:
+    """Where the origin is on Earth."""
+    latitude, longitude = element.number("latitude_deg"), element.number("longitude_deg")
+    if latitude is None or longitude is None:
+        raise element.fault("<latitude_deg> and <longitude_deg> are required")
+    found: Content = {"latitude": latitude, "longitude": longitude}
+    return found | {"elevation": element.number("elevation", 0.0), "heading": element.number("heading_deg", 0.0)}
+
+
+def view(gui: Element) -> list[float] | None:
+    """The pose that the view opens with, of either Gazebo."""
+    pose = gui.child("camera", "pose")
+    scenes = (plugin.child("camera_pose") for plugin in gui.all("plugin"))
+    found = pose or next((one for one in scenes if one is not None), None)
+    return found.read_numbers("x y z roll pitch yaw") if found is not None else None

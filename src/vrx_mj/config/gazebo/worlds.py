@@ -1,0 +1,371 @@
+"""A world of Gazebo, of either generation of VRX, as a world's file of ours."""
+
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeGuard
+
+from vrx_mj.config.gazebo.document import MACRO, Element, Note, Report, read_document
+from vrx_mj.config.gazebo.models import SCHEME, follow_path, has_model, model_name, model_section, pose_of, safe_name
+from vrx_mj.config.gazebo.surroundings import georeference, published_sea, scene, view, wave_field, wind
+from vrx_mj.config.gazebo.task_plugins import kind_of, marked, task_of
+from vrx_mj.config.search import WORLD_SUFFIXES, catalogue
+from vrx_mj.config.series.calls import BLOCK, SYMBOLS, At, Call, named_as, thing
+from vrx_mj.config.series.macros import MACROS, made
+from vrx_mj.config.series.pieces import Piece, assembled, base_objects
+from vrx_mj.config.tree import Entry, Place, Section
+from vrx_mj.config.wording import shown
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning, nearest
+
+__all__ = ["GazeboWorld", "gazebo_world", "is_gazebo_world", "warn_of_losses"]
+
+BASES = {
+    "sydney_regatta": "sydney_regatta",
+    "sandisland": "sand_island",
+    "marina": "marina",
+    "nathan_benderson_park": "vrx2023/nbpark",
+}
+"""Terrains of VRX, and the worlds of ours that have them."""
+NEWER_BASES = {"sydney_regatta": "base/vrx2023"}
+"""The same for worlds of VRX 3 where it is another one."""
+WATER = {"ocean_waves", "coast_waves", "ocean"}
+"""Models that are the water, which is everywhere here."""
+SUN = "sun"
+PLATFORMS = {"platform", "articulated_platform"}
+"""What holds a boat of VRX 3 until its task is ready: a lock, which is the task's here."""
+BALL = "blue_projectile"
+CLOSE = 2e-3
+"""Difference of numbers [m, rad] up to which an object is that of the base."""
+NEWER = (1, 7)
+"""Version of SDF from which a world is one of gz-sim."""
+INCLUDES = "include_all_xacros"
+"""VRX's macro that includes the files of the others."""
+SHOWN = 6
+"""Notes that a warning lists."""
+
+Content = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class GazeboWorld:
+    """What the file of a world says, in our keys, and what became of each part."""
+
+    name: str
+    section: Section
+    notes: tuple[Note, ...]
+
+
+def is_gazebo_world(source: object) -> TypeGuard[str | Path]:
+    """Whether a source of a world is the path of a file of Gazebo."""
+    return isinstance(source, str | Path) and str(source).lower().endswith(WORLD_SUFFIXES)
+
+
+def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> GazeboWorld:
+    """The world in a file of Gazebo: `.world`, `.sdf` or `.world.xacro`.
+
+    Raises:
+        ConfigError: it cannot be read, or a part of it is wrong; the error lists every problem with its place.
+    """
+    root = read_document(file, arguments)
+    world = root if root.tag == "world" else root.child("world")
+    if world is None:
+        raise ConfigError([_no_world(file, root)])
+    return _Reader(file, root, world).world()
+
+
+def warn_of_losses(world: GazeboWorld, source: str, *, stacklevel: int) -> None:
+    """One warning of the parts of a world that are another way here, or not at all."""
+    lost = [note for note in world.notes if note.fate != "taken over"]
+    if lost:
+        lines = [f"  {note.place.file.name}:{note.place.line}: {note.what} {note.fate}: {note.ours}" for note in lost]
+        more = [f"  and {len(lines) - SHOWN} more"] if len(lines) > SHOWN else []
+        count = f"{len(lost)} of {len(world.notes)} parts"
+        head = f"{source}: {count} are not as in Gazebo; `vrx-mj import {source} -o DIR` lists all"
+        warnings.warn("\n".join([head, *lines[:SHOWN], *more]), VrxWarning, stacklevel=stacklevel)
+
+
+def _no_world(file: Path, root: Element) -> Any:
+    kinds = {"model": "a model", "robot": "the description of a robot", "launch": "a launch file", "mujoco": "MJCF"}
+    inside = next((child.tag for child in root.children if child.tag in kinds), root.tag)
+    found = f"<{root.tag}> is {kinds[inside]}, not a world" if inside in kinds else f"got a <{root.tag}>"
+    return root.fault(f"expected <sdf> with a <world>; {found}").problems[0]
+
+
+class _Reader:
+    """One world being read: its pieces so far, and what became of the parts of the file."""
+
+    def __init__(self, file: Path, root: Element, world: Element) -> None:
+        self.file = file
+        self.root = world
+        self.report = Report()
+        self.pieces: list[Piece] = []
+        self.placed: list[tuple[Element, Content]] = []
+        self.scoring: list[Element] = []
+        self.terrain: Element | None = None
+        self.known = catalogue("objects")
+        self.newer = _is_newer(root)
+
+    def world(self) -> GazeboWorld:
+        """All of it."""
+        for child in self.root.children:
+            self.checked(child, self.take)
+        self.checked(self.root, self.finish)
+        self.report.settle()
+        place = self.root.place
+        name = self.root.attributes.get("name") or self.file.name.partition(".")[0]
+        section = assembled({"description": f"{self.file.name}, a world of Gazebo"}, place, self.pieces)
+        return GazeboWorld(safe_name(name), section, tuple(self.report.notes))
+
+    def checked(self, element: Element, work: Callable[[Element], None]) -> None:
+        """Do something with an element; what is wrong is kept for the end."""
+        try:
+            work(element)
+        except ConfigError as error:
+            self.report.problems += error.problems
+
+    def take(self, element: Element) -> None:
+        """Take over one element of the world."""
+        if element.tag.startswith(MACRO):
+            self.take_macro(element)
+        elif element.tag in _TAKE:
+            _TAKE[element.tag](self, element)
+        else:
+            self.report.note(element, "ignored", _IGNORED.get(element.tag, "unknown here"))
+
+    def add(self, part: str, element: Element, content: Content, ours: str = "") -> None:
+        """Add a piece of the world."""
+        self.pieces.append(Piece(part, element.label, element.place, (element.label,), content))
+        self.report.note(element, "taken over", ours or f"`{part}`")
+
+    def take_macro(self, element: Element) -> None:
+        """Take over the call of a macro of VRX."""
+        name = element.tag.removeprefix(MACRO)
+        if name == INCLUDES:
+            self.report.note(element, "taken over", "its macros are known here")
+            return
+        if name not in MACROS:
+            raise element.fault(f"{UnknownNameError('macro', name, MACROS)}; is its <xacro:include> missing?")
+        piece = made(_call(name, element))
+        ours = "`objects`" if piece.part == "objects" else f"`{'extends' if piece.part == 'base' else piece.part}`"
+        if piece.stale:
+            self.report.note(element, "approximated", "`wind`: its link `base_link` is the boat's here")
+        else:
+            self.report.note(element, "taken over", ours)
+        self.pieces.append(piece)
+
+    def take_include(self, element: Element) -> None:
+        """Take over a model by its name."""
+        name = model_name(element)
+        if name in BASES:
+            self.terrain = element
+        elif name == SUN:
+            self.report.note(element, "taken over", "the sun, which every world has")
+        elif name in WATER:
+            self.report.note(element, "taken over", "the water, which is everywhere")
+        elif name in PLATFORMS:
+            self.report.note(element, "taken over", "the lock of the boat, which is the task's `locked`")
+        else:
+            self.place(element, name)
+
+    def place(self, element: Element, name: str) -> None:
+        """Place an object."""
+        ours = self.catalogued(name)
+        if ours is None and not has_model(name, self.file.parent):
+            close = nearest(name, self.known)
+            hint = f"did you mean '{close}'?" if close else "is its folder on GAZEBO_MODEL_PATH?"
+            self.report.note(element, "ignored", f"no model named '{name}'; {hint}")
+            return
+        own = At(safe_name(element.text("name") or named_as(name)), element.place)
+        content = thing(At(ours or name, element.place), pose_of(element), own)
+        if ours is None:
+            content["model"] = At(f"{SCHEME}{name}", element.place)
+        path = follow_path(element)
+        if path is not None:
+            content["path"] = At(path, element.place)
+        self.placed.append((element, content))
+
+    def catalogued(self, name: str) -> str | None:
+        """The model of our catalogue that a name of VRX means; None: it has none."""
+        names = [f"{name}_2023", name.replace("2022", "2023"), name] if self.newer else [name]
+        return next((one for one in names if one in self.known or SYMBOLS.fullmatch(one)), None)
+
+    def take_model(self, element: Element) -> None:
+        """Take over a model that is written into the world."""
+        waves = next((one for one in element.walk() if "wavefieldmodelplugin" in _file(one)), None)
+        name = element.attributes.get("name", "")
+        if waves is not None:
+            self.add("sea", waves, {"sea": wave_field(waves)})
+        elif name in WATER:
+            self.report.note(element, "taken over", "the water, which is everywhere")
+        else:
+            model = f"{self.file.name}#{name}"
+            model_section(self.file.parent / model, self.report)
+            content = {"name": safe_name(name), "model": At(model, element.place), "pose": pose_of(element)}
+            self.placed.append((element, content))
+
+    def take_plugin(self, element: Element) -> None:
+        """Take over a plugin of the world."""
+        file = _file(element)
+        if kind_of(element):
+            self.scoring.append(element)
+        elif "wind" in file:
+            content = wind(element)
+            self.add("wind", element, {"wind": content})
+        elif "publisherplugin" in file:
+            sea = published_sea(element)
+            if sea is not None:
+                self.add("sea", element, {"sea": sea})
+            else:
+                self.report.note(element, "ignored", "it publishes what nothing here listens to")
+        elif "contain" in file or element.child("performer"):
+            self.report.note(element, "taken over", "zones of the task's dock")
+        elif file.startswith(("gz-sim", "libgz-sim", "ignition-gazebo")):
+            self.report.note(element, "taken over", "every world has it")
+        else:
+            self.report.note(element, "ignored", "no such plugin here")
+
+    def take_scene(self, element: Element) -> None:
+        """Take over light, sky and fog."""
+        self.add("scene", element, {"scene": scene(element)})
+        if element.child("sky", "clouds"):
+            self.report.note(element, "ignored", "clouds are not drawn", "<clouds>")
+
+    def take_view(self, element: Element) -> None:
+        """Take over the pose of the view."""
+        pose = view(element)
+        if pose is not None:
+            self.add("camera", element, {"camera": pose})
+        else:
+            self.report.note(element, "ignored", "it belongs to Gazebo's window")
+
+    def take_georeference(self, element: Element) -> None:
+        """Take over where the world is on Earth."""
+        self.add("georeference", element, {"georeference": georeference(element)})
+
+    def take_physics(self, element: Element) -> None:
+        """Take over the physics, as far as it is not ours."""
+        step = element.number("max_step_size")
+        usual = 0.004 if self.newer else 0.01
+        if step is None or step == usual:
+            self.report.note(element, "taken over", f"`physics`: a step of {usual:g} s")
+        else:
+            self.report.note(element, "approximated", f"a step of {step:g} s; here {usual:g} s, `physics: timestep`")
+
+    def take_gravity(self, element: Element) -> None:
+        """Take over gravity."""
+        x, y, z = element.read_numbers("x y z")
+        if x or y or z > 0:
+            raise element.fault(f"gravity must point down, got {shown(element.own_text)}")
+        self.add("physics", element, {"physics": {"gravity": -z}})
+
+    def take_light(self, element: Element) -> None:
+        """Note a light: the sun is ours."""
+        sun = element.attributes.get("type") == "directional"
+        self.report.note(element, "approximated" if sun else "ignored", "every world has one sun, where ours is")
+
+    def finish(self, _: Element) -> None:
+        """Add what needs the whole file: the base, the objects that it lacks, and the task."""
+        base = self.base()
+        extended = any(piece.part == "base" for piece in self.pieces)
+        if self.newer and not extended:
+            self.pieces.insert(0, Piece("physics", "vrx3", self.root.place, (), {"physics": {"profile": "vrx3"}}))
+        objects = [content for _, content in self.placed]
+        for element, content in self.placed:
+            if any(_same(content, one) for one in base):
+                self.report.note(element, "taken over", "part of the world that this one extends")
+                objects.remove(content)
+            else:
+                self.report.note(element, "taken over", "`objects`")
+        if objects:
+            self.pieces.append(Piece("objects", "objects", self.root.place, ("objects",), {"objects": objects}))
+        if self.scoring:
+            self.add_task(objects)
+
+    def base(self) -> list[Section]:
+        """Extend the world that has this one's terrain, and return the objects that it brings."""
+        if self.terrain is None:
+            return []
+        element, name = self.terrain, model_name(self.terrain)
+        world = (NEWER_BASES if self.newer else {}).get(name, BASES[name])
+        found = base_objects(_section({"extends": world}, element.place))
+        here = [content for _, content in self.placed]
+        missing = [one for one in found if one["model"] != BALL and not any(_same(other, one) for other in here)]
+        if missing:
+            self.report.note(element, "approximated", f"`extends: {world}`, which has {missing[0]['name']}, too")
+        else:
+            self.report.note(element, "taken over", f"`extends: {world}`")
+        self.pieces.insert(0, Piece("base", element.label, element.place, (element.label,), {"extends": world}))
+        return list(found)
+
+    def add_task(self, objects: list[Content]) -> None:
+        """Add the task of the scoring plugins."""
+        named = [{"name": _plain(one["name"]), "model": str(_plain(one["model"]))} for one in objects]
+        plugin, task = task_of(self.scoring, named)
+        markers = marked(plugin)
+        self.add("task", plugin, {"task": task, **({"markers": markers} if markers else {})})
+        for other in self.scoring:
+            if other is not plugin and task["type"] == "gymkhana":
+                self.report.note(other, "taken over", "part of the gymkhana")
+            elif other is not plugin:
+                self.report.note(other, "ignored", "a world has one task: that of the first scoring plugin")
+
+
+def _is_newer(root: Element) -> bool:
+    """Whether a world is one of gz-sim: by its version of SDF, or by its plugins."""
+    try:
+        version = tuple(int(part) for part in root.attributes.get("version", "").split("."))
+    except ValueError:
+        version = ()
+    plugins = (one for one in root.walk() if one.tag == "plugin")
+    return version >= NEWER or any(one.attributes.get("name", "").startswith(("gz::", "vrx::")) for one in plugins)
+
+
+def _call(name: str, element: Element) -> Call:
+    """The call of a macro as a world of a series has it: its attributes, and the XML of its blocks."""
+    values: dict[str, str] = {key: value.strip() for key, value in element.attributes.items()}
+    places = dict.fromkeys(values, element.place)
+    for block in element.children:
+        values[BLOCK + block.tag], places[BLOCK + block.tag] = block.inner_xml(), block.place
+    entries = {key: Entry(place, place) for key, place in places.items()}
+    return Call(name, Section(values, element.place, entries), element.place, (element.label,))
+
+
+def _same(content: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    """Whether an object is that of the base: of its model, at its pose."""
+    if _plain(content["model"]) != other["model"]:
+        return False
+    ours, theirs = _plain(content["pose"]), other.get("pose", (0.0,) * 6)
+    return all(abs(a - b) <= CLOSE for a, b in zip(ours, theirs, strict=True))
+
+
+def _plain(value: Any) -> Any:
+    return value.value if isinstance(value, At) else value
+
+
+def _file(element: Element) -> str:
+    return element.attributes.get("filename", "").lower().replace("_", "")
+
+
+def _section(values: Content, place: Place) -> Section:
+    return Section(values, place, {key: Entry(place, place) for key in values})
+
+
+_IGNORED = {
+    "state": "a saved state of Gazebo",
+    "audio": "sound",
+    "road": "roads",
+    "atmosphere": "air has no density here",
+    "magnetic_field": "no sensor here measures it",
+    "wind": "Gazebo's own wind, which VRX's boats do not feel",
+    "joint": "joints between models",
+    "population": "populations",
+    "frame": "frames of its own",
+}
+"""Why elements of a world are ignored."""
+
+_TAKE: Mapping[str, Callable[[_Reader, Element], None]] = {
+    "include": _Reader.take_include, "model": _Reader.take_model, "plugin": _Reader.take_plugin,
+    "scene": _Reader.take_scene, "gui": _Reader.take_view, "spherical_coordinates": _Reader.take_georeference,
+    "physics": _Reader.take_physics, "gravity": _Reader.take_gravity, "light": _Reader.take_light,
+}  # fmt: skip
