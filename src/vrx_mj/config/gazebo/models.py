@@ -24,6 +24,7 @@ from vrx_mj.frames import Pose, compose, rotation
 
 __all__ = [
     "SCHEME",
+    "buoyancy_of",
     "follow_path",
     "has_model",
     "is_gazebo_model",
@@ -32,6 +33,7 @@ __all__ = [
     "model_section",
     "pose_of",
     "safe_name",
+    "same_buoyancy",
 ]
 
 SCHEME = "model://"
@@ -138,6 +140,33 @@ def pose_of(element: Element) -> At:
 def _pose(element: Element) -> Pose:
     x, y, z, roll, pitch, yaw = pose_of(element).value
     return x, y, z, roll, pitch, yaw
+
+
+def buoyancy_of(include: Element, report: Report) -> Content | None:
+    """What the buoyancy plugin in an `<include>` of VRX 3 says, in the keys of an object; None without one."""
+    plugin = next((one for one in include.all("plugin") if _is(one, "buoyancydrag")), None)
+    if plugin is None:
+        return None
+    parts = (_shape(part, HERE, report) for part in plugin.all("buoyancy"))
+    return {**_drag(plugin), "elements": [part for part in parts if part is not None]}
+
+
+def same_buoyancy(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    """Whether two objects displace the same water and have the same drag."""
+    return _numbers(one) == _numbers(other)
+
+
+def _numbers(buoyancy: Mapping[str, Any]) -> list[Any]:
+    usual = {"fluid_density": WATER_DENSITY, "fluid_level": 0.0, "linear_drag": 0.0, "angular_drag": 0.0}
+    head = [float(buoyancy.get(key, default)) for key, default in usual.items()]
+    return [*head, *map(_shape_numbers, buoyancy["elements"])]
+
+
+def _shape_numbers(shape: Mapping[str, Any]) -> list[Any]:
+    pose = shape.get("pose") or HERE
+    values = [*(shape.get("size") or ()), shape.get("radius"), shape.get("length")]
+    numbers = [float(value) for value in values if value is not None]
+    return [shape["type"], *numbers, *map(float, pose.value if isinstance(pose, At) else pose)]
 
 
 def follow_path(element: Element) -> Content | None:
@@ -263,7 +292,7 @@ class _Model:
         plugins = [one for one in self.model.all("plugin") if _is(one, "buoyancy")]
         elements = [part for one in plugins for part in self.buoyancy(one)]
         inertial = self.inertial()
-        drag = self.drag(plugins)
+        drag = _drag(plugins[0]) if plugins else {"linear_drag": DRAG[0], "angular_drag": DRAG[1]}
         if not elements:
             elements = [dict(shape) for shape in shapes["collisions"] if shape["type"] in {"box", "sphere", "cylinder"}]
             volume = sum(map(_volume, elements))
@@ -281,15 +310,6 @@ class _Model:
             "buoyancy": {**drag, "elements": elements},
             **({"path": path} if path else {}),
         }
-
-    def drag(self, plugins: Sequence[Element]) -> Content:
-        """Density and drag of the buoyancy plugin."""
-        first = plugins[0] if plugins else None
-        linear = first.number("linear_drag", 0.0) if first else DRAG[0]
-        angular = first.number("angular_drag", 0.0) if first else DRAG[1]
-        density = {"fluid_density": first.number("fluid_density")} if first and first.child("fluid_density") else {}
-        level = first.number("fluid_level", 0.0) if first else 0.0
-        return {**density, **({"fluid_level": level} if level else {}), "linear_drag": linear, "angular_drag": angular}
 
     def buoyancy(self, plugin: Element) -> Iterator[Content]:
         """The shapes of VRX's buoyancy plugins that displace water."""
@@ -338,21 +358,12 @@ class _Model:
 
     def shape(self, part: Element, link: Pose) -> Content | None:
         """A shape in the frame of the model; None: ours has none like it."""
-        geometry = part.child("geometry")
-        kind = next(iter(geometry.children), None) if geometry else None
+        kind = part.child("geometry", "mesh")
         if kind is None:
-            self.report.note(part, "ignored", "it has no geometry")
-            return None
-        place = At(list(compose(link, _pose(part))), part.place)
-        pose = {} if place.value == list(HERE) else {"pose": place}
-        if kind.tag in _SHAPES:
-            return {"type": kind.tag, **_SHAPES[kind.tag](kind), **pose}
-        if kind.tag == "mesh":
-            file = self.mesh(kind)
-            scale = kind.numbers("scale", "x y z", (1.0, 1.0, 1.0))
-            return file and {"type": "mesh", "file": At(file, kind.place), "scale": scale, **pose}
-        self.report.note(part, "ignored", f"no shape like <{kind.tag}> here")
-        return None
+            return _shape(part, link, self.report)
+        file = self.mesh(kind)
+        scale = kind.numbers("scale", "x y z", (1.0, 1.0, 1.0))
+        return file and {"type": "mesh", "file": At(file, kind.place), "scale": scale, **_placed(part, link)}
 
     def mesh(self, mesh: Element) -> Any:
         """The path of a mesh relative to the model's folder; None if it is not there."""
@@ -377,6 +388,30 @@ _SHAPES: Mapping[str, Callable[[Element], Content]] = {
     "ellipsoid": lambda kind: {"size": [2 * radius for radius in kind.numbers("radii", "x y z") or (1.0, 1.0, 1.0)]},
 }
 """What a shape of SDF is here."""
+
+
+def _placed(part: Element, link: Pose) -> Content:
+    """The pose of a shape in the frame of its model."""
+    place = At(list(compose(link, _pose(part))), part.place)
+    return {} if place.value == list(HERE) else {"pose": place}
+
+
+def _shape(part: Element, link: Pose, report: Report) -> Content | None:
+    """A primitive in the frame of its model; None: ours has none like it."""
+    geometry = part.child("geometry")
+    kind = next(iter(geometry.children), None) if geometry else None
+    if kind is None or kind.tag not in _SHAPES:
+        report.note(part, "ignored", f"no shape like <{kind.tag}> here" if kind else "it has no geometry")
+        return None
+    return {"type": kind.tag, **_SHAPES[kind.tag](kind), **_placed(part, link)}
+
+
+def _drag(plugin: Element) -> Content:
+    """Density and drag of a buoyancy plugin."""
+    density = {"fluid_density": plugin.number("fluid_density")} if plugin.child("fluid_density") else {}
+    level = plugin.number("fluid_level", 0.0)
+    drag = {key: plugin.number(key, 0.0) for key in ("linear_drag", "angular_drag")}
+    return {**density, **({"fluid_level": level} if level else {}), **drag}
 
 
 def _volume(shape: Content) -> float:

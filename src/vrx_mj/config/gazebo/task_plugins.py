@@ -142,7 +142,13 @@ def _wildlife(plugin: Element, _: object, __: object) -> Content:
     buoys = [buoy for group in plugin.all("buoys") for buoy in group.all("buoy")]
     names = [(buoy.text("model_name") or buoy.text("name")).partition("::")[0] for buoy in buoys]
     animals = [{"name": name, "goal": buoy.text("goal")} for name, buoy in zip(names, buoys, strict=True)]
-    return {"type": "wildlife", "animals": animals, **_given(plugin, "engagement_distance", "time_bonus")}
+    rate = plugin.number("publication_frequency")
+    return {
+        "type": "wildlife",
+        "animals": animals,
+        **_given(plugin, "engagement_distance", "time_bonus"),
+        **({} if rate is None else {"publication_rate": rate}),
+    }
 
 
 def _acoustic_perception(plugin: Element, _: object, __: object) -> Content:
@@ -158,12 +164,16 @@ def _acoustic_tracking(plugin: Element, _: object, __: object) -> Content:
 
 
 POINTS = ("color_bonus_points", "dock_bonus_points", "correct_dock_bonus_points")
+LIGHT = "robotx_light_buoy"
+"""The light buoy that a task sets; VRX 3's have fixed colours."""
+HOLES = (("big", 5.0), ("small", 10.0))
+"""Points for the holes of a placard by default."""
 _HOLE = re.compile(r"placard_?(\d)\w*?_(big|small)_hole")
 
 
 def _scan_dock(plugin: Element, _: object, objects: Sequence[Mapping[str, Any]]) -> Content:
     targets = [one for group in plugin.all("targets") for one in group.all("target")]
-    light = next((one for one in objects if one["model"].startswith("robotx_light_buoy")), None)
+    light = next((one for one in objects if one["model"] == LIGHT), None)
     dock = next((one for one in objects if re.match(r"(vrx_)?dock_(?!block)", one["model"])), None)
     if dock is None:
         raise plugin.fault("no dock is among the models of the world, which this task needs")
@@ -184,8 +194,15 @@ def _scan_dock(plugin: Element, _: object, objects: Sequence[Mapping[str, Any]])
         **_given(plugin, *POINTS),
         **({} if stay is None else {"min_dock_time": stay}),
         "bays": [_bay(bay) for bay in bays],
-        **({"targets": [_target(one) for one in targets]} if targets else {}),
+        **_targets(targets, len(bays)),
     }
+
+
+def _targets(targets: Sequence[Element], bays: int) -> Content:
+    """Points of holes, unless they are the usual ones of all bays."""
+    found = [_target(one) for one in targets]
+    usual = [{"bay": bay, "size": size, "points": points} for bay in range(1, bays + 1) for size, points in HOLES]
+    return {"targets": found} if sorted(found, key=str) != sorted(usual, key=str) and found else {}
 
 
 def _bay(bay: Element) -> Content:

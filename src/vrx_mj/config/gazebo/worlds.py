@@ -7,9 +7,20 @@ from pathlib import Path
 from typing import Any, TypeGuard
 
 from vrx_mj.config.gazebo.document import MACRO, Element, Note, Report, read_document
-from vrx_mj.config.gazebo.models import SCHEME, follow_path, has_model, model_name, model_section, pose_of, safe_name
+from vrx_mj.config.gazebo.models import (
+    SCHEME,
+    buoyancy_of,
+    follow_path,
+    has_model,
+    model_name,
+    model_section,
+    pose_of,
+    safe_name,
+    same_buoyancy,
+)
 from vrx_mj.config.gazebo.surroundings import georeference, published_sea, scene, view, wave_field, wind
 from vrx_mj.config.gazebo.task_plugins import kind_of, marked, task_of
+from vrx_mj.config.loading import read_source
 from vrx_mj.config.search import WORLD_SUFFIXES, catalogue
 from vrx_mj.config.series.calls import BLOCK, SYMBOLS, At, Call, named_as, thing
 from vrx_mj.config.series.macros import MACROS, made
@@ -170,7 +181,7 @@ class _Reader:
 
     def place(self, element: Element, name: str) -> None:
         """Place an object."""
-        ours = self.catalogued(name)
+        ours = self.catalogued(name, element)
         if ours is None and not has_model(name, self.file.parent):
             close = nearest(name, self.known)
             hint = f"did you mean '{close}'?" if close else "is its folder on GAZEBO_MODEL_PATH?"
@@ -185,10 +196,25 @@ class _Reader:
             content["path"] = At(path, element.place)
         self.placed.append((element, content))
 
-    def catalogued(self, name: str) -> str | None:
-        """The model of our catalogue that a name of VRX means; None: it has none."""
+    def catalogued(self, name: str, include: Element) -> str | None:
+        """The model of our catalogue that an include of VRX means; None: it has none.
+
+        VRX 3 says in the include what a model displaces: of ours, the one that displaces the same.
+        """
         names = [f"{name}_2023", name.replace("2022", "2023"), name] if self.newer else [name]
-        return next((one for one in names if one in self.known or SYMBOLS.fullmatch(one)), None)
+        known = [one for one in names if one in self.known or SYMBOLS.fullmatch(one)]
+        given = buoyancy_of(include, self.report)
+        if given is None or not known:
+            return next(iter(known), None)
+        kinds = (known[0], *(one for one in self.known if one.startswith(f"{name}_2023_")))
+        found = next((one for one in kinds if same_buoyancy(given, self.buoyancy(one))), None)
+        if found is None:
+            self.report.note(include, "approximated", f"`{known[0]}`, which displaces another shape or has other drag")
+        return found or known[0]
+
+    def buoyancy(self, model: str) -> Mapping[str, Any]:
+        """What a model of the catalogue displaces."""
+        return read_source("objects", self.known[model]).get("buoyancy") or {"elements": ()}
 
     def take_model(self, element: Element) -> None:
         """Take over a model that is written into the world."""

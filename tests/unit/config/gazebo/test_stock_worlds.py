@@ -1,0 +1,51 @@
+"""Every world of VRX that is shipped, written as VRX's own file has it, is read as the shipped one."""
+
+import warnings
+from pathlib import Path
+
+import pytest
+
+from gazebo_files import classic_text, newer_text
+from vrx_mj.config.search import catalogue
+from vrx_mj.config.world import load_world
+from vrx_mj.errors import VrxWarning
+
+OURS = {"my_course", "no_gravity", "buoyancy_plugin_demo"}
+"""Worlds that are none of VRX's courses."""
+NAMES = [name for name in catalogue("worlds") if name not in OURS and not name.startswith("base/")]
+CLASSIC = [name for name in NAMES if "2023" not in name]
+NEWER = [name for name in NAMES if "2023" in name]
+ALIKE = {"type": None, "goal": None}
+
+
+def comparable(world):
+    """What a world's file says, in an order of its own; without what only a launch file says."""
+    said = world.model_dump(exclude={"name", "description", "spawn", "folder"})
+    said["objects"] = sorted(said["objects"], key=lambda thing: thing["name"])
+    if world.task is not None:
+        said["task"]["name"] = said["task"]["name"] or said["task"]["type"]
+    for animal in said["task"].get("animals", ()) if said["task"] else ():
+        animal["goal"] = None
+    return said
+
+
+def read(text):
+    Path("bay.world").write_text(text, encoding="utf-8")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VrxWarning)
+        return load_world("bay.world")
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.parametrize("name", CLASSIC)
+def test_a_world_of_vrx_classic_is_the_shipped_one(name):
+    assert comparable(read(classic_text(name))) == comparable(load_world(name))
+
+
+@pytest.mark.parametrize("name", NEWER)
+def test_a_world_of_vrx_3_is_the_shipped_one(name):
+    assert comparable(read(newer_text(name))) == comparable(load_world(name))
