@@ -1,0 +1,431 @@
+"""Launch files of ROS 1 that open a world of Gazebo and spawn boats: which world, and which boats where."""
+
+import shlex
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from vrx_mj.config.gazebo.document import LIBRARIES, Element, Report, read_document
+from vrx_mj.config.gazebo.models import safe_name
+from vrx_mj.config.gazebo.stock import STOCK_LAUNCHES, StockBoat, StockLaunch, stock_launch
+from vrx_mj.config.search import display, package_paths
+from vrx_mj.config.tree import Entry, File, Items, Place, Section
+from vrx_mj.config.urdf.expression_values import Budget, ExpressionError
+from vrx_mj.config.urdf.xacro_files import Files, Substitutions
+from vrx_mj.config.wording import shown
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError
+from vrx_mj.frames import Pose
+
+__all__ = ["Launch", "SpawnedBoat", "fleet_of", "launch_of", "read_launch"]
+
+DEEPEST = 20
+"""Launch files that may include each other."""
+MOST = 1000
+"""Boats that launch files may spawn."""
+PACKAGES = LIBRARIES | {
+    "gazebo_ros",
+    "wamv_gazebo",
+    "wamv_description",
+    "xacro",
+    "rviz",
+    "joy",
+    "teleop_twist_keyboard",
+}
+"""Packages of ROS and VRX that need not be there: what they hold is known here, or not needed."""
+NOWHERE = "/package:/"
+"""Beginning of a path in such a package that is missing."""
+OURS = {"wamv_gazebo": "wamv", "cora_gazebo": "cora"}
+"""How the names of VRX's descriptions begin, and our robots."""
+_LAUNCHES_WORLDS = {"empty_world.launch", "willowgarage_world.launch"}
+
+
+Description = tuple[Path | str, dict[str, str]]
+"""The file of a robot's description or the name of one of ours, and the arguments of its xacro."""
+
+
+@dataclass(frozen=True)
+class SpawnedBoat:
+    """A boat that a launch file spawns."""
+
+    name: str
+    """Its name in Gazebo."""
+    pose: Pose
+    """Pose in the world [m, rad]."""
+    place: Place
+    """What spawns it."""
+    robot: Path | str = "wamv"
+    """File of its description, or the name of one of our robots."""
+    arguments: Mapping[str, str] = field(default_factory=dict)
+    """Arguments of its xacro."""
+
+
+@dataclass(frozen=True)
+class Launch:
+    """What a launch file starts, as far as it is a simulation."""
+
+    world: Path | str | None
+    """File of the world, or the name of one of ours; None: it opens none."""
+    boats: tuple[SpawnedBoat, ...]
+    report: Report
+
+
+def launch_of(source: str, arguments: Mapping[str, str]) -> Launch:
+    """The simulation of a launch file, or of one of VRX's own by its name where no such file is at hand.
+
+    Raises:
+        ConfigError: the file, or one that it includes, cannot be read or is wrong.
+        UnknownNameError: there is no such file, and VRX has none of this name.
+    """
+    file = Path(source)
+    if file.is_file():
+        return read_launch(file, arguments)
+    stock = stock_launch(PurePosixPath(source).name)
+    if stock is None:
+        raise UnknownNameError("launch file", source, sorted(STOCK_LAUNCHES))
+    run = _Run(Files(file, {}, package_paths()), Report(), Budget())
+    run.open_stock(stock, dict(arguments), None)
+    return run.result()
+
+
+def read_launch(file: Path, arguments: Mapping[str, str]) -> Launch:
+    """The simulation that a launch file starts. Raises ConfigError."""
+    run = _Run(Files(file, {}, package_paths()), Report(), Budget())
+    run.read(file, dict(arguments), _Scope("", {}))
+    unknown = set(arguments) - run.declared
+    if unknown:
+        name = sorted(unknown)[0]
+        message = str(UnknownNameError("argument", name, sorted(run.declared)))
+        raise ConfigError([Problem(display(file), None, None, f"{name}:=", message)])
+    return run.result()
+
+
+@dataclass(frozen=True)
+class _Scope:
+    """Where an element of a launch file is: its namespace, and the arguments that it sees."""
+
+    namespace: str
+    arguments: dict[str, str]
+
+
+class _Run:
+    """Launch files being read: the world and the boats so far."""
+
+    def __init__(self, files: Files, report: Report, budget: Budget) -> None:
+        self.files = files
+        self.report = report
+        self.budget = budget
+        self.declared: set[str] = set()
+        self.world: Path | str | None = None
+        self.boats: list[SpawnedBoat] = []
+        self.places: dict[str, Element] = {}
+        self.descriptions: dict[str, Description] = {}
+        self.open: list[Path] = []
+
+    def result(self) -> Launch:
+        """What they start."""
+        self.report.settle()
+        return Launch(self.world, tuple(self.boats), self.report)
+
+    def read(self, file: Path, given: dict[str, str], scope: _Scope) -> None:
+        """Go through a file with arguments from outside."""
+        if file in self.open or len(self.open) >= DEEPEST:
+            chain = " > ".join(path.name for path in (*self.open, file))
+            raise ConfigError([Problem(display(file), None, None, "", f"launch files include each other: {chain}")])
+        root = read_document(file)
+        if root.tag != "launch":
+            raise root.fault(f"expected <launch>, got <{root.tag}>")
+        self.open.append(file)
+        inner = _Scope(scope.namespace, {})
+        self.declared |= {arg.attributes.get("name", "") for arg in root.walk() if arg.tag == "arg"}
+        for child in root.children:
+            self.take(child, inner, given)
+        self.open.pop()
+
+    def take(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
+        """Do what an element says, unless its `if` or `unless` says not to."""
+        try:
+            if self.holds(element, scope):
+                _TAKE.get(element.tag, _Run.ignore)(self, element, scope, given)
+        except ConfigError as error:
+            self.report.problems += error.problems
+
+    def ignore(self, element: Element, _: _Scope, __: dict[str, str]) -> None:
+        """Note an element that is not of the simulation."""
+        self.report.note(element, "ignored", "not part of the simulation; start it beside `vrx-mj serve`")
+
+    def holds(self, element: Element, scope: _Scope) -> bool:
+        """Whether an element's conditions hold."""
+        for key, wanted in (("if", True), ("unless", False)):
+            if key in element.attributes:
+                text = self.worked_out(element, element.attributes[key], scope).lower()
+                if text not in {"true", "1", "false", "0"}:
+                    raise element.fault(f"expected true or false, got {shown(text)}", key)
+                if (text in {"true", "1"}) != wanted:
+                    return False
+        return True
+
+    def argument(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
+        """Declare an argument."""
+        name = self.needed(element, "name", scope)
+        if "value" in element.attributes:
+            scope.arguments[name] = self.worked_out(element, element.attributes["value"], scope)
+        elif name in given:
+            scope.arguments[name] = given[name]
+        elif "default" in element.attributes:
+            scope.arguments[name] = self.worked_out(element, element.attributes["default"], scope)
+
+    def group(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
+        """Go through a group; its arguments are its own."""
+        name = self.worked_out(element, element.attributes.get("ns", ""), scope)
+        inner = _Scope(_joined(scope.namespace, name), dict(scope.arguments))
+        for child in element.children:
+            self.take(child, inner, given)
+
+    def include(self, element: Element, scope: _Scope, _: dict[str, str]) -> None:
+        """Go through another file with the arguments that this one gives it."""
+        name = self.needed(element, "file", scope)
+        passed = dict(scope.arguments) if element.attributes.get("pass_all_args", "").lower() in {"true", "1"} else {}
+        inner = _Scope(_joined(scope.namespace, self.worked_out(element, element.attributes.get("ns", ""), scope)), {})
+        for arg in element.all("arg"):
+            if self.holds(arg, scope):
+                value = arg.attributes.get("value", arg.attributes.get("default", ""))
+                passed[self.needed(arg, "name", scope)] = self.worked_out(arg, value, scope)
+        if not name.startswith(NOWHERE):
+            self.read(self.allowed(element, name), passed, inner)
+            return
+        file, stock = PurePosixPath(name).name, stock_launch(PurePosixPath(name).name)
+        if file in _LAUNCHES_WORLDS:
+            self.open_world(element, passed.get("world_name", ""))
+        elif stock is not None:
+            self.open_stock(stock, passed, element)
+        else:
+            self.report.note(element, "ignored", "not part of the simulation", f"<include> {file}")
+
+    def open_world(self, element: Element, path: str) -> None:
+        """Take the world that Gazebo is started with."""
+        if not path:
+            self.report.note(element, "ignored", "it names no world")
+            return
+        self.world = self.world_of(element, path)
+        self.report.note(element, "taken over", f"the world: {shown(PurePosixPath(path).name)}")
+
+    def world_of(self, element: Element, path: str) -> Path | str:
+        """A world's file; one of VRX's that is not at hand by its name here."""
+        if path.startswith(NOWHERE):
+            parts = PurePosixPath(path).parts
+            stem = parts[-1].partition(".")[0]
+            return f"vrx2019/{stem}" if "vrx_2019" in parts else stem
+        file = Path(path)
+        if not file.is_file() and file.with_name(f"{file.name}.xacro").is_file():  # what catkin makes the world of
+            path = f"{path}.xacro"
+        return self.allowed(element, path)
+
+    def open_stock(self, stock: StockLaunch, given: dict[str, str], element: Element | None) -> None:
+        """Start what one of VRX's own launch files starts."""
+        unknown = set(given) - set(stock.arguments)
+        if unknown:
+            message = str(UnknownNameError(f"argument of {stock.name}", sorted(unknown)[0], stock.arguments))
+            raise element.fault(message) if element else ConfigError([Problem(stock.name, None, None, "", message)])
+        world = given.get("world")
+        self.world = stock.world if world is None else Path(world).expanduser()
+        place = element.place if element else Place(File(stock.name, None))
+        self.boats += [_stock_boat(boat, given, place) for boat in stock.boats]
+        if element is not None:
+            self.report.note(element, "taken over", f"VRX's {stock.name}")
+
+    def parameter(self, element: Element, scope: _Scope, _: dict[str, str]) -> None:
+        """Keep the description of a robot, which `<param>` gives as a command of xacro or as a file."""
+        name = _joined(scope.namespace, self.needed(element, "name", scope))
+        if "command" in element.attributes:
+            command = self.worked_out(element, element.attributes["command"], scope)
+            self.descriptions[name] = self.description(element, command)
+        elif "textfile" in element.attributes:
+            path = self.worked_out(element, element.attributes["textfile"], scope)
+            self.descriptions[name] = self.robot_file(element, path), {}
+        else:
+            self.report.note(element, "ignored", "a parameter, which `vrx-mj serve` keeps for whoever sets it")
+
+    def description(self, element: Element, command: str) -> Description:
+        """File and arguments of a command of xacro; nothing is run."""
+        try:
+            words = [word for word in shlex.split(command) if not word.startswith("-")]
+        except ValueError as error:
+            raise element.fault(f"{shown(command)}: {error}", "command") from None
+        if len(words) < 2 or PurePosixPath(words[0]).name not in {"xacro", "xacro.py", "cat"}:
+            raise element.fault(f"expected a command of xacro, got {shown(command)}; others are not run", "command")
+        arguments = dict(word.split(":=", 1) for word in words[2:] if ":=" in word)
+        return self.robot_file(element, words[1]), arguments
+
+    def robot_file(self, element: Element, path: str) -> Path | str:
+        """The file of a description; the name of ours for VRX's own."""
+        if path.startswith(NOWHERE):
+            ours = next((robot for start, robot in OURS.items() if PurePosixPath(path).name.startswith(start)), None)
+            if ours is not None:
+                return ours
+            raise element.fault(f"no package for {path.removeprefix(NOWHERE)}: add its folder to VRX_MJ_PACKAGE_PATH")
+        return self.allowed(element, path)
+
+    def node(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
+        """Spawn a boat; other nodes are not of the simulation."""
+        if element.attributes.get("type") not in {"spawn_model", "spawn_wamv.bash", "spawn_entity.py"}:
+            self.ignore(element, scope, given)
+            return
+        text = self.worked_out(element, element.attributes.get("args", ""), scope)
+        options = self.options(element, text)
+        name = options.get("model") or options.get("entity")
+        if not name:
+            raise element.fault("a spawned model needs -model NAME", "args")
+        if name in self.places:
+            first = self.places[name].place
+            message = (
+                f"a model named '{name}' is spawned on line {first.line} already: each needs -model NAME of its own"
+            )
+            raise element.fault(message, "args")
+        self.places[name] = element
+        if len(self.boats) >= MOST:
+            raise element.fault(f"more than {MOST} boats")
+        pose = self.pose(element, [options.get(key, "0") for key in ("x", "y", "z", "R", "P", "Y")])
+        self.boats.append(SpawnedBoat(name, pose, element.place, *self.spawned(element, options, scope)))
+        self.report.note(element, "taken over", "a boat of the fleet", f"<node> '{name}'")
+
+    def spawned(self, element: Element, options: Mapping[str, str], scope: _Scope) -> Description:
+        """File and arguments of the description that a node spawns."""
+        if "file" in options:
+            return self.robot_file(element, options["file"]), {}
+        given = options.get("param", "robot_description")
+        name = given if given.startswith("/") else _joined(scope.namespace, given)
+        if name not in self.descriptions:
+            known = sorted(self.descriptions)
+            raise element.fault(f"{UnknownNameError('parameter', name, known)}, which -param names", "args")
+        return self.descriptions[name]
+
+    def options(self, element: Element, text: str) -> dict[str, str]:
+        """The options of spawn_model: each word with one dash has a value, but for those that say a format."""
+        try:
+            words = shlex.split(text)
+        except ValueError as error:
+            raise element.fault(f"{shown(text)}: {error}", "args") from None
+        found: dict[str, str] = {}
+        index = 0
+        while index < len(words):
+            key = words[index].lstrip("-")
+            if key in {"urdf", "sdf", "gazebo", "unpause", "wait", "b"} or not words[index].startswith("-"):
+                index += 1
+                continue
+            found[key] = words[index + 1] if index + 1 < len(words) else ""
+            index += 2
+        return found
+
+    def pose(self, element: Element, values: list[str]) -> Pose:
+        """Six numbers."""
+        try:
+            x, y, z, roll, pitch, yaw = map(float, values)
+        except ValueError:
+            raise element.fault(
+                f"expected numbers for -x -y -z -R -P -Y, got {shown(' '.join(values))}", "args"
+            ) from None
+        return x, y, z, roll, pitch, yaw
+
+    def needed(self, element: Element, name: str, scope: _Scope) -> str:
+        """An attribute that must be there."""
+        if name not in element.attributes:
+            raise element.fault("required, but missing", name)
+        return self.worked_out(element, element.attributes[name], scope)
+
+    def worked_out(self, element: Element, text: str, scope: _Scope) -> str:
+        """A text with its substitutions worked out."""
+        folder = self.open[-1].parent if self.open else Path.cwd()
+        known = _Known(self.files, scope.arguments, self.budget)
+        try:
+            if text.strip().startswith("$(eval ") and text.strip().endswith(")"):
+                return known.resolve(text.strip()[2:-1], folder)
+            if "$(eval" in text:
+                raise ExpressionError(
+                    "$(eval ...) must be the whole value, as in roslaunch; give it an <arg> of its own"
+                )
+            return _substituted(text, lambda inner: known.resolve(inner, folder))
+        except ExpressionError as error:
+            raise element.fault(f"{shown(text)}: {error}") from None
+
+    def allowed(self, element: Element, path: str) -> Path:
+        """A file that may be read: beside the first file, or in a package."""
+        try:
+            return self.files.allowed(str(self.open[0].parent / path) if self.open else path)
+        except (ExpressionError, FileNotFoundError) as error:
+            raise element.fault(str(error)) from None
+
+
+class _Known(Substitutions):
+    """Substitutions of launch files: packages of VRX and ROS need not be there."""
+
+    def find(self, name: str) -> str:
+        """The folder of a package."""
+        return f"{NOWHERE}{name}" if name in PACKAGES and not self.files.has_package(name) else super().find(name)
+
+
+def _stock_boat(boat: StockBoat, given: Mapping[str, str], place: Place) -> SpawnedBoat:
+    """A boat of one of VRX's launch files, started with arguments."""
+    x, y, z, _, _, yaw = boat.pose
+    try:
+        numbers = [float(given.get(key, value)) for key, value in (("x", x), ("y", y), ("z", z), ("Y", yaw))]
+    except ValueError as error:
+        raise ConfigError([Problem(place.file.name, place.line, None, "x:= y:= z:= Y:=", str(error))]) from None
+    pose = (numbers[0], numbers[1], numbers[2], 0.0, 0.0, numbers[3])
+    arguments = {key: given.get(key, value) for key, value in boat.arguments.items()}
+    robot: Path | str = Path(given["urdf"]).expanduser() if "urdf" in given else boat.robot
+    return SpawnedBoat(given.get("namespace", boat.name), pose, place, robot, {} if "urdf" in given else arguments)
+
+
+def fleet_of(launch: Launch) -> Section | None:
+    """The boats of a launch file as a fleet's file says them; None: it spawns none."""
+    if not launch.boats:
+        return None
+    place = Place(launch.boats[0].place.file, 1)
+    boats = [_boat(boat) for boat in launch.boats]
+    items = Items.of(boats, [boat.place for boat in launch.boats])
+    return Section({"boats": items}, place, {"boats": Entry(place, place)})
+
+
+def _boat(boat: SpawnedBoat) -> Section:
+    """One boat of a fleet's file; the path of a robot begins where its file is."""
+    place, robot = boat.place, boat.robot
+    values: dict[str, Any] = {"name": safe_name(boat.name), "pose": Items.of(boat.pose, [place] * 6)}
+    at, named = place, str(robot)
+    if isinstance(robot, Path):
+        named, at = robot.name, Place(File(place.file.name, robot.absolute().parent, place.file.lines), *place[1:])
+    values["robot"] = named
+    if isinstance(robot, str):
+        values |= _wamv(boat.arguments)
+    entries = {key: Entry(place, at if key == "robot" else place) for key in values}
+    return Section(values, place, entries)
+
+
+def _wamv(arguments: Mapping[str, str]) -> dict[str, Any]:
+    """Thrusters and sensors of VRX's WAM-V, by the arguments of its description or of a launch file."""
+    layout = arguments.get("thruster_config") or arguments.get("thrust_config")
+    on = [key for key, value in arguments.items() if key.endswith("_enabled") and value.lower() in {"true", "1"}]
+    suites = [key.removesuffix("_enabled").replace("vrx_sensors", "vrx") for key in on]
+    return {**({"thrusters": layout} if layout else {}), "sensors": suites or "none"}
+
+
+def _substituted(text: str, resolve: Callable[[str], str]) -> str:
+    """A text with each `$(...)` in it replaced."""
+    parts, start = [], 0
+    while (found := text.find("$(", start)) >= 0:
+        end = text.find(")", found)
+        if end < 0:
+            raise ExpressionError("'$(' is never closed")
+        parts += [text[start:found], resolve(text[found + 2 : end])]
+        start = end + 1
+    return "".join([*parts, text[start:]])
+
+
+def _joined(namespace: str, name: str) -> str:
+    """A name in a namespace, as ROS has them."""
+    return name if name.startswith("/") else f"{namespace.rstrip('/')}/{name}" if name else namespace
+
+
+_TAKE: Mapping[str, Callable[[_Run, Element, _Scope, dict[str, str]], Any]] = {
+    "arg": _Run.argument, "group": _Run.group, "include": _Run.include, "param": _Run.parameter, "node": _Run.node,
+}  # fmt: skip
