@@ -199,6 +199,7 @@ COMMANDS = {
     "run": Entry("Sail", "commands:run", "Sail a world, and print where the boats end and how the task is scored."),
     "view": Entry("Sail", "commands:view", "Watch a world live, and drive its boats with the keyboard."),
     "new": Entry("Sail", "commands:new", "Copy a commented start file into the current folder."),
+    "import": Entry("Sail", "importing:import_", "Write files of Gazebo and VRX as files of ours."),
     "compile": Entry("Sail", "commands:compile_", "Compile a world to MJCF that plain MuJoCo opens."),
     "list": Entry("Look", "commands:list_", "List worlds, fleets, robots, objects, docks or tasks."),
     "map": Entry("Look", "commands:map_", "Draw a world as seen from above."),

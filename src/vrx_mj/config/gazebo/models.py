@@ -13,6 +13,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.base import COLORS
 from vrx_mj.config.gazebo.document import Element, Report, read_document
+from vrx_mj.config.gazebo.erb_docks import is_template, template_content
 from vrx_mj.config.search import catalogue, display, package_paths
 from vrx_mj.config.series.calls import At, located
 from vrx_mj.config.shapes import MESH_SUFFIXES
@@ -37,8 +38,10 @@ __all__ = [
 ]
 
 SCHEME = "model://"
-SUFFIXES = (".sdf", ".world", ".world.xacro", ".sdf.xacro")
+SUFFIXES = (".sdf", ".world", ".world.xacro", ".sdf.xacro", ".sdf.erb")
 """How the files that models are in end."""
+TEMPLATE = "model.sdf.erb"
+"""What VRX makes the model of a dock from."""
 PATHS = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH")
 """Environment variables with folders in which models are."""
 HERE: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -105,13 +108,17 @@ def model_section(file: Path, report: Report | None = None) -> Section:
     Raises:
         ConfigError: it cannot be read, or is no model.
     """
+    kept = report or Report()
+    if is_template(file):
+        dock, place = template_content(file, kept)
+        template: Section = located(dock, place)
+        return template
     path, _, name = str(file).partition("#")
     root = read_document(Path(path))
     models = [one for one in root.walk() if one.tag == "model" and (not name or one.attributes.get("name") == name)]
     if not models:
         known = [one.attributes.get("name", "") for one in root.walk() if one.tag == "model"]
         raise root.fault(str(UnknownNameError("model", name, known)) if name else "expected <sdf> with a <model>")
-    kept = report or Report()
     content = _Model(models[0], Path(path).parent, kept).content()
     kept.settle()
     section: Section = located(content, models[0].place)
@@ -204,7 +211,7 @@ def _folder(name: str, near: Path) -> Path | None:
 
 def _is_model(folder: Path) -> bool:
     try:
-        return (folder / "model.sdf").is_file() or (folder / "model.config").is_file()
+        return any((folder / name).is_file() for name in ("model.sdf", "model.config", TEMPLATE))
     except OSError:
         return False
 
@@ -212,6 +219,8 @@ def _is_model(folder: Path) -> bool:
 def _main_file(folder: Path) -> str:
     """The SDF of a folder, as its `model.config` says; of several the one of the newest version."""
     config = folder / "model.config"
+    if (folder / TEMPLATE).is_file() and not (folder / "model.sdf").is_file():
+        return TEMPLATE
     if not config.is_file():
         return "model.sdf"
     named = [one for one in read_document(config).all("sdf") if one.own_text]

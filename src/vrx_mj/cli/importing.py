@@ -1,0 +1,71 @@
+"""`vrx-mj import`: files of Gazebo and VRX as files of ours."""
+
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from vrx_mj.cli.files import writing
+from vrx_mj.errors import VrxError
+
+if TYPE_CHECKING:
+    from vrx_mj.config.gazebo.importing import Imported
+
+__all__ = ["import_"]
+
+
+def import_(
+    source: Annotated[Path, typer.Argument(help="A world, launch file or model of Gazebo, or a folder of them.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for our files.")],
+    arguments: Annotated[
+        list[str] | None,
+        typer.Argument(help="Arguments of the launch file, as NAME:=VALUE.", metavar="[NAME:=VALUE]..."),
+    ] = None,
+) -> None:
+    """Write files of Gazebo and VRX as files of ours, with a table of what became of each part in import.md.
+
+    It reads .world, .world.xacro, .sdf, .launch, model folders and the docks' .sdf.erb, and runs none of them. Commands
+    take worlds of Gazebo as they are, too: vrx-mj run my_course.world
+
+    Example: vrx-mj import my_course.world.xacro -o my_course
+    """
+    from vrx_mj.config.gazebo.importing import FATES, TABLE, import_files
+
+    made = import_files(source, _named(arguments or []))
+    _write(made, output)
+    counts = ", ".join(f"{made.count(fate)} {fate}" for fate in FATES)
+    typer.echo(f"{counts}: {output / TABLE}")
+    for message in made.failed:
+        typer.echo(f"not read: {message}", err=True)
+    for world, fleet in made.sails[:3]:
+        named = output / world if world in made.texts else world
+        typer.echo(f"to sail: vrx-mj run {named}{f' --fleet {output / fleet}' if fleet else ''}")
+
+
+def _named(arguments: list[str]) -> dict[str, str]:
+    """Arguments as roslaunch takes them."""
+    wrong = next((text for text in arguments if ":=" not in text), None)
+    if wrong is not None:
+        raise VrxError(f"invalid argument '{wrong}': expected NAME:=VALUE, as in x:=-520")
+    return dict(text.split(":=", 1) for text in arguments)
+
+
+def _write(made: "Imported", folder: Path) -> None:
+    """Write everything, over the files of an earlier import but over no others."""
+    from vrx_mj.config.gazebo.importing import HEAD, TABLE
+
+    paths = [folder / name for name in made.texts]
+    for path in paths:
+        with writing("the import", path):
+            if path.exists() and path.suffix == ".yaml" and not path.read_bytes().startswith(HEAD.encode()):
+                raise VrxError(f"{path} exists and is not of an import: choose another folder")
+    texts = made.texts | {TABLE: made.table()}
+    for name, text in texts.items():
+        with writing("the import", folder / name):
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_text(text, encoding="utf-8", newline="\n")
+    for name, source in made.copies.items():
+        with writing("the import", folder / name):
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(source, folder / name)

@@ -1,0 +1,226 @@
+"""Files of Gazebo and ROS written as files of ours, with a table of what became of each part."""
+
+import os
+import warnings
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from vrx_mj.config.gazebo.document import Fate, Note, Report
+from vrx_mj.config.gazebo.launch import Launch, fleet_of, launch_of
+from vrx_mj.config.gazebo.models import SCHEME, is_gazebo_model, model_file, model_section, safe_name
+from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world
+from vrx_mj.config.search import display, package_paths
+from vrx_mj.config.series.worlds import section_text
+from vrx_mj.config.tree import Items, Section
+from vrx_mj.config.urdf.expand import expand
+from vrx_mj.config.urdf.xacro_files import read_bytes
+from vrx_mj.errors import VrxError, VrxWarning
+
+__all__ = ["HEAD", "TABLE", "Imported", "import_files"]
+
+TABLE = "import.md"
+"""Name of the file with the table."""
+HEAD = "# Made by vrx-mj import from "
+"""How each file that is written begins, so that a later import may write over it."""
+KINDS = (".world", ".world.xacro", ".launch", ".sdf", ".sdf.erb")
+"""Ends of names of files that a folder is searched for."""
+BUILT = {"build", "devel", "install", "log"}
+"""Folders of a workspace that are made from the others."""
+MOST_FILES = 2000
+FATES: tuple[Fate, ...] = ("taken over", "approximated", "ignored")
+
+
+@dataclass
+class Imported:
+    """What an import writes: texts and copies of files by their paths in the folder, and the notes for the table."""
+
+    texts: dict[str, str] = field(default_factory=dict)
+    copies: dict[str, Path] = field(default_factory=dict)
+    notes: list[Note] = field(default_factory=list)
+    sails: list[tuple[str, str | None]] = field(default_factory=list)
+    """What can be sailed: each a world, by its path in the folder or its name, and the path of a fleet or None."""
+    failed: list[str] = field(default_factory=list)
+    """Messages of files that could not be read."""
+
+    def count(self, fate: Fate) -> int:
+        """How many parts became of a kind."""
+        return sum(note.fate == fate for note in self.notes)
+
+    def table(self) -> str:
+        """The table, as Markdown."""
+        notes = sorted(dict.fromkeys(self.notes), key=lambda note: (note.place.file.name, note.place.line or 0))
+        cells = ((f"{note.place.file.name}:{note.place.line or 1}", note.what, note.fate, note.ours) for note in notes)
+        rows = [f"| {' | '.join(map(_cell, row))} |" for row in cells]
+        head = ["# What became of each part", "", "| file | part | | here |", "|---|---|---|---|"]
+        failed = ["", "# Files that were not read", "", *(f"- {message}" for message in self.failed)]
+        return "\n".join([*head, *rows, *(failed if self.failed else ()), ""])
+
+
+def import_files(source: Path, arguments: Mapping[str, str] | None = None) -> Imported:
+    """What a file of Gazebo or ROS, or all such files of a folder, become here.
+
+    Args:
+        source: a world (`.world`, `.world.xacro`, `.sdf`), a launch file, a model or its folder, a dock's template
+            (`.sdf.erb`), or a folder of them.
+        arguments: arguments of the launch file or of the world's xacro.
+
+    Raises:
+        ConfigError: the file is wrong; of a folder wrong files are listed in `failed` instead.
+        VrxError: there is nothing to import.
+    """
+    made = Imported()
+    writer = _Writer(made)
+    if not source.is_dir():
+        writer.add(source, dict(arguments or {}))
+        return made
+    files = list(_files(source))
+    if not files:
+        raise VrxError(f"no file to import in {display(source)}: none ends in {', '.join(KINDS)}")
+    for file in files:
+        try:
+            writer.add(file, {})
+        except VrxError as error:
+            made.failed += str(error).splitlines()
+    if not made.texts:
+        raise VrxError("\n".join(made.failed))
+    return made
+
+
+def _files(folder: Path) -> Iterator[Path]:
+    """The files to import below a folder; of a world and the xacro that it is made from, the xacro."""
+    found = 0
+    for place, folders, names in os.walk(folder):
+        folders[:] = sorted(
+            name for name in folders if not name.startswith(".") and name not in {"build", "devel", "install"}
+        )
+        for name in sorted(names):
+            if not name.lower().endswith(KINDS) or f"{name}.xacro" in names or f"{name}.erb" in names:
+                continue
+            found += 1
+            if found > MOST_FILES:
+                raise VrxError(f"more than {MOST_FILES} files to import in {display(folder)}: name a smaller folder")
+            yield Path(place) / name
+
+
+def _cell(text: str) -> str:
+    return " ".join(text.split()).replace("|", "\\|")
+
+
+class _Writer:
+    """Texts of files of ours, one import at a time."""
+
+    def __init__(self, made: Imported) -> None:
+        self.made = made
+
+    def add(self, file: Path, arguments: dict[str, str]) -> None:
+        """Import a file by its kind."""
+        name = file.name.lower()
+        if name.endswith(".launch"):
+            self.add_launch(file, launch_of(str(file), arguments))
+        elif is_gazebo_world(file) and not _is_model_alone(file):
+            self.add_world(file, arguments)
+        elif is_gazebo_model(file.name) or name.endswith(".erb"):
+            self.add_object(safe_name(_model_stem(file)), file, str(file))
+        else:
+            raise VrxError(f"'{file}' cannot be imported: expected a file that ends in {', '.join(KINDS)}, or a folder")
+
+    def add_world(self, file: Path, arguments: Mapping[str, str]) -> str:
+        """Write a world and the objects that it brings, and return its path."""
+        world = gazebo_world(file, arguments)
+        self.made.notes += world.notes
+        path = f"{safe_name(file.name.partition('.')[0])}.yaml"
+        section = self.with_objects(world.section, file.parent)
+        self.made.texts[path] = self.text(file, section)
+        self.made.sails.append((path, None))
+        return path
+
+    def with_objects(self, section: Section, folder: Path) -> Section:
+        """A section whose models of Gazebo are objects of ours, which are written too."""
+        objects = section.get("objects")
+        if not isinstance(objects, Items):
+            return section
+        renamed = []
+        for thing in objects:
+            model = str(thing["model"])
+            if is_gazebo_model(model):
+                name = safe_name(model.removeprefix(SCHEME).partition("#")[2] or model.removeprefix(SCHEME))
+                self.add_object(name, model_file(model, folder), model)
+                renamed.append(Section({**thing, "model": f"./objects/{name}.yaml"}, thing.place, thing.entries))
+            else:
+                renamed.append(thing)
+        items = Items.of(renamed, objects.places)
+        return Section({**section, "objects": items}, section.place, section.entries)
+
+    def add_object(self, name: str, file: Path, source: str) -> None:
+        """Write an object, with its meshes beside it."""
+        path = f"objects/{name}.yaml"
+        if path in self.made.texts:
+            return
+        report = Report()
+        section = model_section(file, report)
+        self.made.notes += report.notes
+        self.made.texts[path] = ""
+        folder = Path(str(file).partition("#")[0]).parent
+        content = self.with_meshes(self.with_objects(section, folder), folder, name)
+        self.made.texts[path] = self.text(Path(source), content)
+
+    def with_meshes(self, value: Any, folder: Path, name: str) -> Any:
+        """A section whose meshes are copied beside the object."""
+        if isinstance(value, Section):
+            inside = {key: self.with_meshes(item, folder, name) for key, item in value.items()}
+            if value.get("type") == "mesh" and "file" in value:
+                target = f"meshes/{name}/{value['file']}"
+                self.made.copies[f"objects/{target}"] = folder / value["file"]
+                inside["file"] = target
+            return Section(inside, value.place, value.entries)
+        if isinstance(value, Items):
+            return Items.of((self.with_meshes(item, folder, name) for item in value), value.places)
+        return value
+
+    def add_launch(self, file: Path, launch: Launch) -> None:
+        """Write the world and the fleet of a launch file."""
+        self.made.notes += launch.report.notes
+        world = self.add_world(launch.world, {}) if isinstance(launch.world, Path) else launch.world
+        fleet = fleet_of(launch)
+        if fleet is None:
+            return
+        boats = []
+        for boat, found in zip(fleet["boats"], launch.boats, strict=True):
+            if isinstance(found.robot, Path):
+                path = f"robots/{boat['name']}.urdf"
+                self.made.texts[path] = _urdf(found.robot, found.arguments)
+                boats.append(Section({**boat, "robot": f"./{path}"}, boat.place, boat.entries))
+            else:
+                boats.append(boat)
+        path = f"{safe_name(file.name.partition('.')[0])}_fleet.yaml"
+        items = Items.of(boats, fleet["boats"].places)
+        self.made.texts[path] = self.text(file, Section({"boats": items}, fleet.place, fleet.entries))
+        if world is not None:
+            self.made.sails.append((world, path))
+
+    def text(self, source: Path, section: Section) -> str:
+        """A file of ours."""
+        return f"{HEAD}{source.name}\n{section_text(section)}"
+
+
+def _urdf(file: Path, arguments: Mapping[str, str]) -> str:
+    """The URDF of a description, expanded if it is a xacro."""
+    if not file.name.lower().endswith(".xacro"):
+        return read_bytes(file).decode("utf-8", errors="replace")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VrxWarning)
+        return expand(file, arguments=arguments, package_paths=package_paths())
+
+
+def _is_model_alone(file: Path) -> bool:
+    """Whether a `.sdf` is that of a model: in a folder of one, or without a world."""
+    if not file.name.lower().endswith((".sdf", ".sdf.xacro")):
+        return False
+    return b"<world" not in read_bytes(file)
+
+
+def _model_stem(file: Path) -> str:
+    """The name of a model: that of its folder, or of its file."""
+    return file.parent.name if file.name.startswith("model.") else file.name.partition(".")[0]
