@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vrx_mj.cli.options import Arguments, named_values
 from vrx_mj.cli.files import writing
 from vrx_mj.errors import VrxError
 
@@ -32,7 +33,7 @@ def import_(
     """
     from vrx_mj.config.gazebo.importing import FATES, TABLE, import_files
 
-    made = import_files(source, _named(arguments or []))
+    made = import_files(source, named_values(arguments))
     _write(made, output)
     counts = ", ".join(f"{made.count(fate)} {fate}" for fate in FATES)
     typer.echo(f"{counts}: {output / TABLE}")
@@ -41,14 +42,6 @@ def import_(
     for world, fleet in made.sails[:3]:
         named = output / world if world in made.texts else world
         typer.echo(f"to sail: vrx-mj run {named}{f' --fleet {output / fleet}' if fleet else ''}")
-
-
-def _named(arguments: list[str]) -> dict[str, str]:
-    """Arguments as roslaunch takes them."""
-    wrong = next((text for text in arguments if ":=" not in text), None)
-    if wrong is not None:
-        raise VrxError(f"invalid argument '{wrong}': expected NAME:=VALUE, as in x:=-520")
-    return dict(text.split(":=", 1) for text in arguments)
 
 
 def _write(made: "Imported", folder: Path) -> None:

@@ -7,8 +7,10 @@ from typing import Annotated
 import typer
 
 from vrx_mj.cli.files import look_in
+from vrx_mj.errors import CommandError
 
 __all__ = [
+    "Arguments",
     "DEFAULT_PORT",
     "DEFAULT_WEB_PORT",
     "Fleet",
@@ -20,11 +22,19 @@ __all__ = [
     "Recording",
     "Seed",
     "World",
+    "named_values",
     "with_default_port",
 ]
 
-World = Annotated[str, typer.Argument(help="Name of a world (see vrx-mj list worlds) or path of its YAML file.")]
-Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")]
+World = Annotated[
+    str, typer.Argument(help="Name of a world (see vrx-mj list worlds), or path of its YAML, of a world or launch file.")
+]
+Arguments = Annotated[
+    list[str] | None, typer.Argument(metavar="[NAME:=VALUE]...", help="Arguments of a launch file, as for roslaunch.")
+]
+Fleet = Annotated[
+    str | None, typer.Option(help="Name of a fleet or path of its YAML, or of a URDF or launch file; default: one boat.")
+]
 Nudge = Annotated[
     bool, typer.Option("--nudge", help="Move boats that start on land, docks or each other to free water.")
 ]
@@ -49,6 +59,18 @@ DEFAULT_WEB_PORT = "8090"
 """Port of teleop's page."""
 PORTS = {"--rosbridge": DEFAULT_PORT, "--web": DEFAULT_WEB_PORT}
 """Options whose port may be left out."""
+
+
+def named_values(words: Sequence[str] | None) -> dict[str, str]:
+    """Arguments as roslaunch takes them, NAME:=VALUE, by name.
+
+    Raises:
+        CommandError: a word is not of this form.
+    """
+    for word in words or ():
+        if not word.partition(":=")[0].isidentifier() or ":=" not in word:
+            raise CommandError(f"invalid argument '{word}': NAME:=VALUE is needed, as in x:=-520")
+    return dict(word.split(":=", 1) for word in words or ())
 
 
 def with_default_port(arguments: Sequence[str]) -> list[str]:

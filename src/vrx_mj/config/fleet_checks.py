@@ -3,13 +3,15 @@
 import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 
 from vrx_mj.config.docks import Placed
 from vrx_mj.config.fleet import FleetConfig, FleetPosition, Headings, Located, room_faults
+from vrx_mj.config.gazebo.launch import fleet_of, is_launch, launch_of
 from vrx_mj.config.loading import Loading, Source, file_of, problem_at, read_source, validated
 from vrx_mj.config.objects import Placement, load_object
-from vrx_mj.config.search import catalogue, is_path
-from vrx_mj.config.tree import Section
+from vrx_mj.config.search import XML_SUFFIXES, catalogue, is_path
+from vrx_mj.config.tree import Entry, File, Place, Section
 from vrx_mj.config.world import FULL_TURN, WorldConfig, check_thrusters, warn_of_degrees
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
 
@@ -43,8 +45,21 @@ def load_fleet(source: Source | None, world: WorldConfig) -> FleetConfig:
 def _source(source: Source | None) -> tuple[Section, str]:
     if source is None or isinstance(source, Mapping):
         return read_source("fleets", source or {}), "fleet" if source else "single"
+    if is_launch(source):
+        found = fleet_of(launch_of(str(source), {}))
+        if found is None:
+            raise ConfigError([Problem(str(source), None, None, "", "spawns no boats")])
+        return found, Path(source).stem
+    if str(source).lower().endswith(XML_SUFFIXES):
+        return _of_robot(file_of("robots", source)), Path(source).name.partition(".")[0]
     file = file_of("fleets", source)
     return read_source("fleets", file), file.stem
+
+
+def _of_robot(file: Path) -> Section:
+    """A fleet of one boat, whose description is a URDF or xacro."""
+    place = Place(File(file.name, file.absolute().parent))
+    return Section({"robot": file.name}, place, {"robot": Entry(place, place)})
 
 
 def _name_faults(boats: Sequence[Located], world: WorldConfig) -> Iterator[Fault]:

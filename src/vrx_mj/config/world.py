@@ -293,7 +293,7 @@ def load_world(source: Source) -> WorldConfig:
 def _gazebo(source: str | Path) -> tuple[Section, str]:
     """What the file of a world of Gazebo says, and the world's name."""
     found = gazebo_world(file_of("worlds", source))
-    warn_of_losses(found, str(source), stacklevel=4)
+    warn_of_losses(found.notes, str(source), stacklevel=5)
     return read_source("worlds", found.section), found.name
 
 

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from vrx_mj.arguments import as_seed
 from vrx_mj.config.fleet import BoatConfig, FleetConfig, Order
 from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.gazebo.launch import opened
 from vrx_mj.config.loading import fault_text, problem_at
 from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import WorldConfig, load_world
@@ -44,15 +45,25 @@ STIFF = 2.0
 Source = str | Path | Mapping[str, Any]
 
 
-def compile_world(world: Source, *, fleet: Source | None = None, seed: int | None = None, nudge: bool = False) -> World:
+def compile_world(
+    world: Source,
+    *,
+    fleet: Source | None = None,
+    seed: int | None = None,
+    nudge: bool = False,
+    arguments: Mapping[str, str] | None = None,
+) -> World:
     """Compile a world with a fleet to MJCF and parameters.
 
     Args:
-        world: name, path of a YAML file, or the file's contents as a mapping.
-        fleet: name, path or mapping, as for the world; by default one boat, `wamv`, at the world's spawn pose.
+        world: name, path of a YAML file, or the file's contents as a mapping; or the path of a world of Gazebo
+            (`.world`, `.world.xacro`, `.sdf`) or of a launch file of ROS 1, of which VRX's own are known by name.
+        fleet: name, path or mapping, as for the world; by default one boat, `wamv`, at the world's spawn pose, or the
+            boats of the launch file. The path of a URDF or xacro is one such boat.
         seed: seed of everything random; by default that of the world.
         nudge: whether boats that would start on land, on a dock or on another boat are moved to the nearest free
             place, each with a warning.
+        arguments: arguments of the launch file, or of the xacro of the world.
 
     Raises:
         ConfigError: a file is invalid; the error lists every mistake with file, line and key.
@@ -60,6 +71,7 @@ def compile_world(world: Source, *, fleet: Source | None = None, seed: int | Non
         CommandError: the seed is not a whole number from 0 to 2^63 - 1.
     """
     own = None if seed is None else as_seed(seed)
+    world, fleet = opened(world, fleet, arguments or {})
     config = load_world(world)
     assembly = _Assembly(config, load_fleet(fleet, config), nudge=nudge)
     return assembly.world(config.seed if own is None else own)

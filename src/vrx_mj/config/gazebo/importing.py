@@ -196,7 +196,7 @@ class _Writer:
                 boats.append(boat)
         path = f"{safe_name(file.name.partition('.')[0])}_fleet.yaml"
         items = Items.of(boats, fleet["boats"].places)
-        self.made.texts[path] = self.text(file, Section({"boats": items}, fleet.place, fleet.entries))
+        self.made.texts[path] = self.text(file, Section({**fleet, "boats": items}, fleet.place, fleet.entries))
         if world is not None:
             self.made.sails.append((world, path))
 

@@ -4,11 +4,13 @@ import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Any, TypeGuard
 
 from vrx_mj.config.gazebo.document import LIBRARIES, Element, Report, read_document
 from vrx_mj.config.gazebo.models import safe_name
 from vrx_mj.config.gazebo.stock import STOCK_LAUNCHES, StockBoat, StockLaunch, stock_launch
+from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world, warn_of_losses
+from vrx_mj.config.loading import Source, file_of
 from vrx_mj.config.search import display, package_paths
 from vrx_mj.config.tree import Entry, File, Items, Place, Section
 from vrx_mj.config.urdf.expression_values import Budget, ExpressionError
@@ -17,8 +19,9 @@ from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError
 from vrx_mj.frames import Pose
 
-__all__ = ["Launch", "SpawnedBoat", "fleet_of", "launch_of", "read_launch"]
+__all__ = ["Launch", "SpawnedBoat", "fleet_of", "is_launch", "launch_of", "opened", "read_launch"]
 
+ENDING = ".launch"
 DEEPEST = 20
 """Launch files that may include each other."""
 MOST = 1000
@@ -86,6 +89,33 @@ def launch_of(source: str, arguments: Mapping[str, str]) -> Launch:
     run = _Run(Files(file, {}, package_paths()), Report(), Budget())
     run.open_stock(stock, dict(arguments), None)
     return run.result()
+
+
+def is_launch(source: object) -> TypeGuard[str | Path]:
+    """Whether a source is the path of a launch file, or the name of one of VRX's with its ending."""
+    return isinstance(source, str | Path) and str(source).lower().endswith(ENDING)
+
+
+def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) -> tuple[Source, Source | None]:
+    """World and fleet that a launch file, or the xacro of a world, opens with arguments; others stay as they are.
+
+    Raises:
+        ConfigError: the file is wrong, or opens no world, or a file without arguments is given some.
+    """
+    if is_launch(world):
+        launch = launch_of(str(world), arguments)
+        if launch.world is None:
+            raise ConfigError([Problem(str(world), None, None, "", "opens no world of Gazebo")])
+        warn_of_losses(launch.report.notes, str(world), stacklevel=4)
+        return launch.world, fleet_of(launch) if fleet is None else fleet
+    if not arguments:
+        return world, fleet
+    if not is_gazebo_world(world):
+        message = "takes no arguments NAME:=VALUE: they are for launch files and for xacro worlds of Gazebo"
+        raise ConfigError([Problem(str(world), None, None, "", message)])
+    found = gazebo_world(file_of("worlds", world), arguments)
+    warn_of_losses(found.notes, str(world), stacklevel=4)
+    return Section({"name": found.name, **found.section}, found.section.place, found.section.entries), fleet
 
 
 def read_launch(file: Path, arguments: Mapping[str, str]) -> Launch:
@@ -384,7 +414,8 @@ def fleet_of(launch: Launch) -> Section | None:
     place = Place(launch.boats[0].place.file, 1)
     boats = [_boat(boat) for boat in launch.boats]
     items = Items.of(boats, [boat.place for boat in launch.boats])
-    return Section({"boats": items}, place, {"boats": Entry(place, place)})
+    name = PurePosixPath(place.file.name).name.removesuffix(ENDING)
+    return Section({"name": name, "boats": items}, place, dict.fromkeys(("name", "boats"), Entry(place, place)))
 
 
 def _boat(boat: SpawnedBoat) -> Section:

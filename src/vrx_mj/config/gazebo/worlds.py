@@ -1,7 +1,7 @@
 """A world of Gazebo, of either generation of VRX, as a world's file of ours."""
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeGuard
@@ -85,14 +85,13 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
     return _Reader(file, root, world).world()
 
 
-def warn_of_losses(world: GazeboWorld, source: str, *, stacklevel: int) -> None:
-    """One warning of the parts of a world that are another way here, or not at all."""
-    lost = [note for note in world.notes if note.fate != "taken over"]
+def warn_of_losses(notes: Sequence[Note], source: str, *, stacklevel: int) -> None:
+    """One warning of the parts of a file that are another way here, or not at all."""
+    lost = [note for note in dict.fromkeys(notes) if note.fate != "taken over"]
     if lost:
         lines = [f"  {note.place.file.name}:{note.place.line}: {note.what} {note.fate}: {note.ours}" for note in lost]
         more = [f"  and {len(lines) - SHOWN} more"] if len(lines) > SHOWN else []
-        count = f"{len(lost)} of {len(world.notes)} parts"
-        head = f"{source}: {count} are not as in Gazebo; `vrx-mj import {source} -o DIR` lists all"
+        head = f"{source}: {len(lost)} of {len(notes)} parts are not as in Gazebo (`vrx-mj import` lists all)"
         warnings.warn("\n".join([head, *lines[:SHOWN], *more]), VrxWarning, stacklevel=stacklevel)
 
 
