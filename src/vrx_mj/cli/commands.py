@@ -10,7 +10,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vrx_mj.cli.files import NEW_KINDS, NEW_ROBOT, copy_robot_files, copy_start_file, listing, writing
-from vrx_mj.cli.options import Fleet, Json, Nudge, Output, Packages, Record, Recording, Seed, World
+from vrx_mj.cli.options import (
+    Arguments,
+    Fleet,
+    Json,
+    Nudge,
+    Output,
+    Packages,
+    Record,
+    Recording,
+    Seed,
+    World,
+    named_values,
+)
 from vrx_mj.cli.screen import print_summary, program, score_line, to_open
 from vrx_mj.errors import CommandError, RecordError, VrxError
 from vrx_mj.packages import shell_word
@@ -37,6 +49,7 @@ BagTopics = Annotated[
 def compile_(
     world: World,
     output: Output,
+    arguments: Arguments = None,
     fleet: Fleet = None,
     seed: Seed = None,
     nudge: Nudge = False,
@@ -48,7 +61,7 @@ def compile_(
     """
     from vrx_mj.mjcf.compile import compile_world
 
-    compiled = compile_world(world, fleet=fleet, seed=seed, nudge=nudge)
+    compiled = compile_world(world, fleet=fleet, seed=seed, nudge=nudge, arguments=named_values(arguments))
     with writing("the world", output):
         scene = compiled.save(output)
     typer.echo(f"{scene}: opens in MuJoCo; to sail it: vrx_mj.Simulation.load('{output}')")
@@ -56,6 +69,7 @@ def compile_(
 
 def run(
     world: World,
+    arguments: Arguments = None,
     fleet: Fleet = None,
     duration: Annotated[
         float | None, typer.Option(help="Simulated seconds; default: until the task is finished, 60 without a task.")
@@ -93,7 +107,7 @@ def run(
     _check_writable(summary)
     result = sail(
         world, fleet, duration=duration, seed=seed, path=record, control=control, thrust=thrust, sensors=sensors,
-        follow=follow, nudge=nudge, bag=bag, topics=topic or (),
+        follow=follow, nudge=nudge, bag=bag, topics=topic or (), arguments=named_values(arguments),
     )  # fmt: skip
     print_summary(result)
     _write_summary(summary, result)
@@ -138,6 +152,7 @@ def _print_files(record: Path | None, bag: Path | None) -> None:
 
 def view(
     world: World,
+    arguments: Arguments = None,
     fleet: Fleet = None,
     boat: Annotated[
         str | None, typer.Option(help="The boat that the keyboard drives at first; default: the first one.")
@@ -164,7 +179,7 @@ def view(
     from vrx_mj.runtime.simulation import Simulation
 
     steer = steering(control, thrust)
-    sim = Simulation(compile_world(world, fleet=fleet, seed=seed, nudge=nudge))
+    sim = Simulation(compile_world(world, fleet=fleet, seed=seed, nudge=nudge, arguments=named_values(arguments)))
     open_view(sim, boat=boat, pace=pace, controller=steer(sim), browser=browser, write=typer.echo)
 
 
@@ -235,6 +250,7 @@ def list_(
 
 def map_(
     world: World,
+    arguments: Arguments = None,
     output: Output = Path("map.png"),
     fleet: Fleet = None,
     nudge: Nudge = False,
@@ -248,7 +264,7 @@ def map_(
     from vrx_mj.draw.map_scene import map_of
     from vrx_mj.mjcf.compile import compile_world
 
-    drawn = map_of(compile_world(world, fleet=fleet, nudge=nudge))
+    drawn = map_of(compile_world(world, fleet=fleet, nudge=nudge, arguments=named_values(arguments)))
     with writing("the map", output):
         draw_map(drawn, output)
     typer.echo(f"map: {output}")

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vrx_mj.cli.options import Arguments, named_values
 from vrx_mj.cli.files import writing
+from vrx_mj.cli.options import Arguments, named_values
 from vrx_mj.errors import VrxError
 
 if TYPE_CHECKING:
@@ -19,10 +19,7 @@ __all__ = ["import_"]
 def import_(
     source: Annotated[Path, typer.Argument(help="A world, launch file or model of Gazebo, or a folder of them.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for our files.")],
-    arguments: Annotated[
-        list[str] | None,
-        typer.Argument(help="Arguments of the launch file, as NAME:=VALUE.", metavar="[NAME:=VALUE]..."),
-    ] = None,
+    arguments: Arguments = None,
 ) -> None:
     """Write files of Gazebo and VRX as files of ours, with a table of what became of each part in import.md.
 

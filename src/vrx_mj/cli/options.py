@@ -10,9 +10,9 @@ from vrx_mj.cli.files import look_in
 from vrx_mj.errors import CommandError
 
 __all__ = [
-    "Arguments",
     "DEFAULT_PORT",
     "DEFAULT_WEB_PORT",
+    "Arguments",
     "Fleet",
     "Json",
     "Nudge",
@@ -27,13 +27,15 @@ __all__ = [
 ]
 
 World = Annotated[
-    str, typer.Argument(help="Name of a world (see vrx-mj list worlds), or path of its YAML, of a world or launch file.")
+    str,
+    typer.Argument(help="Name of a world (see vrx-mj list worlds), or path of its YAML, or of a world or launch file."),
 ]
 Arguments = Annotated[
     list[str] | None, typer.Argument(metavar="[NAME:=VALUE]...", help="Arguments of a launch file, as for roslaunch.")
 ]
 Fleet = Annotated[
-    str | None, typer.Option(help="Name of a fleet or path of its YAML, or of a URDF or launch file; default: one boat.")
+    str | None,
+    typer.Option(help="Name of a fleet or path of its YAML, URDF or launch file; default: one boat."),
 ]
 Nudge = Annotated[
     bool, typer.Option("--nudge", help="Move boats that start on land, docks or each other to free water.")

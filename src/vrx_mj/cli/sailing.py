@@ -37,10 +37,11 @@ def sail(
     nudge: bool = False,
     bag: Path | None = None,
     topics: Sequence[str] = (),
+    arguments: Mapping[str, str] | None = None,
 ) -> Summary:
     """Compile, sail and record as asked."""
     steer = steering(control, thrust)
-    sim = Simulation(compile_world(world, fleet=fleet, seed=seed, nudge=nudge))
+    sim = Simulation(compile_world(world, fleet=fleet, seed=seed, nudge=nudge, arguments=arguments))
     controller = steer(sim)
     most = planned(sim) if duration is None else duration
     sim.steps_in(most)

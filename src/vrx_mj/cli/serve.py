@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from vrx_mj.cli.options import DEFAULT_PORT, Fleet, Nudge, Record, Seed, World
+from vrx_mj.cli.options import DEFAULT_PORT, Arguments, Fleet, Nudge, Record, Seed, World, named_values
 from vrx_mj.cli.screen import is_watched, show
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.packages import install_command
@@ -52,6 +52,7 @@ Duration = Annotated[float | None, typer.Option(help="Simulated seconds after wh
 
 def serve(
     world: World,
+    arguments: Arguments = None,
     fleet: Fleet = None,
     ros1: Annotated[bool, typer.Option("--ros1", help="Serve ROS 1; starts a master if none answers.")] = False,
     rosbridge: Rosbridge = None,
@@ -79,7 +80,7 @@ def serve(
     _run(
         world,
         fleet,
-        {"seed": seed, "nudge": nudge},
+        {"seed": seed, "nudge": nudge, "arguments": named_values(arguments)},
         record,
         ros1=ros1 or none,
         rosbridge=int(DEFAULT_PORT) if none else rosbridge,

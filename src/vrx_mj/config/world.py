@@ -34,6 +34,7 @@ from vrx_mj.config.scene import MarkersConfig, SceneConfig
 from vrx_mj.config.search import find_terrain
 from vrx_mj.config.series.worlds import world_source
 from vrx_mj.config.tasks import Task
+from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import VrxWarning
