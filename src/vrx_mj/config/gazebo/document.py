@@ -1,6 +1,7 @@
 """An XML file of Gazebo or ROS as elements that know their places; xacro in it is expanded, but for VRX's macros."""
 
 import math
+import os.path
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,7 +18,7 @@ from vrx_mj.config.urdf.xacro_files import read_bytes
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem
 
-__all__ = ["MACRO", "Element", "Note", "Report", "read_document"]
+__all__ = ["MACRO", "Element", "Note", "Report", "is_file", "read_document"]
 
 MACRO = "xacro:"
 """Beginning of the tag of a macro of VRX that is called."""
@@ -27,7 +28,7 @@ LARGEST = 1e12
 """Largest number that a file may give, in any unit."""
 _PREFIXES = {"gz": "http://gazebosim.org/schema", "ignition": "http://ignitionrobotics.org/schema"}
 """Namespaces of XML that files of Gazebo use without declaring them."""
-_ROOT = re.compile(rb"<(?=[A-Za-z])([A-Za-z_:][\w.:-]*)")
+_ROOT = re.compile(rb"(?>[^<]+|<!--(?>.*?-->)|<\?(?>.*?\?>))*+<[A-Za-z_][\w.:-]*", re.DOTALL)
 
 Fate = Literal["taken over", "approximated", "ignored"]
 """What became of a part of a file."""
@@ -127,7 +128,7 @@ class Element:
         """The numbers in this element, one for each label. Raises ConfigError."""
         names, text = labels.split(), self.own_text
         try:
-            values = [float(word) for word in text.split()]
+            values = [float(word) for word in text.split()] if "_" not in text else []
         except ValueError:
             values = []
         if len(values) != len(names) or not all(map(math.isfinite, values)) or max(map(abs, values)) > LARGEST:
@@ -140,6 +141,11 @@ class Element:
         return f"{escape(self.own_text)}{''.join(map(_xml, self.children))}"
 
 
+def is_file(path: Path) -> bool:
+    """Whether there is a file of this path, which may be too long for any."""
+    return os.path.isfile(path)  # noqa: PTH113 - Path.is_file raises an OSError for a name that is too long
+
+
 def read_document(file: Path, arguments: Mapping[str, str] | None = None) -> Element:
     """The root element of a file; a `.xacro` is expanded, with the calls of VRX's own macros left in it.
 
@@ -149,11 +155,22 @@ def read_document(file: Path, arguments: Mapping[str, str] | None = None) -> Ele
         ConfigError: it cannot be read or expanded.
     """
     if file.name.lower().endswith(".xacro"):
+        if not is_file(file):
+            raise ConfigError([Problem(display(file), None, None, "", _why_not(file))])
         paths = package_paths()
         document = expanded_document(file, arguments=arguments, package_paths=paths, libraries=LIBRARIES)
     else:
         document = _plain(file)
     return _element(document.documentElement)
+
+
+def _why_not(file: Path) -> str:
+    """Why there is nothing to read."""
+    try:
+        read_bytes(file)
+    except ExpressionError as error:
+        return str(error)
+    return "no such file"
 
 
 def _plain(file: Path) -> Any:
@@ -170,7 +187,7 @@ def _plain(file: Path) -> Any:
 def _declared(data: bytes) -> bytes:
     """The text with the namespaces declared that Gazebo's files use undeclared; lines stay where they are."""
     missing = [name for name in _PREFIXES if f"{name}:".encode() in data and f"xmlns:{name}".encode() not in data]
-    root = _ROOT.search(data)
+    root = _ROOT.match(data)
     if not missing or root is None:
         return data
     added = "".join(f' xmlns:{name}="{_PREFIXES[name]}"' for name in missing).encode()

@@ -16,7 +16,11 @@ __all__ = ["is_template", "template_content"]
 
 ENDING = ".sdf.erb"
 MOST_ROWS = 200
-_LAYOUT = re.compile(r"\blayout\s*=\s*\[(.{0,40000}?)\]", re.DOTALL)
+LONGEST = 40_000
+"""Characters of a layout."""
+_LAYOUT = re.compile(r"\blayout\s{0,80}=\s{0,80}\[")
+_END = re.compile(r"[ \t]{0,80}(?:%>|#|\r?\n|\Z)")
+"""What may follow a layout: another operation would make another list of it."""
 _ITEM = re.compile(r"\s*(?:'([^'\n]*)'|\"([^\"\n]*)\"|(true|false)|(#[^\n]*))\s*(,|\Z|(?=\n))", re.DOTALL)
 _NAME = re.compile(r"<model\s+name\s*=\s*[\"']([^\"'<>]{1,100})[\"']")
 
@@ -40,11 +44,12 @@ def template_content(file: Path, report: Report) -> tuple[dict[str, Any], Place]
         raise ConfigError([Problem(display(file), None, None, "", str(error))]) from None
     source = File(display(file), file.parent, tuple(text.split("\n")))
     found = _LAYOUT.search(text)
-    if found is None:
+    place = Place(source, text.count("\n", 0, found.start()) + 1 if found else 1)
+    end = text.find("]", found.end(), found.end() + LONGEST) if found else -1
+    if found is None or end < 0 or not _END.match(text, end + 1):
         message = "expected `layout = ['X  X', ...]`: a template is Ruby, of which only this list is read"
-        raise ConfigError([Problem(source.name, 1, None, "layout", message)])
-    place = Place(source, text.count("\n", 0, found.start()) + 1)
-    rows, static = _rows(found[1], place)
+        raise ConfigError([Problem(source.name, place.line, None, "layout", message)])
+    rows, static = _rows(text[found.end() : end], place)
     name = _NAME.search(text)
     kind = "fixed" if static else "floating"
     report.notes.append(Note(place, "layout", "taken over", f"`docks`: {len(rows)} rows, {kind}"))

@@ -12,15 +12,15 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.base import COLORS
-from vrx_mj.config.gazebo.document import Element, Report, read_document
+from vrx_mj.config.gazebo.document import Element, Report, is_file, read_document
 from vrx_mj.config.gazebo.erb_docks import is_template, template_content
-from vrx_mj.config.search import catalogue, display, package_paths
+from vrx_mj.config.search import catalogue, contained, display, package_paths
 from vrx_mj.config.series.calls import At, located
 from vrx_mj.config.shapes import MESH_SUFFIXES
 from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import WATER_DENSITY
-from vrx_mj.errors import UnknownNameError, VrxError
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
 from vrx_mj.frames import Pose, compose, rotation
 
 __all__ = [
@@ -28,6 +28,7 @@ __all__ = [
     "buoyancy_of",
     "follow_path",
     "has_model",
+    "hold_models",
     "is_gazebo_model",
     "model_file",
     "model_name",
@@ -90,12 +91,7 @@ def model_file(text: str, near: Path | None) -> Path:
             raise VrxError(f"no model '{name}' beside the file, nor on {PATHS[0]} or {PATHS[1]}")
         return folder / _main_file(folder)
     path, mark, name = text.partition("#")
-    file = (base / path).resolve()
-    if not file.is_relative_to(base.resolve()):
-        raise VrxError(f"path '{text}' leaves the folder of the file that names it")
-    if not file.is_file():
-        raise VrxError(f"no file '{path}' in {display(base)}")
-    return base / f"{path}{mark}{name}"
+    return Path(f"{contained(path, base)}{mark}{name}")
 
 
 def model_section(file: Path, report: Report | None = None) -> Section:
@@ -113,21 +109,50 @@ def model_section(file: Path, report: Report | None = None) -> Section:
         dock, place = template_content(file, kept)
         template: Section = located(dock, place)
         return template
-    path, _, name = str(file).partition("#")
-    root = read_document(Path(path))
-    models = [one for one in root.walk() if one.tag == "model" and (not name or one.attributes.get("name") == name)]
-    if not models:
-        known = [one.attributes.get("name", "") for one in root.walk() if one.tag == "model"]
-        raise root.fault(str(UnknownNameError("model", name, known)) if name else "expected <sdf> with a <model>")
-    content = _Model(models[0], Path(path).parent, kept).content()
+    path, mark, name = str(file).partition("#")
+    model = _named(Path(path), name) if mark else _only(read_document(Path(path)))
+    content = _Model(model, Path(path).parent, kept).content()
     kept.settle()
-    section: Section = located(content, models[0].place)
+    section: Section = located(content, model.place)
     return section
+
+
+def _only(root: Element) -> Element:
+    """The model of a file; of several the first."""
+    found = next((one for one in root.walk() if one.tag == "model"), None)
+    if found is None:
+        raise root.fault("expected <sdf> with a <model>")
+    return found
+
+
+_held: dict[Path, tuple[int, int, dict[str, Element]]] = {}
+"""Models of the world that was read last, by its file, with the time and size that the file had."""
+
+
+def hold_models(file: Path, root: Element) -> None:
+    """Hold the models of a world for those who name them, who would read its file again for each."""
+    _held.clear()
+    found = {one.attributes.get("name", ""): one for one in reversed(list(root.walk())) if one.tag == "model"}
+    status = file.stat()
+    _held[file.absolute()] = (status.st_mtime_ns, status.st_size, found)
+
+
+def _named(file: Path, name: str) -> Element:
+    """The model of a name in the file of a world."""
+    status = file.stat() if is_file(file) else None
+    held = _held.get(file.absolute())
+    if held is None or status is None or held[:2] != (status.st_mtime_ns, status.st_size):
+        hold_models(file, read_document(file))
+        held = _held[file.absolute()]
+    if name not in held[2]:
+        known = [name for name in held[2] if name]
+        raise ConfigError([Problem(display(file), 1, None, "", str(UnknownNameError("model", name, known)))])
+    return held[2][name]
 
 
 def safe_name(name: str) -> str:
     """A name as ours may be: any other character becomes `_`."""
-    return re.sub(r"[^A-Za-z0-9_.-]", "_", name)[:64] or "model"
+    return re.sub(r"[^A-Za-z0-9_.-]|^[.-]", "_", name)[:64] or "model"
 
 
 def pose_of(element: Element) -> At:
@@ -159,8 +184,11 @@ def buoyancy_of(include: Element, report: Report) -> Content | None:
 
 
 def same_buoyancy(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
-    """Whether two objects displace the same water and have the same drag."""
-    return _numbers(one) == _numbers(other)
+    """Whether two objects displace the same water and have the same drag; not where the keys of one are wrong."""
+    try:
+        return _numbers(one) == _numbers(other)
+    except (AttributeError, KeyError, TypeError, ValueError):
+        return False
 
 
 def _numbers(buoyancy: Mapping[str, Any]) -> list[Any]:
@@ -205,34 +233,56 @@ def _folder(name: str, near: Path) -> Path | None:
         return None
     entries = [Path(entry) for key in PATHS for entry in os.environ.get(key, "").split(os.pathsep) if entry]
     packages = [below for path in package_paths() for below in (path, path / "models")]
+    near = near.absolute()
     beside = [near, near / "models", near.parent / "models", near.parent]
-    return next((place / name for place in (*beside, *entries, *packages) if _is_model(place / name)), None)
+    found = next((place / name for place in (*beside, *entries, *packages) if _is_model(place / name)), None)
+    if found is not None and found.parent in beside and not _is_inside(found, near.parent):
+        raise VrxError(f"model '{name}' is a link that leads out of {display(near.parent)}")
+    return found
 
 
 def _is_model(folder: Path) -> bool:
+    return any(is_file(folder / name) for name in ("model.sdf", "model.config", TEMPLATE))
+
+
+def _is_inside(path: Path, folder: Path) -> bool:
+    """Whether a path leads into a folder, links followed."""
     try:
-        return any((folder / name).is_file() for name in ("model.sdf", "model.config", TEMPLATE))
-    except OSError:
+        return path.resolve().is_relative_to(folder.resolve())
+    except (OSError, RuntimeError):
         return False
 
 
 def _main_file(folder: Path) -> str:
     """The SDF of a folder, as its `model.config` says; of several the one of the newest version."""
     config = folder / "model.config"
-    if (folder / TEMPLATE).is_file() and not (folder / "model.sdf").is_file():
-        return TEMPLATE
-    if not config.is_file():
-        return "model.sdf"
+    if is_file(folder / TEMPLATE) and not is_file(folder / "model.sdf"):
+        return _within(folder, TEMPLATE)
+    if not is_file(config):
+        return _within(folder, "model.sdf")
+    _within(folder, config.name)
     named = [one for one in read_document(config).all("sdf") if one.own_text]
     found = max(named, key=lambda one: _version(one.attributes.get("version", "")), default=None)
     text = found.own_text if found else "model.sdf"
-    if found and (PurePosixPath(text).name != text or not (folder / text).is_file()):
+    if found and (PurePosixPath(text).name != text or not is_file(folder / text)):
         raise found.fault(f"expected the name of a file in this folder, got {shown(text)}")
-    return text
+    return _within(folder, text)
+
+
+def _within(folder: Path, name: str) -> str:
+    """The name of a file in the folder of a model, which may not be a link to elsewhere."""
+    if not _is_inside(folder / name, folder) and not _is_installed(folder / name):
+        raise VrxError(f"'{name}' of model '{folder.name}' is a link that leads out of its folder")
+    return name
+
+
+def _is_installed(file: Path) -> bool:
+    """Whether a link is one of `colcon build --symlink-install`: to a folder of the same name."""
+    return file.resolve().parent.name == file.parent.name
 
 
 def _version(text: str) -> tuple[int, ...]:
-    return tuple(int(part) for part in text.split(".") if part.isdigit())
+    return tuple(int(part) for part in re.findall(r"\d{1,9}", text, re.ASCII))
 
 
 @dataclass(frozen=True)
@@ -259,10 +309,17 @@ class _Model:
         for joint in self.model.all("joint"):
             fixed = joint.attributes.get("type") == "fixed"
             self.report.note(joint, "taken over" if fixed else "approximated", "its links are one rigid body")
-        for inner in self.model.all("model"):
+        self.add_links(self.model, HERE)
+
+    def add_links(self, model: Element, place: Pose) -> None:
+        """Add the links of the models in a model."""
+        for inner in model.all("model"):
             self.report.note(inner, "approximated", "its links are part of the same rigid body")
-            offset = _pose(inner)
+            offset = compose(place, _pose(inner))
             self.links += [(link, compose(offset, _pose(link))) for link in inner.all("link")]
+            for include in inner.all("include"):
+                self.report.note(include, "ignored", "a model in a model has no others in it here")
+            self.add_links(inner, offset)
 
     def content(self) -> Content:
         """The keys of an object's file."""
@@ -382,8 +439,10 @@ class _Model:
         path = rest.partition("/")[2] if own else uri.removeprefix("file://")
         if "://" in path or PurePosixPath(path).is_absolute() or ".." in PurePosixPath(path).parts:
             self.report.note(mesh, "ignored", f"a mesh outside the model's folder: {shown(uri)}", "<mesh>")
-        elif not path.lower().endswith(MESH_SUFFIXES) or not (self.folder / path).is_file():
+        elif not path.lower().endswith(MESH_SUFFIXES) or not is_file(self.folder / path):
             self.report.note(mesh, "ignored", f"no such mesh: {shown(uri)}", "<mesh>")
+        elif not _is_inside(self.folder / path, self.folder) and not _is_installed(self.folder / path):
+            self.report.note(mesh, "ignored", f"a link that leads out of the model's folder: {shown(uri)}", "<mesh>")
         else:
             return path
         return None
@@ -432,14 +491,16 @@ def _volume(shape: Content) -> float:
 
 def _inertial(link: Element, pose: Pose) -> _Inertial:
     inertial = link.child("inertial")
-    mass = (inertial.number("mass", UNIT) if inertial else UNIT) or UNIT
+    mass = inertial.number("mass") if inertial else None
+    if inertial and mass is not None and mass <= 0:
+        raise inertial.fault(f"must be above 0, got {shown(mass)}", "mass")
     place = compose(pose, _pose(inertial) if inertial else HERE)
     tensor = inertial.child("inertia") if inertial else None
     entry = {key: (tensor.number(key, float(key[1] == key[2])) if tensor else float(key[1] == key[2])) or 0.0
              for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")}  # fmt: skip
     local = np.array([[entry["".join(sorted((*"i", a, b), key="ixyz".index))] for b in "xyz"] for a in "xyz"])
     turn = np.array(rotation(*place[3:]))
-    return _Inertial(mass, np.array(place[:3]), turn @ local @ turn.T)
+    return _Inertial(UNIT if mass is None else mass, np.array(place[:3]), turn @ local @ turn.T)
 
 
 def _color(visual: Element) -> list[float] | None:

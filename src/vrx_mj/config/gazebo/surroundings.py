@@ -1,10 +1,12 @@
 """Sea, wind, light and place of a Gazebo world as the keys of ours."""
 
+import math
 import re
 from collections.abc import Mapping
 from typing import Any
 
 from vrx_mj.config.gazebo.document import Element
+from vrx_mj.config.wording import shown
 
 __all__ = ["georeference", "published_sea", "scene", "view", "wave_field", "wind"]
 
@@ -15,8 +17,10 @@ WAVES: Mapping[str, str] = {
     "amplitude": "amplitude", "steepness": "steepness",
 }  # fmt: skip
 """Elements of a wave field that are one number, and our keys."""
-_PARAMETER = re.compile(r'key:\s*"(\w{1,40})"\s*value\s*\{(.*?)\n?\s*\}\s*(?=params|\}|\Z)', re.DOTALL)
-_VALUE = re.compile(r'(?:(?:double|int)_value|[xyz]):\s*([-+.\deE]{1,40})|string_value:\s*"(\w{1,20})"')
+LONGEST_MESSAGE = 20_000
+"""Characters of a message that VRX 3's worlds publish; theirs have 2,000."""
+_KEY = re.compile(r'key:\s{0,80}"(\w{1,40})"')
+_VALUE = re.compile(r'(?:(?:double|int)_value|[xyz]):\s{0,80}([-+.\deE]{1,40})|string_value:\s{0,80}"(\w{1,20})"')
 
 
 def wave_field(plugin: Element) -> Content:
@@ -38,20 +42,32 @@ def published_sea(plugin: Element) -> Content | None:
     message = next((one for one in plugin.all("message") if "wavefield" in one.attributes.get("topic", "")), None)
     if message is None:
         return None
+    if len(message.own_text) > LONGEST_MESSAGE:
+        raise message.fault(f"a message of more than {LONGEST_MESSAGE} characters is too long")
     found: Content = {}
-    for name, body in _PARAMETER.findall(message.own_text):
+    _, *rest = _KEY.split(message.own_text)
+    for name, body in zip(rest[::2], rest[1::2], strict=True):
         values = [number or text for number, text in _VALUE.findall(body)]
-        if not values:
-            continue
-        if name == "direction":
-            x, y = (*map(float, values), 0.0)[:2]
-            found["direction"] = [x, y]
-        elif name == "model":
+        if values and name == "direction":
+            numbers = [_published(message, name, value) for value in values]
+            found["direction"] = numbers[:2] if len(numbers) > 1 else [math.cos(numbers[0]), math.sin(numbers[0])]
+        elif values and name == "model":
             found["model"] = values[0].lower()
-        elif name in WAVES:
-            number = float(values[0])
+        elif values and name in WAVES:
+            number = _published(message, name, values[0])
             found[name] = int(number) if name == "number" else number
     return found
+
+
+def _published(message: Element, name: str, text: str) -> float:
+    """A number of a message."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise message.fault(f"expected a number, got {shown(text)}", name)
+    return number
 
 
 def wind(plugin: Element) -> Content:

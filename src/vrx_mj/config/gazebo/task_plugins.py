@@ -168,7 +168,7 @@ LIGHT = "robotx_light_buoy"
 """The light buoy that a task sets; VRX 3's have fixed colours."""
 HOLES = (("big", 5.0), ("small", 10.0))
 """Points for the holes of a placard by default."""
-_HOLE = re.compile(r"placard_?(\d)\w*?_(big|small)_hole")
+_HOLE = re.compile(r"placard_?(\d)\w{0,40}?_(big|small)_hole")
 
 
 def _scan_dock(plugin: Element, _: object, objects: Sequence[Mapping[str, Any]]) -> Content:

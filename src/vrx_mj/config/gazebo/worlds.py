@@ -12,6 +12,7 @@ from vrx_mj.config.gazebo.models import (
     buoyancy_of,
     follow_path,
     has_model,
+    hold_models,
     model_name,
     model_section,
     pose_of,
@@ -27,7 +28,7 @@ from vrx_mj.config.series.macros import MACROS, made
 from vrx_mj.config.series.pieces import Piece, assembled, base_objects
 from vrx_mj.config.tree import Entry, Place, Section
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning, nearest
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning, nearest
 
 __all__ = ["GazeboWorld", "gazebo_world", "is_gazebo_world", "warn_of_losses"]
 
@@ -82,6 +83,9 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
     world = root if root.tag == "world" else root.child("world")
     if world is None:
         raise ConfigError([_no_world(file, root)])
+    if "#" in str(file):
+        raise world.fault("the path of the file has a '#', which stands for what follows it, a model: rename it")
+    hold_models(file, root)
     return _Reader(file, root, world).world()
 
 
@@ -108,6 +112,7 @@ class _Reader:
     def __init__(self, file: Path, root: Element, world: Element) -> None:
         self.file = file
         self.root = world
+        self.others = [one for one in root.all("world") if one is not world]
         self.report = Report()
         self.pieces: list[Piece] = []
         self.placed: list[tuple[Element, Content]] = []
@@ -120,6 +125,8 @@ class _Reader:
         """All of it."""
         for child in self.root.children:
             self.checked(child, self.take)
+        for other in self.others:
+            self.report.note(other, "ignored", "a file has one world: the first")
         self.checked(self.root, self.finish)
         self.report.settle()
         place = self.root.place
@@ -133,6 +140,8 @@ class _Reader:
             work(element)
         except ConfigError as error:
             self.report.problems += error.problems
+        except VrxError as error:
+            self.report.problems += element.fault(str(error)).problems
 
     def take(self, element: Element) -> None:
         """Take over one element of the world."""
@@ -167,6 +176,8 @@ class _Reader:
     def take_include(self, element: Element) -> None:
         """Take over a model by its name."""
         name = model_name(element)
+        if name in BASES and self.terrain is not None:
+            raise element.fault(f"a world has one terrain, which line {self.terrain.place.line} already gives")
         if name in BASES:
             self.terrain = element
         elif name == SUN:
@@ -205,7 +216,7 @@ class _Reader:
         given = buoyancy_of(include, self.report)
         if given is None or not known:
             return next(iter(known), None)
-        kinds = (known[0], *(one for one in self.known if one.startswith(f"{name}_2023_")))
+        kinds = [one for one in (known[0], *self.known) if one == known[0] or one.startswith(f"{name}_2023_")]
         found = next((one for one in kinds if same_buoyancy(given, self.buoyancy(one))), None)
         if found is None:
             self.report.note(include, "approximated", f"`{known[0]}`, which displaces another shape or has other drag")
@@ -213,7 +224,8 @@ class _Reader:
 
     def buoyancy(self, model: str) -> Mapping[str, Any]:
         """What a model of the catalogue displaces."""
-        return read_source("objects", self.known[model]).get("buoyancy") or {"elements": ()}
+        file = self.known.get(model)
+        return (read_source("objects", file).get("buoyancy") if file else None) or {"elements": ()}
 
     def take_model(self, element: Element) -> None:
         """Take over a model that is written into the world."""
@@ -223,6 +235,8 @@ class _Reader:
             self.add("sea", waves, {"sea": wave_field(waves)})
         elif name in WATER:
             self.report.note(element, "taken over", "the water, which is everywhere")
+        elif not name:
+            raise element.fault("required, but missing", "name")
         else:
             model = f"{self.file.name}#{name}"
             model_section(self.file.parent / model, self.report)

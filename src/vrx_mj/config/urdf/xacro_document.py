@@ -166,7 +166,7 @@ class _Builder(expatbuilder.ExpatBuilderNS):
         return Place(self.file, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1)
 
     def start_doctype_decl_handler(self, name: str, *_: object) -> None:
-        message = "document types and entities are not allowed in robot files; delete them"
+        message = "document types and entities are not allowed; delete them"
         raise FileError(self.here(), "<!DOCTYPE>", message)
 
     def start_element_handler(self, name: str, attributes: list[str]) -> None:
@@ -191,7 +191,7 @@ def _worded(said: str, builder: _Builder) -> str:
         tag, line = builder.open[-1]
         return f"expected </{tag}>, which ends the <{tag}> of line {line}"
     if said == "unbound prefix":
-        return "the prefix of a name here, as in 'xacro:if', is not declared; <robot> needs xmlns:xacro"
+        return "the prefix of a name here, as in 'xacro:if', is not declared; the outermost element needs xmlns:xacro"
     if said in {"no element found", "unclosed token"} and builder.open:
         tag, line = builder.open[-1]
         return f"the file ends before </{tag}>, which ends the <{tag}> of line {line}"

@@ -86,7 +86,7 @@ class Files:
             raise ExpressionError(f"'{path[:200]}' is not a path") from None
         if not any(found.is_relative_to(folder) for folder in self.roots):
             raise ExpressionError(
-                f"may not read '{_shown(path)}': it is neither in the folder of the robot file nor in a package; "
+                f"may not read '{_shown(path)}': it is neither in the folder of the first file nor in a package; "
                 "add its folder to the package paths"
             )
         if not found.is_file():
@@ -106,7 +106,7 @@ class Files:
         base = Path(*parts[: wild[0]])
         if not any(base.resolve().is_relative_to(folder) for folder in self.roots):
             raise ExpressionError(
-                f"may not look in '{_shown(str(base))}': it is neither in the robot's folder nor in a package"
+                f"may not look in '{_shown(str(base))}': it is neither in the folder of the first file nor in a package"
             )
         found = sorted(glob.glob(pattern))  # noqa: PTH207 - hidden files are left out
         if len(found) > MOST_MATCHES:
@@ -219,7 +219,7 @@ class Substitutions:
 
 def _closed(name: str) -> str:
     raise ExpressionError(
-        f"robot files cannot see environment variable '{name}'; declare an argument and use $(arg {name})"
+        f"files cannot see environment variable '{name}'; declare an argument and use $(arg {name})"
     )
 
 

@@ -305,7 +305,7 @@ def test_elements_lead_nowhere(name, boat):
 @pytest.mark.parametrize("name", DOCTYPES)
 def test_document_types_and_entities_are_refused(name, boat):
     said = refused(boat, DOCTYPES[name])
-    assert said.endswith("<!DOCTYPE>: document types and entities are not allowed in robot files; delete them")
+    assert said.endswith("<!DOCTYPE>: document types and entities are not allowed; delete them")
     (boat / "part.xacro").write_text(DOCTYPES[name], encoding="utf-8")
     assert refused(boat, f'{HEAD}<xacro:include filename="part.xacro"/></robot>').startswith("part.xacro:1:")
 
