@@ -1,5 +1,6 @@
 """`vrx-mj import`: files of Gazebo and VRX as files of ours."""
 
+import os
 import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -43,14 +44,14 @@ def import_(
 
 def _write(made: "Imported", folder: Path) -> None:
     """Write everything, over the files of an earlier import but over no others."""
-    from vrx_mj.config.gazebo.importing import HEAD, TABLE
+    from vrx_mj.config.gazebo.importing import HEAD, TABLE, TITLE
 
-    paths = [folder / name for name in made.texts]
-    for path in paths:
-        with writing("the import", path):
-            if path.exists() and path.suffix == ".yaml" and not path.read_bytes().startswith(HEAD.encode()):
-                raise VrxError(f"{path} exists and is not of an import: choose another folder")
     texts = made.texts | {TABLE: made.table()}
+    for name in (TABLE, *made.texts, *made.copies):
+        path = folder / name
+        ours = _begins(path, HEAD) if path.suffix == ".yaml" else _begins(folder / TABLE, TITLE)
+        if os.path.lexists(path) and not ours:
+            raise VrxError(f"{path} exists and is not of an import: choose another folder")
     for name, text in texts.items():
         with writing("the import", folder / name):
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -59,3 +60,14 @@ def _write(made: "Imported", folder: Path) -> None:
         with writing("the import", folder / name):
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(source, folder / name)
+
+
+def _begins(file: Path, text: str) -> bool:
+    """Whether a file is there and begins with a text."""
+    try:
+        if not file.is_file():
+            return False
+        with file.open("rb") as stream:
+            return stream.read(len(text)) == text.encode()
+    except OSError:
+        return False

@@ -333,7 +333,8 @@ def _count(file: Path, whole: Loading) -> None:
     """Checks an object's file, once in a load, and counts the single objects in it as part of the whole."""
     key = file.resolve()
     if key in whole.chain:
-        names = " > ".join(step.stem for step in (*whole.chain[whole.chain.index(key) :], key))
+        chain = (*whole.chain[whole.chain.index(key) :], key)
+        names = " > ".join(step.parent.name if step.name.startswith("model.") else step.stem for step in chain)
         raise VrxError(f"this object contains itself: {names}")
     if len(whole.chain) >= MOST_LEVELS:
         raise VrxError(f"more than {MOST_LEVELS} levels of objects in objects")

@@ -16,6 +16,7 @@ from vrx_mj.resources import root
 __all__ = [
     "KINDS",
     "PACKAGE_PATH",
+    "PLACES",
     "WORLD_SUFFIXES",
     "XML_SUFFIXES",
     "ReadingError",

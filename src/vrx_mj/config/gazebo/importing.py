@@ -1,5 +1,6 @@
 """Files of Gazebo and ROS written as files of ours, with a table of what became of each part."""
 
+import html
 import os
 import warnings
 from collections.abc import Iterator, Mapping
@@ -7,21 +8,28 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from vrx_mj.config.gazebo.document import Fate, Note, Report
+from vrx_mj.config.gazebo.document import Fate, Note, Report, is_file
 from vrx_mj.config.gazebo.launch import Launch, fleet_of, launch_of
 from vrx_mj.config.gazebo.models import SCHEME, is_gazebo_model, model_file, model_section, safe_name
 from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world
+from vrx_mj.config.loading import Loading, read_source, validated
+from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.search import display, package_paths
 from vrx_mj.config.series.worlds import section_text
 from vrx_mj.config.tree import Items, Section
+from vrx_mj.config.urdf.expand import arguments as declared_arguments
 from vrx_mj.config.urdf.expand import expand
+from vrx_mj.config.urdf.expression_values import ExpressionError
 from vrx_mj.config.urdf.xacro_files import read_bytes
-from vrx_mj.errors import VrxError, VrxWarning
+from vrx_mj.config.world import WorldConfig
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, shortened
 
-__all__ = ["HEAD", "TABLE", "Imported", "import_files"]
+__all__ = ["HEAD", "TABLE", "TITLE", "Imported", "import_files"]
 
 TABLE = "import.md"
 """Name of the file with the table."""
+TITLE = "# What became of each part\n"
+"""How that file begins: what is in a folder with one may be written over."""
 HEAD = "# Made by vrx-mj import from "
 """How each file that is written begins, so that a later import may write over it."""
 KINDS = (".world", ".world.xacro", ".launch", ".sdf", ".sdf.erb")
@@ -29,6 +37,7 @@ KINDS = (".world", ".world.xacro", ".launch", ".sdf", ".sdf.erb")
 BUILT = {"build", "devel", "install", "log"}
 """Folders of a workspace that are made from the others."""
 MOST_FILES = 2000
+MOST_FOLDERS = 20_000
 FATES: tuple[Fate, ...] = ("taken over", "approximated", "ignored")
 
 
@@ -46,14 +55,14 @@ class Imported:
 
     def count(self, fate: Fate) -> int:
         """How many parts became of a kind."""
-        return sum(note.fate == fate for note in self.notes)
+        return sum(note.fate == fate for note in dict.fromkeys(self.notes))
 
     def table(self) -> str:
         """The table, as Markdown."""
         notes = sorted(dict.fromkeys(self.notes), key=lambda note: (note.place.file.name, note.place.line or 0))
         cells = ((f"{note.place.file.name}:{note.place.line or 1}", note.what, note.fate, note.ours) for note in notes)
         rows = [f"| {' | '.join(map(_cell, row))} |" for row in cells]
-        head = ["# What became of each part", "", "| file | part | | here |", "|---|---|---|---|"]
+        head = [TITLE, "| file | part | | here |", "|---|---|---|---|"]
         failed = ["", "# Files that were not read", "", *(f"- {message}" for message in self.failed)]
         return "\n".join([*head, *rows, *(failed if self.failed else ()), ""])
 
@@ -72,9 +81,12 @@ def import_files(source: Path, arguments: Mapping[str, str] | None = None) -> Im
     """
     made = Imported()
     writer = _Writer(made)
-    if not source.is_dir():
+    if not os.path.isdir(source):  # noqa: PTH112 - Path.is_dir raises an OSError for a name that is too long
+        _check_arguments(source, arguments or {})
         writer.add(source, dict(arguments or {}))
         return made
+    if arguments:
+        raise VrxError(f"arguments NAME:=VALUE are for one launch file or xacro, not for the folder {display(source)}")
     files = list(_files(source))
     if not files:
         raise VrxError(f"no file to import in {display(source)}: none ends in {', '.join(KINDS)}")
@@ -83,20 +95,34 @@ def import_files(source: Path, arguments: Mapping[str, str] | None = None) -> Im
             writer.add(file, {})
         except VrxError as error:
             made.failed += str(error).splitlines()
-    if not made.texts:
+    if not made.texts and made.failed:
         raise VrxError("\n".join(made.failed))
     return made
 
 
+def _check_arguments(file: Path, arguments: Mapping[str, str]) -> None:
+    """Raise a VrxError where a file that is no launch file does not declare what it is given."""
+    if not arguments or file.name.lower().endswith(".launch"):
+        return
+    known = declared_arguments(file) if file.name.lower().endswith(".xacro") and is_file(file) else {}
+    name = next((name for name in arguments if name not in known), None)
+    if name is not None:
+        raise ConfigError(
+            [Problem(display(file), None, None, f"{name}:=", str(UnknownNameError("argument", name, known)))]
+        )
+
+
 def _files(folder: Path) -> Iterator[Path]:
     """The files to import below a folder; of a world and the xacro that it is made from, the xacro."""
-    found = 0
-    for place, folders, names in os.walk(folder):
-        folders[:] = sorted(
-            name for name in folders if not name.startswith(".") and name not in {"build", "devel", "install"}
-        )
+    found, top = 0, folder.resolve()
+    for number, (place, folders, names) in enumerate(os.walk(folder)):
+        folders[:] = sorted(name for name in folders if not name.startswith(".") and name not in BUILT)
+        if number > MOST_FOLDERS:
+            raise VrxError(f"more than {MOST_FOLDERS} folders in {display(folder)}: name a smaller one")
         for name in sorted(names):
             if not name.lower().endswith(KINDS) or f"{name}.xacro" in names or f"{name}.erb" in names:
+                continue
+            if not (Path(place) / name).resolve().is_relative_to(top):  # a link that leads out
                 continue
             found += 1
             if found > MOST_FILES:
@@ -105,7 +131,7 @@ def _files(folder: Path) -> Iterator[Path]:
 
 
 def _cell(text: str) -> str:
-    return " ".join(text.split()).replace("|", "\\|")
+    return html.escape(" ".join(text.split()), quote=False).replace("|", "\\|")
 
 
 class _Writer:
@@ -113,6 +139,17 @@ class _Writer:
 
     def __init__(self, made: Imported) -> None:
         self.made = made
+        self.paths: dict[tuple[str, str], str] = {}
+        """Paths of what is written, by its folder and what it is made from."""
+
+    def path_of(self, folder: str, name: str, source: str) -> str:
+        """The path in the folder of what is made from a source: two of one name are numbered."""
+        if (folder, source) not in self.paths:
+            taken = set(self.paths.values())
+            names = (name, *(f"{name}_{number}" for number in range(2, len(taken) + 3)))
+            paths = (f"{folder}{name}.yaml" for name in names)
+            self.paths[folder, source] = next(path for path in paths if path not in taken)
+        return self.paths[folder, source]
 
     def add(self, file: Path, arguments: dict[str, str]) -> None:
         """Import a file by its kind."""
@@ -124,20 +161,27 @@ class _Writer:
         elif is_gazebo_model(file.name) or name.endswith(".erb"):
             self.add_object(safe_name(_model_stem(file)), file, str(file))
         else:
+            if not os.path.lexists(file):
+                raise VrxError(f"no file or folder '{shortened(file)}'")
             raise VrxError(f"'{file}' cannot be imported: expected a file that ends in {', '.join(KINDS)}, or a folder")
 
     def add_world(self, file: Path, arguments: Mapping[str, str]) -> str:
         """Write a world and the objects that it brings, and return its path."""
         world = gazebo_world(file, arguments)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", VrxWarning)  # `vrx-mj run` says them again
+            validated(WorldConfig, read_source("worlds", world.section), Loading(), name=world.name)
+        path = self.path_of("", safe_name(file.name.partition(".")[0]), str(file.resolve()))
+        if path in self.made.texts:
+            return path
         self.made.notes += world.notes
-        path = f"{safe_name(file.name.partition('.')[0])}.yaml"
         section = self.with_objects(world.section, file.parent)
         self.made.texts[path] = self.text(file, section)
         self.made.sails.append((path, None))
         return path
 
-    def with_objects(self, section: Section, folder: Path) -> Section:
-        """A section whose models of Gazebo are objects of ours, which are written too."""
+    def with_objects(self, section: Section, folder: Path, here: str = "") -> Section:
+        """A section, to be written to a folder, whose models of Gazebo are objects of ours, which are written too."""
         objects = section.get("objects")
         if not isinstance(objects, Items):
             return section
@@ -146,25 +190,30 @@ class _Writer:
             model = str(thing["model"])
             if is_gazebo_model(model):
                 name = safe_name(model.removeprefix(SCHEME).partition("#")[2] or model.removeprefix(SCHEME))
-                self.add_object(name, model_file(model, folder), model)
-                renamed.append(Section({**thing, "model": f"./objects/{name}.yaml"}, thing.place, thing.entries))
+                path = self.add_object(name, model_file(model, folder), model)
+                renamed.append(Section({**thing, "model": f"./{path.removeprefix(here)}"}, thing.place, thing.entries))
             else:
                 renamed.append(thing)
         items = Items.of(renamed, objects.places)
         return Section({**section, "objects": items}, section.place, section.entries)
 
-    def add_object(self, name: str, file: Path, source: str) -> None:
-        """Write an object, with its meshes beside it."""
-        path = f"objects/{name}.yaml"
+    def add_object(self, name: str, file: Path, source: str) -> str:
+        """Write an object, with its meshes beside it, and return its path."""
+        path = self.path_of("objects/", name, str(file.absolute()))
         if path in self.made.texts:
-            return
+            return path
         report = Report()
         section = model_section(file, report)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", VrxWarning)
+            validated(ObjectConfig, section, Loading((file.resolve(),)))
         self.made.notes += report.notes
         self.made.texts[path] = ""
         folder = Path(str(file).partition("#")[0]).parent
-        content = self.with_meshes(self.with_objects(section, folder), folder, name)
+        stem = path.removeprefix("objects/").removesuffix(".yaml")
+        content = self.with_meshes(self.with_objects(section, folder, "objects/"), folder, stem)
         self.made.texts[path] = self.text(Path(source), content)
+        return path
 
     def with_meshes(self, value: Any, folder: Path, name: str) -> Any:
         """A section whose meshes are copied beside the object."""
@@ -185,6 +234,7 @@ class _Writer:
         world = self.add_world(launch.world, {}) if isinstance(launch.world, Path) else launch.world
         fleet = fleet_of(launch)
         if fleet is None:
+            self.made.sails += [(world, None)] if world is not None and world not in self.made.texts else []
             return
         boats = []
         for boat, found in zip(fleet["boats"], launch.boats, strict=True):
@@ -194,7 +244,7 @@ class _Writer:
                 boats.append(Section({**boat, "robot": f"./{path}"}, boat.place, boat.entries))
             else:
                 boats.append(boat)
-        path = f"{safe_name(file.name.partition('.')[0])}_fleet.yaml"
+        path = self.path_of("", f"{safe_name(file.name.partition('.')[0])}_fleet", f"fleet of {file.resolve()}")
         items = Items.of(boats, fleet["boats"].places)
         self.made.texts[path] = self.text(file, Section({**fleet, "boats": items}, fleet.place, fleet.entries))
         if world is not None:
@@ -202,13 +252,13 @@ class _Writer:
 
     def text(self, source: Path, section: Section) -> str:
         """A file of ours."""
-        return f"{HEAD}{source.name}\n{section_text(section)}"
+        return f"{HEAD}{shortened(source.name)}\n{section_text(section)}"
 
 
 def _urdf(file: Path, arguments: Mapping[str, str]) -> str:
     """The URDF of a description, expanded if it is a xacro."""
     if not file.name.lower().endswith(".xacro"):
-        return read_bytes(file).decode("utf-8", errors="replace")
+        return _text(file).decode("utf-8", errors="replace")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", VrxWarning)
         return expand(file, arguments=arguments, package_paths=package_paths())
@@ -218,7 +268,15 @@ def _is_model_alone(file: Path) -> bool:
     """Whether a `.sdf` is that of a model: in a folder of one, or without a world."""
     if not file.name.lower().endswith((".sdf", ".sdf.xacro")):
         return False
-    return b"<world" not in read_bytes(file)
+    return b"<world" not in _text(file)
+
+
+def _text(file: Path) -> bytes:
+    """What is in a file. Raises ConfigError."""
+    try:
+        return read_bytes(file)
+    except ExpressionError as error:
+        raise ConfigError([Problem(display(file), None, None, "", str(error))]) from None
 
 
 def _model_stem(file: Path) -> str:

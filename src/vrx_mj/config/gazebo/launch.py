@@ -1,19 +1,21 @@
 """Launch files of ROS 1 that open a world of Gazebo and spawn boats: which world, and which boats where."""
 
+import math
+import os
 import shlex
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from typing import Any, TypeGuard
 
-from vrx_mj.config.gazebo.document import LIBRARIES, Element, Report, read_document
+from vrx_mj.config.gazebo.document import LIBRARIES, Element, Report, is_file, read_document
 from vrx_mj.config.gazebo.models import safe_name
 from vrx_mj.config.gazebo.stock import STOCK_LAUNCHES, StockBoat, StockLaunch, stock_launch
 from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world, warn_of_losses
 from vrx_mj.config.loading import Source, file_of
-from vrx_mj.config.search import display, package_paths
+from vrx_mj.config.search import PLACES, catalogue, display, package_paths
 from vrx_mj.config.tree import Entry, File, Items, Place, Section
-from vrx_mj.config.urdf.expression_values import Budget, ExpressionError
+from vrx_mj.config.urdf.expression_values import LONGEST_TEXT, Budget, ExpressionError
 from vrx_mj.config.urdf.xacro_files import Files, Substitutions
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError
@@ -26,6 +28,10 @@ DEEPEST = 20
 """Launch files that may include each other."""
 MOST = 1000
 """Boats that launch files may spawn."""
+MOST_FILES = 200
+"""Launch files that one includes altogether."""
+FLAGS = {"urdf", "sdf", "gazebo", "unpause", "wait", "b", "package_to_model", "h", "help"}
+"""Options of spawn_model without a value."""
 PACKAGES = LIBRARIES | {
     "gazebo_ros",
     "wamv_gazebo",
@@ -40,6 +46,8 @@ NOWHERE = "/package:/"
 """Beginning of a path in such a package that is missing."""
 OURS = {"wamv_gazebo": "wamv", "cora_gazebo": "cora"}
 """How the names of VRX's descriptions begin, and our robots."""
+POSE = ("x", "y", "z", "R", "P", "Y")
+"""Names of arguments for a pose."""
 _LAUNCHES_WORLDS = {"empty_world.launch", "willowgarage_world.launch"}
 
 
@@ -81,9 +89,11 @@ def launch_of(source: str, arguments: Mapping[str, str]) -> Launch:
         UnknownNameError: there is no such file, and VRX has none of this name.
     """
     file = Path(source)
-    if file.is_file():
+    if is_file(file):
         return read_launch(file, arguments)
-    stock = stock_launch(PurePosixPath(source).name)
+    stock = None if os.path.lexists(file) else stock_launch(PurePosixPath(source).name)
+    if stock is None and os.path.lexists(file):
+        raise ConfigError([Problem(display(file), None, None, "", "not a file")])
     if stock is None:
         raise UnknownNameError("launch file", source, sorted(STOCK_LAUNCHES))
     run = _Run(Files(file, {}, package_paths()), Report(), Budget())
@@ -121,12 +131,11 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
 def read_launch(file: Path, arguments: Mapping[str, str]) -> Launch:
     """The simulation that a launch file starts. Raises ConfigError."""
     run = _Run(Files(file, {}, package_paths()), Report(), Budget())
-    run.read(file, dict(arguments), _Scope("", {}))
-    unknown = set(arguments) - run.declared
+    declared = run.read(file.absolute(), dict(arguments), _Scope("", {}))
+    unknown = sorted(set(arguments) - declared)
     if unknown:
-        name = sorted(unknown)[0]
-        message = str(UnknownNameError("argument", name, sorted(run.declared)))
-        raise ConfigError([Problem(display(file), None, None, f"{name}:=", message)])
+        message = str(UnknownNameError("argument", unknown[0], sorted(declared)))
+        raise ConfigError([Problem(display(file), None, None, f"{unknown[0]}:=", message)])
     return run.result()
 
 
@@ -145,10 +154,10 @@ class _Run:
         self.files = files
         self.report = report
         self.budget = budget
-        self.declared: set[str] = set()
+        self.count = 0
         self.world: Path | str | None = None
         self.boats: list[SpawnedBoat] = []
-        self.places: dict[str, Element] = {}
+        self.places: dict[str, Place] = {}
         self.descriptions: dict[str, Description] = {}
         self.open: list[Path] = []
 
@@ -157,20 +166,30 @@ class _Run:
         self.report.settle()
         return Launch(self.world, tuple(self.boats), self.report)
 
-    def read(self, file: Path, given: dict[str, str], scope: _Scope) -> None:
-        """Go through a file with arguments from outside."""
-        if file in self.open or len(self.open) >= DEEPEST:
-            chain = " > ".join(path.name for path in (*self.open, file))
-            raise ConfigError([Problem(display(file), None, None, "", f"launch files include each other: {chain}")])
+    def read(self, file: Path, given: dict[str, str], scope: _Scope) -> set[str]:
+        """Go through a file with arguments from outside, and return the names of those that it declares."""
+        self.count += 1
+        if self.count > MOST_FILES + 1:
+            return set(given)
+        if said := self.too_many(file):
+            raise ConfigError([Problem(display(file), None, None, "", said)])
         root = read_document(file)
         if root.tag != "launch":
             raise root.fault(f"expected <launch>, got <{root.tag}>")
         self.open.append(file)
         inner = _Scope(scope.namespace, {})
-        self.declared |= {arg.attributes.get("name", "") for arg in root.walk() if arg.tag == "arg"}
         for child in root.children:
             self.take(child, inner, given)
         self.open.pop()
+        return {arg.attributes.get("name", "") for arg in _declarations(root)}
+
+    def too_many(self, file: Path) -> str:
+        """What is wrong with the files that lead to this one, or nothing."""
+        if file.resolve() in {other.resolve() for other in self.open}:
+            return f"launch files include each other: {' > '.join(path.name for path in (*self.open, file))}"
+        if len(self.open) >= DEEPEST:
+            return f"launch files include each other deeper than {DEEPEST} levels"
+        return f"more than {MOST_FILES} launch files in one" if self.count > MOST_FILES else ""
 
     def take(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
         """Do what an element says, unless its `if` or `unless` says not to."""
@@ -198,12 +217,15 @@ class _Run:
     def argument(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
         """Declare an argument."""
         name = self.needed(element, "name", scope)
+        scope.arguments.setdefault(name, "")  # what needs it says no second time that it is wrong
         if "value" in element.attributes:
             scope.arguments[name] = self.worked_out(element, element.attributes["value"], scope)
         elif name in given:
             scope.arguments[name] = given[name]
         elif "default" in element.attributes:
             scope.arguments[name] = self.worked_out(element, element.attributes["default"], scope)
+        else:
+            raise element.fault(f"has no value: add {name}:=VALUE")
 
     def group(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
         """Go through a group; its arguments are its own."""
@@ -215,14 +237,18 @@ class _Run:
     def include(self, element: Element, scope: _Scope, _: dict[str, str]) -> None:
         """Go through another file with the arguments that this one gives it."""
         name = self.needed(element, "file", scope)
-        passed = dict(scope.arguments) if element.attributes.get("pass_all_args", "").lower() in {"true", "1"} else {}
+        passes_all = element.attributes.get("pass_all_args", "").lower() in {"true", "1"}
+        passed = dict(scope.arguments) if passes_all else {}
         inner = _Scope(_joined(scope.namespace, self.worked_out(element, element.attributes.get("ns", ""), scope)), {})
         for arg in element.all("arg"):
             if self.holds(arg, scope):
                 value = arg.attributes.get("value", arg.attributes.get("default", ""))
                 passed[self.needed(arg, "name", scope)] = self.worked_out(arg, value, scope)
         if not name.startswith(NOWHERE):
-            self.read(self.allowed(element, name), passed, inner)
+            declared = self.read(self.allowed(element, name), passed, inner)
+            unknown = sorted(set(passed) - set(scope.arguments if passes_all else ()) - declared)
+            if unknown:
+                raise element.fault(str(UnknownNameError("argument", unknown[0], sorted(declared))))
             return
         file, stock = PurePosixPath(name).name, stock_launch(PurePosixPath(name).name)
         if file in _LAUNCHES_WORLDS:
@@ -245,11 +271,16 @@ class _Run:
         if path.startswith(NOWHERE):
             parts = PurePosixPath(path).parts
             stem = parts[-1].partition(".")[0]
-            return f"vrx2019/{stem}" if "vrx_2019" in parts else stem
-        file = Path(path)
-        if not file.is_file() and file.with_name(f"{file.name}.xacro").is_file():  # what catkin makes the world of
-            path = f"{path}.xacro"
-        return self.allowed(element, path)
+            known = catalogue("worlds")
+            names = (f"vrx2019/{stem}" if "vrx_2019" in parts else stem, PLACES.get(stem, stem))
+            found = next((name for name in names if name in known), None)
+            if found is None:
+                raise element.fault(f"{UnknownNameError('world of VRX', stem, known)} (or add its package's folder "
+                                    "to VRX_MJ_PACKAGE_PATH)")  # fmt: skip
+            return found
+        whole = str(self.open[0].parent / path)
+        made = not is_file(Path(whole)) and is_file(Path(f"{whole}.xacro"))  # what catkin makes the world of
+        return self.allowed(element, f"{path}.xacro" if made else path)
 
     def open_stock(self, stock: StockLaunch, given: dict[str, str], element: Element | None) -> None:
         """Start what one of VRX's own launch files starts."""
@@ -257,10 +288,18 @@ class _Run:
         if unknown:
             message = str(UnknownNameError(f"argument of {stock.name}", sorted(unknown)[0], stock.arguments))
             raise element.fault(message) if element else ConfigError([Problem(stock.name, None, None, "", message)])
-        world = given.get("world")
-        self.world = stock.world if world is None else Path(world).expanduser()
+        world, urdf = given.get("world"), given.get("urdf")
+        if world is None:
+            self.world = stock.world
+        else:
+            self.world = self.world_of(element, world) if element else Path(world).expanduser()
+        own: dict[str, Any] = {}
+        if urdf is not None:
+            robot = self.robot_file(element, urdf) if element else Path(urdf).expanduser()
+            own = {"robot": robot, **({"arguments": {}} if isinstance(robot, Path) else {})}
         place = element.place if element else Place(File(stock.name, None))
-        self.boats += [_stock_boat(boat, given, place) for boat in stock.boats]
+        for boat in stock.boats:
+            self.spawn(element, replace(_stock_boat(boat, given, place, alone=len(stock.boats) == 1), **own))
         if element is not None:
             self.report.note(element, "taken over", f"VRX's {stock.name}")
 
@@ -306,18 +345,28 @@ class _Run:
         name = options.get("model") or options.get("entity")
         if not name:
             raise element.fault("a spawned model needs -model NAME", "args")
-        if name in self.places:
-            first = self.places[name].place
-            message = (
-                f"a model named '{name}' is spawned on line {first.line} already: each needs -model NAME of its own"
-            )
-            raise element.fault(message, "args")
-        self.places[name] = element
-        if len(self.boats) >= MOST:
-            raise element.fault(f"more than {MOST} boats")
-        pose = self.pose(element, [options.get(key, "0") for key in ("x", "y", "z", "R", "P", "Y")])
-        self.boats.append(SpawnedBoat(name, pose, element.place, *self.spawned(element, options, scope)))
+        if "-sdf" in text.split() or "database" in options:
+            self.report.note(element, "ignored", "no boat: a model of SDF belongs into the world", f"<node> '{name}'")
+            return
+        pose = self.pose(element, [options.get(key, "0") for key in POSE])
+        self.spawn(element, SpawnedBoat(name, pose, element.place, *self.spawned(element, options, scope)))
         self.report.note(element, "taken over", "a boat of the fleet", f"<node> '{name}'")
+
+    def spawn(self, element: Element | None, boat: SpawnedBoat) -> None:
+        """Add a boat, whose name no other has."""
+        first = self.places.get(safe_name(boat.name))
+        if first is not None and element is not None:
+            here = (
+                f"line {first.line}"
+                if first.file.name == element.place.file.name
+                else f"{first.file.name}:{first.line}"
+            )
+            text = f"a model named '{boat.name}' is spawned on {here} already: each needs -model NAME of its own"
+            raise element.fault(text, "args")
+        if len(self.boats) >= MOST and element is not None:
+            raise element.fault(f"more than {MOST} boats")
+        self.places[safe_name(boat.name)] = boat.place
+        self.boats.append(boat)
 
     def spawned(self, element: Element, options: Mapping[str, str], scope: _Scope) -> Description:
         """File and arguments of the description that a node spawns."""
@@ -327,7 +376,7 @@ class _Run:
         name = given if given.startswith("/") else _joined(scope.namespace, given)
         if name not in self.descriptions:
             known = sorted(self.descriptions)
-            raise element.fault(f"{UnknownNameError('parameter', name, known)}, which -param names", "args")
+            raise element.fault(f"-param: {UnknownNameError('parameter', name, known)}", "args")
         return self.descriptions[name]
 
     def options(self, element: Element, text: str) -> dict[str, str]:
@@ -340,22 +389,23 @@ class _Run:
         index = 0
         while index < len(words):
             key = words[index].lstrip("-")
-            if key in {"urdf", "sdf", "gazebo", "unpause", "wait", "b"} or not words[index].startswith("-"):
+            if key in FLAGS or not words[index].startswith("-"):
                 index += 1
                 continue
-            found[key] = words[index + 1] if index + 1 < len(words) else ""
+            value = words[index + 1] if index + 1 < len(words) else ""
+            if not value or (value[0] == "-" and value[1:2] not in set("0123456789.i")):
+                raise element.fault(f"-{key} needs a value", "args")
+            found[key] = value
             index += 2
         return found
 
     def pose(self, element: Element, values: list[str]) -> Pose:
         """Six numbers."""
-        try:
-            x, y, z, roll, pitch, yaw = map(float, values)
-        except ValueError:
-            raise element.fault(
-                f"expected numbers for -x -y -z -R -P -Y, got {shown(' '.join(values))}", "args"
-            ) from None
-        return x, y, z, roll, pitch, yaw
+        pose = _pose(values)
+        if pose is None:
+            message = f"expected numbers for -x -y -z -R -P -Y, got {shown(' '.join(values))}"
+            raise element.fault(message, "args")
+        return pose
 
     def needed(self, element: Element, name: str, scope: _Scope) -> str:
         """An attribute that must be there."""
@@ -369,14 +419,19 @@ class _Run:
         known = _Known(self.files, scope.arguments, self.budget)
         try:
             if text.strip().startswith("$(eval ") and text.strip().endswith(")"):
-                return known.resolve(text.strip()[2:-1], folder)
-            if "$(eval" in text:
+                found = known.resolve(text.strip()[2:-1], folder)
+            elif "$(eval" in text:
                 raise ExpressionError(
                     "$(eval ...) must be the whole value, as in roslaunch; give it an <arg> of its own"
                 )
-            return _substituted(text, lambda inner: known.resolve(inner, folder))
+            else:
+                found = _substituted(text, lambda inner: known.resolve(inner, folder))
+            if len(found) > LONGEST_TEXT:
+                raise ExpressionError(f"a text of more than {LONGEST_TEXT} characters is too long")
+            self.budget.write(found)
         except ExpressionError as error:
             raise element.fault(f"{shown(text)}: {error}") from None
+        return found
 
     def allowed(self, element: Element, path: str) -> Path:
         """A file that may be read: beside the first file, or in a package."""
@@ -393,18 +448,42 @@ class _Known(Substitutions):
         """The folder of a package."""
         return f"{NOWHERE}{name}" if name in PACKAGES and not self.files.has_package(name) else super().find(name)
 
+    def argument(self, name: str) -> str:
+        """The value of an argument."""
+        if name not in self.arguments:
+            raise ExpressionError(
+                f"{UnknownNameError('argument', name, self.arguments)}; declare it before in an <arg>"
+            )
+        return super().argument(name)
 
-def _stock_boat(boat: StockBoat, given: Mapping[str, str], place: Place) -> SpawnedBoat:
-    """A boat of one of VRX's launch files, started with arguments."""
-    x, y, z, _, _, yaw = boat.pose
+
+def _pose(values: Sequence[str]) -> Pose | None:
+    """Six numbers; None: they are others."""
     try:
-        numbers = [float(given.get(key, value)) for key, value in (("x", x), ("y", y), ("z", z), ("Y", yaw))]
-    except ValueError as error:
-        raise ConfigError([Problem(place.file.name, place.line, None, "x:= y:= z:= Y:=", str(error))]) from None
-    pose = (numbers[0], numbers[1], numbers[2], 0.0, 0.0, numbers[3])
-    arguments = {key: given.get(key, value) for key, value in boat.arguments.items()}
-    robot: Path | str = Path(given["urdf"]).expanduser() if "urdf" in given else boat.robot
-    return SpawnedBoat(given.get("namespace", boat.name), pose, place, robot, {} if "urdf" in given else arguments)
+        x, y, z, roll, pitch, yaw = numbers = [float(value) for value in values]
+    except ValueError:
+        return None
+    return (x, y, z, roll, pitch, yaw) if all(map(math.isfinite, numbers)) else None
+
+
+def _declarations(element: Element) -> Iterator[Element]:
+    """The arguments that a file declares, in groups or not."""
+    yield from element.all("arg")
+    for group in element.all("group"):
+        yield from _declarations(group)
+
+
+def _stock_boat(boat: StockBoat, given: Mapping[str, str], place: Place, *, alone: bool) -> SpawnedBoat:
+    """A boat of one of VRX's launch files, started with arguments; several have names and places of their own."""
+    moved = given if alone else {}
+    texts = [moved.get(key, repr(value)) for key, value in zip(POSE, boat.pose, strict=True)]
+    pose = _pose(texts)
+    if pose is None:
+        message = f"expected numbers, got {shown(' '.join(texts))}"
+        raise ConfigError([Problem(place.file.name, place.line, None, "x:= y:= z:= R:= P:= Y:=", message)])
+    arguments = {key: given.get(key, value) for key, value in boat.arguments.items() if alone or key != "thrust_config"}
+    own = {} if alone else {key: value for key, value in boat.arguments.items() if key == "thrust_config"}
+    return SpawnedBoat(moved.get("namespace", boat.name), pose, place, boat.robot, arguments | own)
 
 
 def fleet_of(launch: Launch) -> Section | None:

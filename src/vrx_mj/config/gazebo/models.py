@@ -162,7 +162,7 @@ def pose_of(element: Element) -> At:
         return At(list(HERE), element.place)
     frame = found.attributes.get("relative_to") or found.attributes.get("frame") or ""
     if frame not in {"", "world", "__model__"}:
-        raise found.fault(f"a pose relative to '{frame}' cannot be taken over", "pose")
+        raise found.fault(f"a pose relative to {shown(frame)} cannot be taken over: give it in the frame of the model")
     pose = found.read_numbers("x y z roll pitch yaw")
     if found.attributes.get("degrees", "").lower() in {"true", "1"}:
         pose[3:] = map(math.radians, pose[3:])

@@ -102,7 +102,8 @@ def warn_of_losses(notes: Sequence[Note], source: str, *, stacklevel: int) -> No
 def _no_world(file: Path, root: Element) -> Any:
     kinds = {"model": "a model", "robot": "the description of a robot", "launch": "a launch file", "mujoco": "MJCF"}
     inside = next((child.tag for child in root.children if child.tag in kinds), root.tag)
-    found = f"<{root.tag}> is {kinds[inside]}, not a world" if inside in kinds else f"got a <{root.tag}>"
+    empty = "this <sdf> has none" if root.tag == "sdf" else f"got <{root.tag}>"
+    found = f"this is {kinds[inside]}" if inside in kinds else empty
     return root.fault(f"expected <sdf> with a <world>; {found}").problems[0]
 
 

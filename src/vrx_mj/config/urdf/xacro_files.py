@@ -4,6 +4,7 @@ Substitutions are `$(find pkg)`, `$(arg name)`, `$(eval ...)` and so on; the env
 """
 
 import glob
+import os.path
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Any
 from vrx_mj.config.search import ReadingError, display, enclosing_packages, package_above, package_name, read_limited
 from vrx_mj.config.urdf.expression_values import GLOBALS, Budget, ExpressionError, Function
 from vrx_mj.config.urdf.expressions import Names, evaluate, unknown
-from vrx_mj.errors import UnknownNameError, nearest
+from vrx_mj.errors import UnknownNameError, nearest, shortened
 from vrx_mj.resources import root
 
 __all__ = ["Files", "Substitutions", "own_packages", "read_bytes"]
@@ -89,7 +90,7 @@ class Files:
                 f"may not read '{_shown(path)}': it is neither in the folder of the first file nor in a package; "
                 "add its folder to the package paths"
             )
-        if not found.is_file():
+        if not os.path.isfile(found):  # noqa: PTH113 - Path.is_file raises an OSError for a name that is too long
             raise FileNotFoundError(_missing(path))
         return found
 
@@ -151,7 +152,9 @@ def _missing(path: str) -> str:
     except (OSError, ValueError):
         return f"no file '{_shown(path)}': no such folder {display(folder)}"
     close = nearest(Path(path).name, names)
-    return f"no file '{Path(path).name}' in {display(folder)}" + (f"; did you mean '{close}'?" if close else "")
+    return f"no file '{shortened(Path(path).name)}' in {display(folder)}" + (
+        f"; did you mean '{close}'?" if close else ""
+    )
 
 
 def _shown(path: str) -> str:
@@ -218,9 +221,7 @@ class Substitutions:
 
 
 def _closed(name: str) -> str:
-    raise ExpressionError(
-        f"files cannot see environment variable '{name}'; declare an argument and use $(arg {name})"
-    )
+    raise ExpressionError(f"files cannot see environment variable '{name}'; declare an argument and use $(arg {name})")
 
 
 def _default(words: list[str]) -> str:
