@@ -1,5 +1,6 @@
 """Worlds of Gazebo written from our own, as VRX's macros expand (gazebo_classic) and as its SDF files are (jazzy)."""
 
+import math
 from html import escape
 
 from vrx_mj.config.objects import load_object
@@ -72,7 +73,7 @@ def published(sea):
                ("amplitude", "angle", "gain", "period", "scale", "steepness", "tau")}  # fmt: skip
     x, y = sea.direction
     values = numbers | {
-        "direction": f"type: VECTOR3D vector3d_value {{ x: {x} y: {y} }}",
+        "direction": f"type: DOUBLE double_value: {math.atan2(y, x)!r}",
         "model": f'type: STRING string_value: "{sea.model.upper()}"',
         "number": f"type: INT32 int_value: {sea.number}",
     }

@@ -21,6 +21,7 @@ ALIKE = {"type": None, "goal": None}
 def comparable(world):
     """What a world's file says, in an order of its own; without what only a launch file says."""
     said = world.model_dump(exclude={"name", "description", "spawn", "folder"})
+    said["sea"]["direction"] = [round(value, 6) for value in said["sea"]["direction"]]  # VRX 3 gives an angle
     said["objects"] = sorted(said["objects"], key=lambda thing: thing["name"])
     if world.task is not None:
         said["task"]["name"] = said["task"]["name"] or said["task"]["type"]

@@ -1,0 +1,218 @@
+"""Models of Gazebo as objects: masses and inertias by closed form, poses in degrees, shapes, composites, docks."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vrx_mj.config.gazebo.document import Report, read_document
+from vrx_mj.config.gazebo.models import model_section, pose_of, safe_name
+from vrx_mj.frames import compose, rotation
+
+HERE = (0.0,) * 6
+SPHERE = '<collision name="c"><geometry><sphere><radius>1</radius></sphere></geometry></collision>'
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def words(values):
+    """Numbers as a file has them."""
+    return " ".join(map(repr, values))
+
+
+def link(mass, inertia, pose=HERE, inner=HERE, name="link", content=""):
+    """A link with an inertial of its own pose; the inertia is ixx iyy izz ixy ixz iyz."""
+    keys = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+    tensor = "".join(f"<{key}>{value!r}</{key}>" for key, value in zip(keys, inertia, strict=True))
+    inertial = f"<inertial><pose>{words(inner)}</pose><mass>{mass!r}</mass><inertia>{tensor}</inertia></inertial>"
+    return f'<link name="{name}"><pose>{words(pose)}</pose>{inertial}{content}</link>'
+
+
+def read(body, file="buoy.sdf", name="buoy"):
+    """The object of a model, and its notes."""
+    path = Path(file)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f'<sdf version="1.6"><model name="{name}">{body}</model></sdf>', encoding="utf-8")
+    report = Report()
+    return model_section(path, report), report.notes
+
+
+def tensor(inertia):
+    """A symmetric matrix of ixx iyy izz ixy ixz iyz."""
+    xx, yy, zz, xy, xz, yz = inertia
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+poses = st.tuples(*[st.floats(-3, 3)] * 6)
+parts = st.tuples(
+    st.floats(0.1, 20),
+    st.tuples(*[st.floats(1, 2)] * 3, *[st.floats(-0.3, 0.3)] * 3),
+    poses,
+    poses,
+)
+
+
+@settings(max_examples=25)
+@given(parts=st.lists(parts, min_size=1, max_size=4))
+def test_links_are_one_body_by_parallel_axes(parts, tmp_path_factory):
+    file = tmp_path_factory.mktemp("model") / "buoy.sdf"
+    found, _ = read("".join(link(*part, name=f"l{i}") for i, part in enumerate(parts)) + FLOAT, file)
+    mass = sum(part[0] for part in parts)
+    places = [compose(part[2], part[3]) for part in parts]
+    center = sum(part[0] * np.array(place[:3]) for part, place in zip(parts, places, strict=True)) / mass
+    whole = np.zeros((3, 3))
+    for part, place in zip(parts, places, strict=True):
+        turn, arm = np.array(rotation(*place[3:])), np.array(place[:3]) - center
+        cross = np.array([[0, -arm[2], arm[1]], [arm[2], 0, -arm[0]], [-arm[1], arm[0], 0]])
+        whole += turn @ tensor(part[1]) @ turn.T - part[0] * cross @ cross
+    assert found["mass"] == pytest.approx(mass)
+    assert list(found["center_of_mass"]) == pytest.approx(list(center), abs=1e-9)
+    assert list(found["inertia"]) == pytest.approx(list(np.diag(whole)))
+
+
+FLOAT = (
+    '<plugin filename="libbuoyancy_gazebo_plugin.so"><linear_drag>25</linear_drag><angular_drag>2</angular_drag>'
+    "<buoyancy><link_name>l0</link_name><geometry><sphere><radius>3</radius></sphere></geometry></buoyancy></plugin>"
+)
+
+
+def test_two_balls_on_a_rod():
+    ball = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
+    ends = [link(2.0, ball, (x, 0.0, 0.0, 0.0, 0.0, 0.0), name=f"l{i}") for i, x in enumerate((-3.0, 3.0))]
+    found, _ = read("".join(ends) + FLOAT)
+    assert (found["mass"], list(found["center_of_mass"])) == (4.0, [0, 0, 0])
+    assert list(found["inertia"]) == [2.0, 2.0 + 4 * 9, 2.0 + 4 * 9]  # m r2 of both ends
+
+
+def test_a_turned_link_turns_its_inertia_and_its_shapes():
+    turned = (0.0, 0.0, 0.0, 0.0, 0.0, math.pi / 2)
+    found, _ = read(link(5.0, (1.0, 2.0, 2.5, 0.0, 0.0, 0.0), turned, name="l0", content=SPHERE) + FLOAT)
+    assert list(found["inertia"]) == pytest.approx([2.0, 1.0, 2.5])
+    assert list(found["collisions"][0]["pose"]) == pytest.approx(turned)
+
+
+def test_products_of_inertia_are_noted():
+    _, notes = read(link(5.0, (1.0, 1.0, 1.0, 0.2, 0.0, 0.0), name="l0") + FLOAT)
+    assert [note.ours for note in notes if note.fate == "approximated"] == [
+        "products of inertia up to 0.2 kg m2 are left out"
+    ]
+
+
+def test_a_link_without_inertial_has_one_kilogram():
+    found, _ = read('<link name="l0"/>' + FLOAT)
+    assert (found["mass"], list(found["inertia"])) == (1.0, [1.0, 1.0, 1.0])
+
+
+def test_what_has_no_buoyancy_plugin_floats_on_its_shapes_or_stands():
+    light, notes = read(link(100.0, (1.0, 1.0, 1.0, 0.0, 0.0, 0.0), content=SPHERE))
+    assert [one["type"] for one in light["buoyancy"]["elements"]] == ["sphere"]
+    assert notes[-1].ours == "without buoyancy plugin; its collision shapes displace water"
+    heavy, notes = read(link(5000.0, (1.0, 1.0, 1.0, 0.0, 0.0, 0.0), content=SPHERE))
+    assert heavy["static"] is True
+    assert notes[-1].ours == "without buoyancy plugin it sinks (5000 kg, 4.19 m3): `static: true`"
+
+
+def test_models_in_models_are_part_of_the_body():
+    inner = link(1.0, (1.0, 1.0, 1.0, 0.0, 0.0, 0.0), name="l1")
+    deep = f'<model name="b"><pose>0 2 0 0 0 0</pose>{inner}</model>'
+    outer = f'<model name="a"><pose>4 0 0 0 0 0</pose>{deep}</model>'
+    found, _ = read(link(1.0, (1.0, 1.0, 1.0, 0.0, 0.0, 0.0), name="l0") + outer + FLOAT)
+    assert (found["mass"], list(found["center_of_mass"])) == (2.0, [2.0, 1.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("shape", "keys"),
+    [
+        ("<box><size>1 2 3</size></box>", {"type": "box", "size": (1.0, 2.0, 3.0)}),
+        ("<sphere><radius>2</radius></sphere>", {"type": "sphere", "radius": 2.0}),
+        (
+            "<cylinder><radius>2</radius><length>3</length></cylinder>",
+            {"type": "cylinder", "radius": 2.0, "length": 3.0},
+        ),
+        ("<capsule><radius>2</radius><length>3</length></capsule>", {"type": "capsule", "radius": 2.0, "length": 3.0}),
+        ("<ellipsoid><radii>1 2 3</radii></ellipsoid>", {"type": "ellipsoid", "size": (2.0, 4.0, 6.0)}),
+    ],
+)
+def test_shapes(shape, keys):
+    body = f'<static>true</static><link name="l"><visual name="v"><geometry>{shape}</geometry></visual></link>'
+    assert dict(read(body)[0]["visuals"][0]) == keys
+
+
+@pytest.mark.parametrize(
+    ("material", "color"),
+    [
+        ("<diffuse>0.1 0.2 0.3</diffuse>", (0.1, 0.2, 0.3)),
+        ("<ambient>0.1 0.2 0.3 0.4</ambient>", (0.1, 0.2, 0.3, 0.4)),
+        ("<script><name>Gazebo/Red</name></script>", (1, 0, 0, 1)),
+        ("<script><name>Other/Paint</name></script>", None),
+    ],
+)
+def test_colors(material, color):
+    visual = f'<visual name="v"><geometry><box/></geometry><material>{material}</material></visual>'
+    found, _ = read(f'<static>true</static><link name="l">{visual}</link>')
+    assert found["visuals"][0].get("color") == color
+
+
+@pytest.mark.parametrize("uri", ["meshes/a.stl", "model://wall/meshes/a.stl", "file://meshes/a.stl"])
+def test_meshes_of_the_folder_of_the_model(uri):
+    Path("wall/meshes").mkdir(parents=True)
+    Path("wall/meshes/a.stl").write_bytes(b"")
+    mesh = f"<mesh><uri>{uri}</uri><scale>1 2 3</scale></mesh>"
+    visual = f'<visual name="v"><geometry>{mesh}</geometry></visual>'
+    found, _ = read(f'<static>true</static><link name="l">{visual}</link>', "wall/model.sdf", "wall")
+    assert dict(found["visuals"][0]) == {"type": "mesh", "file": "meshes/a.stl", "scale": (1.0, 2.0, 3.0)}
+
+
+def test_angles_may_be_in_degrees():
+    body = '<static>true</static><link name="l"><pose degrees="true">1 2 3 0 0 90</pose>' + SPHERE + "</link>"
+    assert list(read(body)[0]["collisions"][0]["pose"]) == pytest.approx([1, 2, 3, 0, 0, math.pi / 2])
+
+
+def test_a_composite_names_its_parts():
+    Path("float").mkdir()
+    read(link(1.0, (1.0, 1.0, 1.0, 0.0, 0.0, 0.0), content=SPHERE), "float/model.sdf", "float")
+    includes = "".join(
+        f"<include><uri>model://{model}</uri>{name}<pose>{x} 0 0 0 0 0</pose></include>"
+        for x, (model, name) in enumerate(
+            (("float", ""), ("float", ""), ("surmark46104", "<name>can</name>"), ("galleon", ""))
+        )
+    )
+    found, notes = read(includes, "course/model.sdf", "course")
+    assert [(one["name"], one["model"], one["pose"][0]) for one in found["objects"]] == [
+        ("float", "model://float", 0),
+        ("float_1", "model://float", 1),
+        ("can", "surmark46104", 2),
+    ]
+    assert [(note.what, note.fate) for note in notes][-1] == ("<include> 'model://galleon'", "ignored")
+
+
+@pytest.mark.parametrize(("last", "dynamic"), [("true", None), ("false", True), (None, None)])
+def test_a_template_of_a_dock_is_its_drawing(last, dynamic):
+    rows = ["'X  X',  # the arms", '"XXXX"', *([last] if last else [])]
+    text = "<sdf><model name='my_dock'>\n<%\nlayout = [\n" + ",\n".join(rows) + "\n]\n%>\n</model></sdf>"
+    Path("dock").mkdir()
+    Path("dock/model.sdf.erb").write_text(text.replace("arms,", "arms"), encoding="utf-8")
+    found = model_section(Path("dock/model.sdf.erb"))
+    assert found["description"] == "my_dock, a dock of Gazebo"
+    (dock,) = found["docks"]
+    assert (list(dock["layout"]), dock.get("dynamic")) == (["X  X", "XXXX"], dynamic)
+
+
+@given(st.text(max_size=100))
+def test_every_name_is_made_one_of_ours(text):
+    name = safe_name(text)
+    assert 1 <= len(name) <= 64
+    assert set(name) <= set("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_.-")
+    assert name[0] not in ".-"
+    assert safe_name(name) == name
+
+
+def test_no_pose_is_the_origin():
+    Path("a.sdf").write_text("<sdf><model><pose/></model></sdf>", encoding="utf-8")
+    assert pose_of(read_document(Path("a.sdf")).child("model")).value == [0.0] * 6
