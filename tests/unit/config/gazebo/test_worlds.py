@@ -1,0 +1,212 @@
+"""Worlds of Gazebo: each plugin and macro of VRX, and what is noted of their parts."""
+
+import math
+import warnings
+from pathlib import Path
+
+import pytest
+
+from gazebo_files import classic_text, newer_text
+from vrx_mj.config.gazebo.worlds import gazebo_world
+from vrx_mj.config.search import catalogue
+from vrx_mj.config.series.macros import MACROS
+from vrx_mj.config.world import load_world
+from vrx_mj.errors import VrxWarning
+
+BLOCKS = {
+    "wind_objs": "<wind_obj><name>wamv</name><link_name>wamv/base_link</link_name>"
+    "<coeff_vector>.5 .5 .33</coeff_vector></wind_obj>",
+    "fog": "<fog><type>linear</type><density>0.1</density></fog>",
+    "ambient": "0.3 0.3 0.3 1",
+    "wp_markers": "<markers><height>2</height></markers>",
+    "waypoints": "<waypoint><pose>-33.7226 150.674 1</pose></waypoint>",
+    "gates": "<gate><left_marker>red_bound_0</left_marker><right_marker>green_bound_0</right_marker></gate>",
+    "model_includes": "<include><name>red_0</name><uri>model://surmark950410</uri></include>",
+    "object_sequence": "<object><time>1</time><type>red</type><name>red_0</name><pose>6 0 0 0 0 0</pose></object>",
+    "animal_includes": "<include><name>turtle</name><uri>model://turtle_buoy</uri></include>",
+    "animal_buoys": "<buoy><model_name>turtle</model_name><goal>avoid</goal></buoy>",
+}
+"""What the blocks of the macros hold."""
+NAMED = {name for name in MACROS if "name" in MACROS[name].defaults}
+BASES = {name for name in MACROS if MACROS[name].part == "base"}
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def said(body, version="1.6", file="bay.world"):
+    """What the world of a text is in our keys, with its notes."""
+    spaces = ' xmlns:xacro="http://ros.org/wiki/xacro"' if "xacro" in file else ""
+    text = f'<sdf version="{version}"{spaces}>\n<world name="bay">\n{body}\n</world>\n</sdf>\n'
+    Path(file).write_text(text, encoding="utf-8")
+    return gazebo_world(Path(file))
+
+
+def losses(world):
+    """Notes of what is not as in Gazebo."""
+    return [f"{note.what} {note.fate}: {note.ours}" for note in world.notes if note.fate != "taken over"]
+
+
+@pytest.mark.parametrize("name", MACROS)
+def test_each_macro_of_vrx_makes_its_part(name):
+    macro = MACROS[name]
+    base = "" if name in BASES else "<xacro:sydneyregatta/>"
+    blocks = "".join(f"<{key}>{BLOCKS[key]}</{key}>" for key in macro.blocks)
+    given = ' name="course"' if name in NAMED else ""
+    world = said(f"{base}<xacro:{name}{given}>{blocks}</xacro:{name}>", file="bay.world.xacro")
+    assert losses(world) == []
+    key = "extends" if macro.part == "base" else macro.part
+    assert key in world.section
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VrxWarning)
+        load_world("bay.world.xacro")
+
+
+def test_values_of_macros_may_be_expressions_and_macros_of_ones_own():
+    body = (
+        '<xacro:property name="x" value="5"/><xacro:macro name="buoy" params="n">'
+        '<xacro:insert_model uri="surmark46104" x="${x * n}"/></xacro:macro>'
+        '<xacro:include filename="$(find vrx_gazebo)/worlds/xacros/include_all_xacros.xacro"/>'
+        '<xacro:include_all_xacros/><xacro:buoy n="2"/><xacro:buoy n="3"/>'
+    )
+    objects = said(body, file="bay.world.xacro").section["objects"]
+    assert [(one["name"], one["pose"][0]) for one in objects] == [("surmark46104", 10), ("surmark46104_1", 15)]
+
+
+WAVES = "<wave><model>CWR</model><number>5</number><gain>0.3</gain><period>6</period><direction>0 1</direction></wave>"
+WIND = (
+    f'<plugin filename="libusv_gazebo_wind_plugin.so">{BLOCKS["wind_objs"]}<wind_direction>90</wind_direction>'
+    "<wind_mean_velocity>5</wind_mean_velocity><var_wind_gain_constants>2</var_wind_gain_constants>"
+    "<var_wind_time_constants>3</var_wind_time_constants><random_seed>7</random_seed></plugin>"
+)
+SCENE = (
+    "<scene><ambient>0.1 0.2 0.3</ambient><grid>0</grid><sky><time>10</time></sky>"
+    "<fog><type>linear</type><start>1</start><end>50</end></fog></scene>"
+)
+BAY = "<bay><name>bay1</name><symbol>red_circle</symbol><dock_allowed>True</dock_allowed></bay>"
+PLUGINS = {
+    "sea": (
+        f'<model name="w"><plugin filename="libWavefieldModelPlugin.so">{WAVES}</plugin></model>',
+        {"model": "cwr", "number": 5, "gain": 0.3, "period": 6.0, "direction": (0.0, 1.0)},
+    ),
+    "wind": (
+        WIND,
+        {"direction": 90.0, "mean_velocity": 5.0, "var_gain": 2.0, "var_time": 3.0, "seed": 7,
+         "objects": ({"model": "wamv", "coefficients": (0.5, 0.5, 0.33)},)},
+    ),
+    "scene": (
+        SCENE,
+        {"sky": {"time": 10.0}, "ambient": (0.1, 0.2, 0.3), "grid": False,
+         "fog": {"type": "linear", "start": 1.0, "end": 50.0}},
+    ),
+    "camera": ('<gui><camera name="c"><pose>1 2 3 0 0 1</pose></camera></gui>', (1, 2, 3, 0, 0, 1)),
+    "georeference": (
+        "<spherical_coordinates><latitude_deg>44</latitude_deg><longitude_deg>9</longitude_deg></spherical_coordinates>",
+        {"latitude": 44.0, "longitude": 9.0, "elevation": 0.0, "heading": 0.0},
+    ),
+    "physics": ("<gravity>0 0 -1.6</gravity>", {"gravity": 1.6}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("key", PLUGINS)
+def test_each_element_is_a_key_of_ours(key):
+    body, expected = PLUGINS[key]
+    world = said(body)
+    assert losses(world) == []
+    assert world.section[key] == expected
+
+
+TASKS = {
+    "stationkeeping": "<goal_pose_cart>1 2 0.5</goal_pose_cart><head_error_on>false</head_error_on>",
+    "wayfinding": "<waypoints><waypoint><pose>-33.7 150.6 1</pose></waypoint></waypoints>",
+    "perception": "<object_sequence><object><name>a</name><pose>1 2 3 0 0 0</pose></object></object_sequence>",
+    "navigation": "<gates><gate><left_marker>a</left_marker><right_marker>b</right_marker></gate></gates>",
+    "wildlife": "<buoys><buoy><name>turtle::link</name><goal>avoid</goal></buoy></buoys>",
+    "acoustic_perception": "<pinger_position>1 2 -3</pinger_position><goal_tolerance>4</goal_tolerance>",
+    "acoustic_tracking": "<pinger_depth>3</pinger_depth>",
+    "scan_dock": f"<bays>{BAY}</bays>",
+}
+EXPECTED = {
+    "stationkeeping": {"type": "stationkeeping", "goal_cart": (1, 2, 0.5), "heading": False},
+    "wayfinding": {"type": "wayfinding", "waypoints": ((-33.7, 150.6, 1),)},
+    "perception": {"type": "perception", "objects": ({"name": "a", "pose": (1, 2, 3, 0, 0, 0)},)},
+    "navigation": {"type": "navigation_course", "gates": (("a", "b"),), "collision_buffer": 3.0},
+    "wildlife": {"type": "wildlife", "animals": ({"name": "turtle", "goal": "avoid"},), "collision_buffer": 3.0},
+    "acoustic_perception": {"type": "acoustic_perception", "pinger": (1, 2, -3), "goal_tolerance": 4},
+    "acoustic_tracking": {"type": "acoustic_tracking", "pinger": "pinger", "pinger_depth": 3},
+    "scan_dock": {"type": "dock", "dock": "robotx_dock_2018",
+                  "bays": ({"name": "bay1", "symbol": "red_circle", "dock_allowed": True},)},
+}  # fmt: skip
+DURATIONS = "<initial_state_duration>5</initial_state_duration><ready_state_duration>10</ready_state_duration>"
+
+
+@pytest.mark.parametrize("newer", [False, True])
+@pytest.mark.parametrize("task", TASKS)
+def test_each_scoring_plugin_is_a_task(task, newer):
+    stem = "".join(word.capitalize() for word in task.split("_"))
+    file = f"lib{stem}ScoringPlugin.so" if newer else f"lib{task}_scoring_plugin.so"
+    dock = "<include><uri>model://dock_2018</uri></include>" if task == "scan_dock" else ""
+    body = f'{dock}<plugin filename="{file}"><vehicle>cat</vehicle>{DURATIONS}{TASKS[task]}</plugin>'
+    world = said(body, "1.9" if newer else "1.6")
+    assert losses(world) == []
+    assert world.section["task"] == {"boat": "cat", "initial_state_duration": 5.0, **EXPECTED[task]}
+
+
+def test_durations_that_a_plugin_does_not_give_are_those_of_vrx():
+    task = said(f'<plugin filename="libwayfinding_scoring_plugin.so">{TASKS["wayfinding"]}</plugin>').section["task"]
+    assert (task["initial_state_duration"], task["ready_state_duration"]) == (30.0, 60.0)
+
+
+@pytest.mark.parametrize(("angle", "direction"), [(0.0, (1, 0)), (math.pi / 2, (0, 1)), (0.7853982, (0.7071, 0.7071))])
+def test_the_sea_of_vrx_3_has_one_angle(angle, direction):
+    values = {"direction": angle, "gain": 0.6, "period": 6, "steepness": 0}
+    text = "".join(f'params {{ key: "{key}" value {{ type: DOUBLE double_value: {value} }} }}\n'
+                   for key, value in values.items())  # fmt: skip
+    message = f'<message type="gz.msgs.Param" topic="/vrx/wavefield/parameters" every="2.0">{text}</message>'
+    sea = said(f'<plugin filename="libPublisherPlugin.so" name="vrx::P">{message}</plugin>', "1.9").section["sea"]
+    assert sea["direction"] == pytest.approx(direction, abs=1e-4)
+    assert (sea["gain"], sea["period"], sea["steepness"]) == (0.6, 6, 0)
+
+
+def test_a_vector_is_a_direction_too():
+    value = (
+        '<message topic="/wavefield">params { key: "direction" value { vector3d_value { x: 3 y: 4 z: 0 } } }</message>'
+    )
+    assert said(f'<plugin filename="libPublisherPlugin.so">{value}</plugin>').section["sea"]["direction"] == (3, 4)
+
+
+def test_a_model_in_the_world_is_an_object():
+    shape = '<collision name="c"><geometry><box><size>1 1 1</size></box></geometry></collision>'
+    link = f'<link name="l"><inertial><mass>50</mass></inertial>{shape}</link>'
+    (raft,) = said(f'<model name="raft"><pose>1 2 0 0 0 0</pose>{link}</model>').section["objects"]
+    assert (raft["name"], raft["model"], raft["pose"]) == ("raft", "bay.world#raft", (1, 2, 0, 0, 0, 0))
+
+
+def test_undeclared_prefixes_of_gazebo_are_declared():
+    assert losses(said("<!-- <sdf> --><gui><plugin filename='a'><gz:x/><ignition:y/></plugin></gui>")) == [
+        "<gui> ignored: it belongs to Gazebo's window"
+    ]
+
+
+def test_a_warning_lists_what_is_lost():
+    said("".join(f"<road name='r{i}'/>" for i in range(8)))
+    with pytest.warns(VrxWarning) as caught:
+        load_world("bay.world")
+    lines = str(caught[0].message).splitlines()
+    assert lines[0] == "bay.world: 8 of 8 parts are not as in Gazebo (`vrx-mj import` lists all)"
+    assert lines[1] == "  bay.world:3: <road> 'r0' ignored: roads"
+    assert lines[-1] == "  and 2 more"
+
+
+EXPECTED_LOSSES = {"<clouds> ignored: clouds are not drawn"}
+OURS = {"my_course", "no_gravity", "buoyancy_plugin_demo"}
+NAMES = [name for name in catalogue("worlds") if name not in OURS and not name.startswith("base/")]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_nothing_of_a_world_of_vrx_is_lost(name):
+    text = newer_text(name) if "2023" in name else classic_text(name)
+    Path("bay.world").write_text(text, encoding="utf-8")
+    assert set(losses(gazebo_world(Path("bay.world")))) <= EXPECTED_LOSSES
