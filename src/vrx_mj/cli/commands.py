@@ -4,6 +4,7 @@ import errno
 import itertools
 import json
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -101,9 +102,8 @@ def run(
     from vrx_mj.cli.sailing import sail
 
     _check_recording(record)
-    _check_paired("--sensors", sensors, "--record FILE.rrd", record)
-    _check_paired("--follow", follow, "--record FILE.rrd", record)
-    _check_paired("--topic", topic[0] if topic else None, "--bag FILE", bag)
+    _check_paired("--record FILE.rrd", record, {"--sensors": sensors, "--follow": follow})
+    _check_paired("--bag FILE", bag, {"--topic": topic[0] if topic else None})
     _check_writable(summary)
     result = sail(
         world, fleet, duration=duration, seed=seed, path=record, control=control, thrust=thrust, sensors=sensors,
@@ -138,9 +138,11 @@ def _check_recording(file: Path | None) -> None:
         raise CommandError(f"invalid --record '{file}': a name that ends in .rrd is needed{advice}")
 
 
-def _check_paired(option: str, value: str | None, needs: str, file: Path | None) -> None:
-    if value is not None and file is None:
-        raise CommandError(f"{option} {value} needs {needs}")
+def _check_paired(needs: str, file: Path | None, options: Mapping[str, str | None]) -> None:
+    """Refuse options that say something of a file which is not written."""
+    for option, value in options.items():
+        if value is not None and file is None:
+            raise CommandError(f"{option} {value} needs {needs}")
 
 
 def _print_files(record: Path | None, bag: Path | None) -> None:

@@ -22,7 +22,7 @@ def import_(
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for our files.")],
     arguments: Arguments = None,
 ) -> None:
-    """Write files of Gazebo and VRX as files of ours, with a table of what became of each part in import.md.
+    """Write files of Gazebo and VRX as files of ours. The file import.md has a table of what became of each part.
 
     It reads .world, .world.xacro, .sdf, .launch, model folders and the docks' .sdf.erb, and runs none of them. Commands
     take worlds of Gazebo as they are, too: vrx-mj run my_course.world

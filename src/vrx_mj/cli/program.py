@@ -5,8 +5,8 @@ A command's module is imported only when that command is used or its own help is
 Exit codes: 0 done, 1 a run failed or was cut short, 2 wrong input, 130 Ctrl-C and 143 SIGTERM before it began.
 """
 
-import inspect
 import gc
+import inspect
 import os
 import re
 import sys

@@ -36,6 +36,7 @@ __all__ = [
     "check",
     "fault_text",
     "file_of",
+    "path_of",
     "problem_at",
     "problems_of",
     "read_source",
@@ -229,12 +230,17 @@ def file_of(kind: str, source: str | Path) -> Path:
         raise ConfigError([_no_source(kind, source)])
     if not is_path(source):
         return find(kind, str(source))
+    return _of_format(kind, str(source), path_of(kind, source), Path.cwd())
+
+
+def path_of(kind: str, source: str | Path) -> Path:
+    """The file at a path that the user gave, whatever its format."""
     file = Path(source)
     ours = vrx_world(str(source), catalogue(kind)) if kind == "worlds" else None
     reason = f"no such file; {ours}" if ours else "no such file"
     try:
         if file.is_file():
-            return _of_format(kind, str(source), file, Path.cwd())
+            return file
         reason = "a folder, not a file" if file.is_dir() else reason
     except (OSError, ValueError):
         pass
@@ -255,10 +261,7 @@ def referenced(kind: str, text: str, folder: Path | None, skip: Path | None = No
 
 def _of_format(kind: str, text: str, file: Path, folder: Path) -> Path:
     """The file, unless it is XML where YAML or a drawing is needed."""
-    name = file.name.lower()
-    if kind not in {"robots", *(("worlds",) * name.endswith(WORLD_SUFFIXES))} and name.endswith(
-        (*XML_SUFFIXES, *WORLD_SUFFIXES)
-    ):
+    if kind != "robots" and file.name.lower().endswith((*XML_SUFFIXES, *WORLD_SUFFIXES)):
         refuse_foreign(kind, text, folder, catalogue(kind))
     return file
 

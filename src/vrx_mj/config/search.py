@@ -102,11 +102,10 @@ ROOTS = {b"<mujoco": "MJCF of MuJoCo", b"<sdf": "SDF of Gazebo", b"<robot": "the
 MOST_BYTES = 4_000_000
 """Largest XML file that is looked into."""
 NEEDS = {
-    "worlds": "a world is a YAML file. VRX's own come with vrx_mj (vrx-mj list worlds); docs/vrx.md shows how to write "
-    "others",
-    "fleets": "a fleet is a YAML file; docs/vrx.md has its keys for the arguments of launch files",
-    "objects": "an object is a YAML file. VRX's own come with vrx_mj (vrx-mj list objects); docs/formats/object.md has "
-    "the keys of others",
+    "worlds": "a world is a YAML file, which vrx-mj import makes of Gazebo's; VRX's own come with vrx_mj (vrx-mj list "
+    "worlds)",
+    "fleets": "a fleet is a YAML file, a launch file or a URDF; docs/vrx.md has its keys for launch arguments",
+    "objects": "an object is a YAML file or an SDF with a <model>; VRX's own come with vrx_mj (vrx-mj list objects)",
     "docks": "the drawing of a dock is a text file, .txt",
     "robots": "a robot is a URDF or xacro, or the YAML file beside it",
 }

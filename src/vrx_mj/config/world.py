@@ -26,7 +26,7 @@ from vrx_mj.config.base import (
 )
 from vrx_mj.config.docks import DockPlacement, Placed
 from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world, warn_of_losses
-from vrx_mj.config.loading import Loading, Source, check, file_of, read_source, validated
+from vrx_mj.config.loading import Loading, Source, check, path_of, read_source, validated
 from vrx_mj.config.objects import FieldConfig, Placement, repeated
 from vrx_mj.config.profiles import CLASSIC, Profile, physics_of_profile, world_of_profile
 from vrx_mj.config.robots import load_robot
@@ -293,7 +293,7 @@ def load_world(source: Source) -> WorldConfig:
 
 def _gazebo(source: str | Path) -> tuple[Section, str]:
     """What the file of a world of Gazebo says, and the world's name."""
-    found = gazebo_world(file_of("worlds", source))
+    found = gazebo_world(path_of("worlds", source))
     warn_of_losses(found.notes, str(source), stacklevel=5)
     return read_source("worlds", found.section), found.name
 

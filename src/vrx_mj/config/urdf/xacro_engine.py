@@ -6,7 +6,7 @@ The language is that of the ROS package `xacro` 2. Expressions go to `expression
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 from xml.dom import minidom
 
 from vrx_mj.config.search import display
@@ -27,9 +27,10 @@ from vrx_mj.config.urdf.expression_values import (
     silent,
     tokens,
 )
-from vrx_mj.config.urdf.expressions import Names, Namespace, Scope, evaluate, property_name, unknown
+from vrx_mj.config.urdf.expressions import Names, Namespace, Scope, evaluate, property_name
 from vrx_mj.config.urdf.xacro_document import Child, Located, load_plain, parent_of, parse_document, place_of
 from vrx_mj.config.urdf.xacro_files import Files, Substitutions
+from vrx_mj.config.urdf.xacro_macros import Macro, check_call, defined, macro_of
 
 __all__ = ["Engine"]
 
@@ -39,37 +40,14 @@ DEEPEST_FILES = 20
 """Files that may include each other."""
 DEEPEST_ELEMENTS = 200
 """Elements in elements, those of the macros included."""
-MOST_PARAMETERS = 500
-"""Parameters of a macro."""
 _LONGEST_MESSAGE = 300
 
 _PIECE = re.compile(
     r"\$(?P<plain>\$+[{(])|\$\{(?P<expression>[^}]*)\}|\$\((?P<substitution>[^)]*)\)|(?P<text>[^$]+|\$[^{($]+|\$\Z)"
 )
 """A piece of a text: `$${` means `${`."""
-_DEFAULT = re.compile(
-    r"^\s*([^\s:=]+?)\s*:?=\s*(\^\|?)?"
-    r"(\$\{.*?\}|\$\(.*?\)|(?>'[^']*'|\"[^\"]*\"|[^\s'\"]+)+|)(?:\s+|$)(.*)",
-    re.DOTALL,
-)
-"""A macro's parameter with a default, and what follows."""
-_MACRO_NAME = re.compile(r"[^\W\d][\w-]*")
 _IN_PACKAGE = re.compile(r"\s*\$\(find (\w{1,200})\)/")
 """How the name of a file in a package begins."""
-_PARAMETER = re.compile(r"\*{0,2}[^\W\d][\w.-]*")
-
-
-class _Macro(NamedTuple):
-    """A macro: its element, its parameters, and the defaults: whether the caller's property comes first, and a text."""
-
-    body: minidom.Element
-    params: list[str]
-    defaults: dict[str, tuple[bool, str | None]]
-
-    @property
-    def values(self) -> list[str]:
-        """Parameters that are no blocks."""
-        return [param for param in self.params if not param.startswith("*")]
 
 
 class Engine:
@@ -358,35 +336,20 @@ class Engine:
         scope.define(name, value, lazily=lazily)
 
     def _set_macro(self, node: minidom.Element, macros: Scope, _: Scope) -> None:
-        params = node.getAttribute("params").strip()
-        if len(params) > LONGEST_TEXT:
-            raise ExpressionError(f"params has more than {LONGEST_TEXT} characters")
         self._drop_comments(node)
-        written, _params = self._attributes(node, "name", optional=("params",))
+        written, params = self._attributes(node, "name", optional=("params",))
         name = written.removeprefix("xacro:")
-        if name == "call" or not _MACRO_NAME.fullmatch(name):
-            raise ExpressionError(_macro_name_message(name))
+        macro = defined(name, (params or "").strip(), node)
         if name != written:
             self._warn(f"macro names must not contain prefix 'xacro:': {written}")
-        macro = _Macro(node, [], {})
-        while params:
-            param, default, params = _parameter(params)
-            macro.params.append(param)
-            if default is not None:
-                macro.defaults[param] = default[0], default[1] and Located.at(default[1], node)
-        if len(macro.params) > MOST_PARAMETERS:
-            raise ExpressionError(f"a macro has at most {MOST_PARAMETERS} parameters, got {len(macro.params)}")
-        for param in macro.params:
-            if not _PARAMETER.fullmatch(param):
-                raise ExpressionError(f"'{param[:60]}' in params is not a parameter; write NAME or NAME:=DEFAULT")
         macros.define(name, macro)
         self._replace(node, [])
 
     def _call(self, node: minidom.Element, macros: Scope, symbols: Scope) -> None:
         name = node.tagName.removeprefix("xacro:")
         self.budget.spend(100 + 10 * len(self.calls))
-        outer_macros, outer_symbols, macro = _macro_of(name, macros, symbols)
-        _check_call(node, macro)
+        outer_macros, outer_symbols, macro = macro_of(name, macros, symbols)
+        check_call(node, macro)
         if len(self.calls) >= DEEPEST_MACROS:
             chain = " > ".join(list(dict.fromkeys(called for called, _ in self.calls))[-5:])
             raise ExpressionError(f"macros call each other deeper than {DEEPEST_MACROS} levels: {chain} > {name}")
@@ -415,7 +378,7 @@ class Engine:
         node.removeAttribute("macro")
         self._call(node, macros, symbols)
 
-    def _give_blocks(self, node: minidom.Element, macro: _Macro, symbols: Scope) -> None:
+    def _give_blocks(self, node: minidom.Element, macro: Macro, symbols: Scope) -> None:
         """Let a macro's body find the elements inside its call."""
         wanted = [param for param in macro.params if param.startswith("*")]
         blocks = [child for child in node.childNodes if child.nodeType == child.ELEMENT_NODE]
@@ -426,7 +389,7 @@ class Engine:
         for param, block in zip(wanted, blocks, strict=True):
             symbols.define(param, block)
 
-    def _default(self, param: str, macro: _Macro, symbols: Scope) -> object:
+    def _default(self, param: str, macro: Macro, symbols: Scope) -> object:
         forward, text = macro.defaults[param]
         if forward and param in symbols:
             return symbols[param]
@@ -565,49 +528,3 @@ def _target(symbols: Scope, scope: str | None) -> Scope:
     while isinstance(target, Namespace) and not isinstance(symbols, Namespace):  # the caller's, not the included file's
         target = target.parent
     return cast("Scope", target)
-
-
-def _macro_name_message(name: str) -> str:
-    if name == "call":
-        return "a macro cannot be named 'call'"
-    wrong = ": a macro's name cannot contain '.'" if "." in name else " is not a valid name for a macro"
-    return f"'{name}'{wrong}"[:_LONGEST_MESSAGE]
-
-
-def _parameter(text: str) -> tuple[str, tuple[bool, str | None] | None, str]:
-    """The first parameter of a macro's `params`, its default, and the rest."""
-    found = _DEFAULT.match(text)
-    if found is None:
-        bare, *more = text.split(None, 1)
-        return bare, None, "".join(more)
-    name, forward, default, rest = found.groups()
-    return name, (bool(forward), default or None) if forward or default else None, rest
-
-
-def _macro_of(name: str, macros: Scope, symbols: Scope) -> tuple[Scope, Scope, _Macro]:
-    """A macro by its name, in a namespace or not, and the scopes it is defined in."""
-    inner_macros: Any = macros
-    inner_symbols: Any = symbols
-    *spaces, last = [name] if name in macros else name.split(".")
-    try:
-        for space in spaces:
-            inner_macros, inner_symbols = inner_macros[space], inner_symbols[space]
-        macro = inner_macros[last]
-    except (KeyError, TypeError):
-        macro = None
-    if not isinstance(macro, _Macro):
-        raise unknown("macro", name, macros.names())
-    return inner_macros, inner_symbols, macro
-
-
-def _check_call(node: minidom.Element, macro: _Macro) -> None:
-    """Refuse attributes that a macro does not take, and the lack of those that it needs."""
-    names = macro.values
-    takes = f"it takes {', '.join(names)}" if names else "it takes no parameters"
-    for name in node.attributes.keys():  # noqa: SIM118 - not a dict
-        if name not in names:
-            raise ExpressionError(f"macro has no parameter '{name}'; {takes}")
-    missing = [name for name in names if name not in macro.defaults and not node.hasAttribute(name)]
-    if missing:
-        listed = ", ".join(f"'{name}'" for name in missing)
-        raise ExpressionError(f"macro needs {listed}; {takes}")
