@@ -260,8 +260,8 @@ def referenced(kind: str, text: str, folder: Path | None, skip: Path | None = No
 
 
 def _of_format(kind: str, text: str, file: Path, folder: Path) -> Path:
-    """The file, unless it is XML where YAML or a drawing is needed."""
-    if kind != "robots" and file.name.lower().endswith((*XML_SUFFIXES, *WORLD_SUFFIXES)):
+    """The file, unless it is XML where YAML or a drawing is needed, or a world of Gazebo."""
+    if file.name.lower().endswith((*WORLD_SUFFIXES, *(() if kind == "robots" else XML_SUFFIXES))):
         refuse_foreign(kind, text, folder, catalogue(kind))
     return file
 
