@@ -12,7 +12,7 @@ from vrx_mj.config.gazebo.document import LIBRARIES, Element, Report, is_file, r
 from vrx_mj.config.gazebo.models import safe_name
 from vrx_mj.config.gazebo.stock import STOCK_LAUNCHES, StockBoat, StockLaunch, stock_launch
 from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world, warn_of_losses
-from vrx_mj.config.loading import Source, file_of
+from vrx_mj.config.loading import Source, path_of
 from vrx_mj.config.search import PLACES, catalogue, display, package_paths
 from vrx_mj.config.tree import Entry, File, Items, Place, Section
 from vrx_mj.config.urdf.expression_values import LONGEST_TEXT, Budget, ExpressionError
@@ -46,6 +46,8 @@ NOWHERE = "/package:/"
 """Beginning of a path in such a package that is missing."""
 OURS = {"wamv_gazebo": "wamv", "cora_gazebo": "cora"}
 """How the names of VRX's descriptions begin, and our robots."""
+OWN_ARGUMENTS = {"namespace", "locked"}
+"""Arguments of a boat's xacro that are the name of the boat and the lock of the task here."""
 POSE = ("x", "y", "z", "R", "P", "Y")
 """Names of arguments for a pose."""
 _LAUNCHES_WORLDS = {"empty_world.launch", "willowgarage_world.launch"}
@@ -123,7 +125,7 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
     if not is_gazebo_world(world):
         message = "takes no arguments NAME:=VALUE: they are for launch files and for xacro worlds of Gazebo"
         raise ConfigError([Problem(str(world), None, None, "", message)])
-    found = gazebo_world(file_of("worlds", world), arguments)
+    found = gazebo_world(path_of("worlds", world), arguments)
     warn_of_losses(found.notes, str(world), stacklevel=4)
     return Section({"name": found.name, **found.section}, found.section.place, found.section.entries), fleet
 
@@ -349,8 +351,13 @@ class _Run:
             self.report.note(element, "ignored", "no boat: a model of SDF belongs into the world", f"<node> '{name}'")
             return
         pose = self.pose(element, [options.get(key, "0") for key in POSE])
-        self.spawn(element, SpawnedBoat(name, pose, element.place, *self.spawned(element, options, scope)))
+        boat = SpawnedBoat(name, pose, element.place, *self.spawned(element, options, scope))
+        self.spawn(element, boat)
         self.report.note(element, "taken over", "a boat of the fleet", f"<node> '{name}'")
+        lost = [key for key in boat.arguments if key not in OWN_ARGUMENTS]
+        if lost and isinstance(boat.robot, Path):
+            text = f"without {lost[0]}:= of its xacro; `vrx-mj import` writes its URDF with it"
+            self.report.note(element, "approximated", text, f"<node> '{name}'")
 
     def spawn(self, element: Element | None, boat: SpawnedBoat) -> None:
         """Add a boat, whose name no other has."""

@@ -5,8 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from vrx_mj.config.gazebo.launch import fleet_of, launch_of
+from vrx_mj.config.gazebo.launch import fleet_of, launch_of, read_launch
 from vrx_mj.config.gazebo.stock import STOCK_LAUNCHES
+from vrx_mj.errors import ConfigError
+from vrx_mj.mjcf.compile import compile_world
 
 GOLDEN = Path(__file__).parents[3] / "golden" / "launches.csv"
 XACRO = "$(find xacro)/xacro $(find wamv_gazebo)/urdf/wamv_gazebo.urdf.xacro"
@@ -236,3 +238,30 @@ def test_a_spawned_model_of_sdf_is_no_boat():
     assert not launch.boats
     (note,) = launch.report.notes
     assert (note.fate, note.ours) == ("ignored", "no boat: a model of SDF belongs into the world")
+
+
+def test_arguments_of_the_xacro_of_a_world_are_given_to_the_world():
+    text = """<sdf version="1.6" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:arg name="gain" default="0.1"/>
+      <world name="bay"><xacro:ocean_waves gain="$(arg gain)"/></world></sdf>"""
+    Path("bay.world.xacro").write_text(text, encoding="utf-8")
+    assert compile_world("bay.world.xacro", arguments={"gain": "0.3"}).parameters != (
+        compile_world("bay.world.xacro").parameters
+    )
+    with pytest.raises(ConfigError) as raised:
+        compile_world("ocean", arguments={"gain": "0.3"})
+    message = "takes no arguments NAME:=VALUE: they are for launch files and for xacro worlds of Gazebo"
+    assert str(raised.value) == f"ocean: {message}"
+
+
+def test_arguments_of_a_boats_own_xacro_are_noted():
+    Path("boat.xacro").write_text("<robot name='boat'/>", encoding="utf-8")
+    Path("two.launch").write_text(
+        """<launch>
+      <param name="robot_description" command="xacro $(dirname)/boat.xacro namespace:=a mast:=2"/>
+      <node name="s" pkg="gazebo_ros" type="spawn_model" args="-urdf -param robot_description -model a"/>
+    </launch>""",
+        encoding="utf-8",
+    )
+    notes = read_launch(Path("two.launch"), {}).report.notes
+    lost = [note.ours for note in notes if note.fate == "approximated"]
+    assert lost == ["without mast:= of its xacro; `vrx-mj import` writes its URDF with it"]
