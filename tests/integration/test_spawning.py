@@ -271,6 +271,19 @@ def test_who_cannot_be_removed_is_told(course):
     assert scored.boats == ("wamv",)
 
 
+def test_the_last_boat_may_leave_and_another_come():
+    sim = vrx_mj.Simulation(vrx_mj.compile_world("ocean", fleet={"usv_count": 2, "layout": "line", "sensors": "vrx"}))
+    sim.advance(5)
+    for boat in ("wamv1", "wamv2"):
+        sim.remove(boat)
+        sim.advance(5)
+    assert sim.boats == ()
+    sim.spawn("late", pose=(0, 0, 0.1, 0, 0, 0))
+    sim.advance(5)
+    assert sim.boats == ("late",)
+    assert sim.time == pytest.approx(0.2)
+
+
 def test_nobody_joins_from_within_a_step():
     sim = simulation({"boats": [HERE], "sensors": "none"}, **EARTH)
     told = []

@@ -50,7 +50,7 @@ def _source(source: Source | None) -> tuple[Section, str]:
         if found is None:
             raise ConfigError([Problem(str(source), None, None, "", "spawns no boats")])
         return found, Path(source).stem
-    if str(source).lower().endswith(XML_SUFFIXES):
+    if isinstance(source, str | Path) and str(source).lower().endswith(XML_SUFFIXES):
         return _of_robot(file_of("robots", source)), Path(source).name.partition(".")[0]
     file = file_of("fleets", source)
     return read_source("fleets", file), file.stem

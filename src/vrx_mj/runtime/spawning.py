@@ -115,7 +115,8 @@ def _carry(old: LoopArrays, new: LoopArrays, stay: Mapping[str, BoolArray]) -> N
 def _carry_moments(old: LoopArrays, new: LoopArrays, stay: Mapping[str, BoolArray]) -> None:
     """The present moment and those that the clocks latched: in all of them a new boat is where it starts."""
     before, after = old.sample_clocks, new.sample_clocks
-    latched = before.latched.reshape(-1, before.latched.shape[-1])
+    clocks, ends, length = before.latched.shape
+    latched = before.latched.reshape(clocks * ends, length)
     moments = np.vstack((latched, _moment(old))).T
     moved = np.tile(_moment(new), (len(latched) + 1, 1)).T
     kinds = "qpos", "dofs", "sensed", "displays"
@@ -125,7 +126,7 @@ def _carry_moments(old: LoopArrays, new: LoopArrays, stay: Mapping[str, BoolArra
     new.data.qpos[:], new.data.qvel[:], after.device_state[:] = np.split(
         now, [new.model.nq, new.model.nq + new.model.nv]
     )
-    after.clocks, after.latched = before.clocks.copy(), np.reshape(then, (-1, 2, len(now)))
+    after.clocks, after.latched = before.clocks.copy(), np.reshape(then, (clocks, ends, len(now)))
 
 
 def _moment(arrays: LoopArrays) -> FloatArray:
