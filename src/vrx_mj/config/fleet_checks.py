@@ -50,10 +50,15 @@ def _source(source: Source | None) -> tuple[Section, str]:
         if found is None:
             raise ConfigError([Problem(str(source), None, None, "", "spawns no boats")])
         return found, Path(source).stem
-    if isinstance(source, str | Path) and str(source).lower().endswith(XML_SUFFIXES):
+    if _is_description(source):
         return _of_robot(file_of("robots", source)), Path(source).name.partition(".")[0]
     file = file_of("fleets", source)
     return read_source("fleets", file), file.stem
+
+
+def _is_description(source: object) -> bool:
+    """Whether a source, of whatever type, is the path of a URDF or xacro."""
+    return isinstance(source, str | Path) and str(source).lower().endswith(XML_SUFFIXES)
 
 
 def _of_robot(file: Path) -> Section:
