@@ -28,7 +28,7 @@ from vrx_mj.config.base import (
 )
 from vrx_mj.config.bays import LightConfig, Symbol
 from vrx_mj.config.docks import DockPlacement, Placed, berths, load_dock
-from vrx_mj.config.gazebo.models import is_gazebo_model, model_file, model_section
+from vrx_mj.config.gazebo.models import is_gazebo_model, kind_name, model_file, model_section
 from vrx_mj.config.loading import Loading, check, read_source, referenced, validated
 from vrx_mj.config.search import display
 from vrx_mj.config.shapes import Shape, Visual
@@ -375,7 +375,7 @@ class FieldKind(Config):
     @property
     def stem(self) -> str:
         """What their names start with."""
-        return self.name or Path(self.model).stem
+        return self.name or kind_name(self.model)
 
     @field_validator("model")
     @classmethod

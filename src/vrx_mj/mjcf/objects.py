@@ -8,9 +8,9 @@ tolerance is 0.
 import math
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from pathlib import Path
 from typing import Literal
 
+from vrx_mj.config.gazebo.models import kind_name
 from vrx_mj.config.objects import BuoyancyElement, ObjectConfig, load_object, path_points
 from vrx_mj.config.world import PhysicsConfig, WindConfig
 from vrx_mj.frames import rotation
@@ -109,7 +109,7 @@ def object_rows(item: PlacedObject, wind: WindConfig | None, physics: PhysicsCon
     config, body = item.config, f"{item.name}/{item.config.link}"
     floats = config.kind == "floating"
     kind: Literal["floating", "static"] = "floating" if floats else "static"
-    rows = Rows(objects=[Object(name=item.name, model=Path(item.model).stem, kind=kind, body=body, pose=item.pose)])
+    rows = Rows(objects=[Object(name=item.name, model=kind_name(item.model), kind=kind, body=body, pose=item.pose)])
     if (light := config.light) is not None:
         panels = tuple(f"{item.name}/{panel}" for panel in light.panels)
         rows.lights.append(Light(name=item.name, body=body, geoms=panels, pattern=light.pattern))

@@ -9,11 +9,11 @@ import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any, Literal
 
 from vrx_mj.config import tasks
 from vrx_mj.config.fleet import BoatConfig
+from vrx_mj.config.gazebo.models import kind_name
 from vrx_mj.config.loading import problem_at
 from vrx_mj.config.tasks import AnimalConfig, ChannelConfig, ShownObject, TaskConfig
 from vrx_mj.config.world import WorldConfig
@@ -150,7 +150,7 @@ class Site:
 
 def model_of(item: PlacedObject) -> str:
     """Name of an object's model, without the folder of its file."""
-    return Path(item.model).stem
+    return kind_name(item.model)
 
 
 def listed(names: Iterable[str]) -> str:

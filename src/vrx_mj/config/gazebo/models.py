@@ -30,6 +30,7 @@ __all__ = [
     "has_model",
     "hold_models",
     "is_gazebo_model",
+    "kind_name",
     "model_file",
     "model_name",
     "model_section",
@@ -58,6 +59,13 @@ Content = dict[str, Any]
 def is_gazebo_model(text: str) -> bool:
     """Whether what a file names as a model is one of Gazebo: `model://NAME`, a `.sdf`, or `FILE#NAME` in a world."""
     return text.startswith(SCHEME) or text.partition("#")[0].lower().endswith(SUFFIXES)
+
+
+def kind_name(model: str) -> str:
+    """What kind of thing a model is, by the name or path that a file gives: `my_buoy` for `./my_buoy/model.sdf`."""
+    path, mark, name = model.partition("#")
+    file = PurePosixPath(path)
+    return name if mark else file.parent.name if file.name in {"model.sdf", TEMPLATE} else file.stem
 
 
 def model_name(include: Element) -> str:

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vrx_mj.config.gazebo.document import Report, read_document
-from vrx_mj.config.gazebo.models import model_section, pose_of, safe_name
+from vrx_mj.config.gazebo.models import kind_name, model_section, pose_of, safe_name
 from vrx_mj.frames import compose, rotation
 
 HERE = (0.0,) * 6
@@ -216,3 +216,15 @@ def test_every_name_is_made_one_of_ours(text):
 def test_no_pose_is_the_origin():
     Path("a.sdf").write_text("<sdf><model><pose/></model></sdf>", encoding="utf-8")
     assert pose_of(read_document(Path("a.sdf")).child("model")).value == [0.0] * 6
+
+
+@pytest.mark.parametrize(("model", "kind"), [
+    ("surmark46104", "surmark46104"),
+    ("./objects/my_buoy.yaml", "my_buoy"),
+    ("model://my_buoy", "my_buoy"),
+    ("./my_buoy/model.sdf", "my_buoy"),
+    ("my_dock/model.sdf.erb", "my_dock"),
+    ("bay.world.xacro#box", "box"),
+])  # fmt: skip
+def test_a_kind_is_called_by_its_name_however_it_is_given(model, kind):
+    assert kind_name(model) == kind
