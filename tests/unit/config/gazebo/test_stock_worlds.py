@@ -13,9 +13,17 @@ from vrx_mj.errors import VrxWarning
 OURS = {"my_course", "no_gravity", "buoyancy_plugin_demo"}
 """Worlds that are none of VRX's courses."""
 NAMES = [name for name in catalogue("worlds") if name not in OURS and not name.startswith("base/")]
-CLASSIC = [name for name in NAMES if "2023" not in name]
-NEWER = [name for name in NAMES if "2023" in name]
-ALIKE = {"type": None, "goal": None}
+
+
+def worlds(names):
+    """Worlds to try; those of the competitions, several of each kind, in the slow tests."""
+    many = ("/phase2/", "/phase3/", "/practice/")
+    slow = {name for name in names if any(part in name for part in many) and not name.endswith("0")}
+    return [pytest.param(name, marks=[pytest.mark.slow] if name in slow else []) for name in names]
+
+
+CLASSIC = worlds([name for name in NAMES if "2023" not in name])
+NEWER = worlds([name for name in NAMES if "2023" in name])
 
 
 def comparable(world):
