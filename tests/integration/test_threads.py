@@ -91,8 +91,26 @@ gc.collect()
 worker.join()
 """
 LEFT_RUNNING = """
+import atexit
+runs = vrx_mj.Simulation(world), vrx_mj.Batch(world, 16, threads=2)
+left = [threading.Thread(target=run.advance, args=(10**8,), daemon=True) for run in runs]
+for thread in left: thread.start()
+time.sleep(0.3)
+assert [thread.is_alive() for thread in left] == [True, True]
+atexit._run_exitfuncs()  # as the interpreter does, before it frees what the threads use
+for thread in left: thread.join(timeout=5.0)
+assert [thread.is_alive() for thread in left] == [False, False]
+assert [run._turn.claim for run in runs] == [{}, {}]
+runs[0].advance(10)  # the thread that exits may go on, as another function at exit may
+runs[1].advance(10)
+"""
+LEFT_TO_EXIT = """
 for run in (vrx_mj.Simulation(world), vrx_mj.Batch(world, 16, threads=2)):
     threading.Thread(target=run.advance, args=(10**8,), daemon=True).start()
+def observe(sim=vrx_mj.Simulation(world)):
+    while True:
+        sim.get_state()
+threading.Thread(target=observe, daemon=True).start()
 time.sleep(0.3)
 """
 FORKED = """
@@ -130,8 +148,8 @@ assert set(seen) == {"done"}
 
 
 @pytest.mark.parametrize(
-    "program", [SIMULATION, BATCH, FORGOTTEN, LEFT_RUNNING, FORKED, INTERRUPTED],
-    ids=["simulation", "batch", "forgotten", "left_running", "forked", "interrupted"],
+    "program", [SIMULATION, BATCH, FORGOTTEN, LEFT_RUNNING, LEFT_TO_EXIT, FORKED, INTERRUPTED],
+    ids=["simulation", "batch", "forgotten", "left_running", "left_to_exit", "forked", "interrupted"],
 )  # fmt: skip
 def test_threads_on_one_run(program):
     if sys.platform == "win32" and program in {FORKED, INTERRUPTED}:

@@ -26,7 +26,7 @@ from vrx_mj.runtime.row_tables import SEPARATE, RowTables, allocating, check_mem
 from vrx_mj.runtime.rows import advance_rows, observe_rows, reset_rows, write_rows
 from vrx_mj.runtime.state import STATE_VERSION, State, rows_divergence_message
 from vrx_mj.runtime.timing import MOST_STEPS, whole_steps
-from vrx_mj.runtime.turns import Turn, advancing, in_turn
+from vrx_mj.runtime.turns import Turn, advancing, check_exit, in_turn
 from vrx_mj.runtime.views import ARRAYS, STATE
 from vrx_mj.runtime.warmup import announced
 
@@ -219,6 +219,7 @@ class Batch(RowTables):
             self._going[which_rows(self.n, rows)] = True
         before = self.diverged
         while True:
+            check_exit()
             count = min(left, max(1, int(SLICE * self.threads / (self._pace * self.n))))
             begun = clock.perf_counter()
             with untimed():

@@ -125,7 +125,8 @@ class ThreadPool:
         for number in range(1, self.threads):
             name = f"vrx_mj rows {number}"
             threading.Thread(target=_run_calls, args=(self._calls, self._ends), name=name, daemon=True).start()
-        weakref.finalize(self, _end_threads, self._calls, self.threads - 1, self._process)
+        end = weakref.finalize(self, _end_threads, self._calls, self.threads - 1, self._process)
+        end.atexit = False  # a function at exit may still advance
 
 
 def _run_pieces(pieces: "deque[tuple[int, int]]", work: Work) -> None:

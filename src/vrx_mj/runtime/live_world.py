@@ -35,7 +35,7 @@ from vrx_mj.runtime.state import (
 from vrx_mj.runtime.subscriptions import Subscriptions
 from vrx_mj.runtime.task_runner import TaskRunner
 from vrx_mj.runtime.timing import steps_to_multiple, stride_of
-from vrx_mj.runtime.turns import Turn
+from vrx_mj.runtime.turns import Turn, check_exit
 from vrx_mj.runtime.warmup import announced
 from vrx_mj.runtime.weather import Sea, Wind
 from vrx_mj.tasks.frame import Message
@@ -148,6 +148,7 @@ class LiveWorld:
         self.task_runner.look(self.time, self)
         self.subscriptions.deliver(self.time)
         while left > 0:
+            check_exit()
             second = steps_to_multiple(self.time, timestep, stride_of(1.0, timestep))
             heard = min(self.subscriptions.steps(self.time), self.task_runner.steps(self.time))
             count = min(left, second, max(1, int(SLICE / self._pace)), heard)

@@ -2,24 +2,30 @@
 
 The compiled loop runs without Python's lock, on memory that a second call would move under it. Whose turn it is, is
 in a dictionary, since `setdefault` is one step for all threads, in 50 ns, and leaves nothing behind when Ctrl-C comes.
+
+A daemon thread may still advance a run when the interpreter exits. It is ended before the memory of the run is freed.
 """
 
+import atexit
 import functools
 import os
 import threading
+import time
 import weakref
 from collections.abc import Callable
 from typing import Concatenate, ParamSpec, Protocol, TypeVar
 
 from vrx_mj.errors import CommandError
 
-__all__ = ["HOLDER", "Turn", "advancing", "in_turn"]
+__all__ = ["HOLDER", "Turn", "advancing", "check_exit", "in_turn"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
 HOLDER = "holder"
 """Key of `Turn.claim`."""
+EXIT_WAIT = 5.0
+"""The longest time [s] for which an exit waits for other threads' calls."""
 
 
 class Turn:
@@ -41,7 +47,9 @@ class Turn:
 
         Raises:
             CommandError: one does.
+            SystemExit: the program exits in another thread.
         """
+        check_exit()
         holder = self.claim.get(HOLDER, 0)
         if holder > 0 and holder != threading.get_ident():
             raise CommandError(
@@ -95,6 +103,26 @@ def _forget_all() -> None:
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_forget_all)
 
+_exiting: list[int] = []
+"""The thread in which the interpreter exits; empty before."""
+
+
+def check_exit() -> None:
+    """End the thread that calls, with SystemExit, once the interpreter exits in another one."""
+    if _exiting and threading.get_ident() != _exiting[0]:
+        raise SystemExit
+
+
+@atexit.register
+def _end_other_threads() -> None:
+    """Wait until no other thread is in a call: each ends at its next `check_exit`."""
+    own = threading.get_ident()
+    _exiting.append(own)
+    deadline = time.monotonic() + EXIT_WAIT
+    for turn in list(_ALL):
+        while abs(turn.claim.get(HOLDER, own)) != own and time.monotonic() < deadline:
+            time.sleep(0.001)
+
 
 class _Shared(Protocol):
     _turn: Turn
@@ -114,6 +142,7 @@ def in_turn(method: Callable[Concatenate[S, P], R]) -> Callable[Concatenate[S, P
             try:
                 if turn.claim.setdefault(HOLDER, mark) is not mark:
                     turn.check(method.__name__)  # else it is within a call of its own thread
+                check_exit()  # which waits for the claim
                 return method(self, *args, **kwargs)
             finally:
                 if turn.claim and turn.claim[HOLDER] is mark:
