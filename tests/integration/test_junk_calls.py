@@ -102,7 +102,7 @@ SIMULATED = {
     "watch_contacts": {"tell": print},
 }
 NEEDING_MORE = {"attach", "detach", "fire", "paint", "pinger", "set_pinger", "set_placard", "set_state", "send",
-                "spawn", "remove", "unsubscribe", "unwatch_contacts", "load"}  # fmt: skip
+                "spawn", "spawn_object", "spawn_dock", "remove", "unsubscribe", "unwatch_contacts", "load"}  # fmt: skip
 """Methods of a simulation that other tests here call."""
 
 
@@ -160,6 +160,17 @@ def test_boats_that_come_and_go(junk, world):
         sim.remove(name)
 
     junk.try_all("remove", removed, {"name": "b"}, sim.reset)
+
+
+@pytest.mark.slow
+def test_objects_and_docks_that_come_and_go(junk, world):
+    sim = vrx_mj.Simulation(world)
+    path = {"circle": {"radius": 5}}
+    thing = {"name": "b", "model": "turtle_buoy", "pose": (0, 20, 0.1, 0, 0, 0), "path": path, "symbols": ()}
+    junk.try_all("spawn_object", sim.spawn_object, thing, sim.reset)
+    dock = {"name": "b", "layout": "X X\nXXX", "pose": (0, 20, 0.1, 0, 0, 0), "dynamic": True, "block": 2.0,
+            "mooring": {}, "bays": [{}], "symbols": ("red_cross",)}  # fmt: skip
+    junk.try_all("spawn_dock", sim.spawn_dock, dock, sim.reset)
 
 
 @pytest.mark.slow

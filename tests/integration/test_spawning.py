@@ -263,7 +263,10 @@ def test_what_cannot_be_spawned_is_told_and_changes_nothing(course, name, said, 
 def test_who_cannot_be_removed_is_told(course):
     with pytest.raises(UnknownNameError) as raised:
         course.remove("nobody")
-    assert str(raised.value) == "no boat named 'nobody'; known: wamv1, wamv2, wamv3"
+    assert str(raised.value) == (
+        "no boat, object or dock named 'nobody'; known: wamv1, wamv2, wamv3, post_0, post_1, post_2, antenna, "
+        "ground_station_0, ground_station_1, ground_station_2, blue_projectile, robotx_light_buoy and 6 more"
+    )
     scored = vrx_mj.Simulation(vrx_mj.compile_world("stationkeeping_task"))
     with pytest.raises(CommandError) as raised:
         scored.remove("wamv")

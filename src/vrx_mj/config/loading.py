@@ -36,6 +36,7 @@ __all__ = [
     "check",
     "fault_text",
     "file_of",
+    "joining",
     "path_of",
     "problem_at",
     "problems_of",
@@ -336,3 +337,19 @@ def validated(model: type[ConfigT], section: Section, loading: Loading, *, name:
     if found or result is None:
         raise ConfigError(found)
     return result
+
+
+def joining(model: type[ConfigT], what: str, entry: Mapping[str, object], folder: Path | None = None) -> ConfigT:
+    """Something that joins a world later, by its entry as in a file; keys whose value is None are left out.
+
+    Paths start in `folder`, by default the current one.
+
+    Raises:
+        ConfigError: a value is wrong or missing.
+    """
+    file = File(f"<{what}>", folder)
+    try:
+        section = of_python({key: value for key, value in entry.items() if value is not None}, file)
+    except RecursionError:
+        raise ConfigError([Problem(file.name, None, None, "", "nested too deeply, or inside itself")]) from None
+    return validated(model, section, Loading())

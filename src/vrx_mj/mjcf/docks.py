@@ -5,7 +5,7 @@ A floating dock is one tree of hinges; constraints close its loops.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from vrx_mj.config.docks import neighbours
 from vrx_mj.config.loading import problem_at
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, UnknownNameError
-from vrx_mj.frames import apply, rotation
+from vrx_mj.frames import Pose, apply, rotation
 from vrx_mj.mjcf.placement import PlacedDock
 from vrx_mj.model import tasks
 
@@ -23,6 +23,22 @@ __all__ = ["BlockTree", "block_corners", "block_tree", "check_docks", "dock_zone
 
 
 Row = dict[str, Any]
+
+
+class Blocks(Protocol):
+    """A dock in the making, or of a compiled world."""
+
+    @property
+    def pose(self) -> Pose:
+        """Pose at the start [m, rad]."""
+
+    @property
+    def cells(self) -> Sequence[Cell]:
+        """Row and column of each block in its drawing."""
+
+    @property
+    def block(self) -> float:
+        """Edge of a block [m]."""
 
 
 def find_dock(docks: Sequence[PlacedDock], name: str) -> PlacedDock:
@@ -87,10 +103,10 @@ def _box(box: Box) -> tasks.Box:
     return tasks.Box(center=box.center, size=box.size)
 
 
-def docks_overlap(a: PlacedDock, b: PlacedDock) -> bool:
+def docks_overlap(a: Blocks, b: Blocks) -> bool:
     """Whether any block of one dock lies, seen from above, on a block of the other at the start."""
     squares = [_squares(dock) for dock in (a, b)]
-    half = [dock.config.block / 2.0 for dock in (a, b)]
+    half = [dock.block / 2.0 for dock in (a, b)]
     apart = np.linalg.norm(squares[0][:, None] - squares[1][None], axis=-1)
     near = np.argwhere(apart < np.sqrt(2.0) * sum(half))
     axes = [_axes(dock) for dock in (a, b)]
@@ -99,19 +115,19 @@ def docks_overlap(a: PlacedDock, b: PlacedDock) -> bool:
 
 def block_corners(dock: PlacedDock) -> FloatArray:
     """(n, 4, 2): corners of the blocks in the world [m], seen from above."""
-    around = dock.config.block / 2.0 * np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
+    around = dock.block / 2.0 * np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
     corners: FloatArray = _squares(dock)[:, None] + around @ _axes(dock)
     return corners
 
 
-def _squares(dock: PlacedDock) -> FloatArray:
+def _squares(dock: Blocks) -> FloatArray:
     """(n, 2): centres of the blocks in the world [m]."""
-    local = dock.config.block * np.asarray(dock.layout.cells, np.float64)
+    local = dock.block * np.asarray(dock.cells, np.float64)
     centers: FloatArray = local @ _axes(dock) + np.array(dock.pose[:2])
     return centers
 
 
-def _axes(dock: PlacedDock) -> FloatArray:
+def _axes(dock: Blocks) -> FloatArray:
     """(2, 2): the dock's x and y axes in the world, a row each, as they lie on the water."""
     turn = rotation(*dock.pose[3:])
     return np.array([apply(turn, (1.0, 0.0, 0.0))[:2], apply(turn, (0.0, 1.0, 0.0))[:2]])

@@ -1,6 +1,6 @@
-"""A world with one boat more, or one less: pieces and rows are added or dropped, and the rest is not compiled again.
+"""A world with one boat, object or dock more, or one less: the rest is not compiled again.
 
-A boat that joins comes last, in the MJCF and in every table, with the ball of its shooter after it. So the others keep
+What joins comes last, in the MJCF and in every table, a boat with the ball of its shooter after it. So the others keep
 their order, and MuJoCo gives them the same numbers.
 """
 
@@ -15,37 +15,48 @@ import numpy as np
 
 from vrx_mj.arguments import check_name
 from vrx_mj.arrays import BoolArray
+from vrx_mj.config.docks import DockPlacement
 from vrx_mj.config.fleet import BoatConfig, joining_boat
+from vrx_mj.config.loading import joining
+from vrx_mj.config.objects import MOST_OBJECTS, Placement
 from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import PhysicsConfig, SpawnConfig, WindConfig
 from vrx_mj.errors import CommandError, CompileError, UnknownNameError, VrxWarning
+from vrx_mj.mjcf import boats
 from vrx_mj.mjcf.afloat import depth_in_land
-from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.build import build_boat
+from vrx_mj.mjcf.dock_pieces import dock_piece, dock_rows
+from vrx_mj.mjcf.docks import docks_overlap
 from vrx_mj.mjcf.objects import object_piece, object_rows, spare_ball
 from vrx_mj.mjcf.parameters import Rows
 from vrx_mj.mjcf.pieces import Part
+from vrx_mj.mjcf.placement import PlacedDock, PlacedObject, place_docks, place_objects
 from vrx_mj.mjcf.robots import Fitted, boat_rows, fitted
-from vrx_mj.mjcf.tasks import Touch, touch_sensor
+from vrx_mj.mjcf.tasks import Touch, named_things, thing_touches, touch_sensor
 from vrx_mj.mjcf.wind import warn_if_unpushed
 from vrx_mj.mjcf.world import World, joined_world
-from vrx_mj.model.afloat import Float
-from vrx_mj.model.boats import Hull
+from vrx_mj.model.boats import Boat
+from vrx_mj.model.site import Dock, Object
 from vrx_mj.model.world import Parameters, checked_rows, tree_of
 
-__all__ = ["staying", "with_boat", "without_boat"]
+__all__ = ["owner_of", "staying", "things", "with_boat", "with_dock", "with_object", "without"]
 
 OWNED = {
-    "boats": "name", "hulls": "body", "sensors": "boat", "objects": "name", "floats": "body",
+    "boats": "name", "hulls": "body", "sensors": "boat", "objects": "name", "floats": "body", "docks": "name",
+    "blocks": "body", "lights": "name", "placards": "name",
 }  # fmt: skip
-"""Tables whose rows belong to a boat, or to nobody, and the name that begins with that of the boat."""
+"""Tables whose rows belong to a boat, an object or a dock, and the name that begins with that of their owner."""
 REFERENCES = {
     "hulls": {"station_start": "stations", "thruster_start": "thrusters"},
     "thrusters": {"hull": "hulls", "race": "thrusters"},
-    "floats": {"element_start": "elements"},
-    "blocks": {"element_start": "elements"},
+    "floats": {"element_start": "elements", "follower": "followers"},
+    "blocks": {"element_start": "elements", "parent": "blocks"},
+    "followers": {"waypoint_start": "path_points"},
+    "moorings": {"block": "blocks"},
 }
 """By table the columns that are numbers of rows, and the tables of those; a number below 0 refers to none."""
+RESERVED = ("terrain", "carrier", "world")
+"""Names of parts of every world."""
 
 
 def with_boat(world: World, entry: Mapping[str, object], folder: Path | None = None) -> World:
@@ -63,7 +74,7 @@ def with_boat(world: World, entry: Mapping[str, object], folder: Path | None = N
     spawn = {key: getattr(world.parameters.spawn, key) for key in ("robot", "thrusters", "sensors")}
     own = {key: value for key, value in spawn.items() if value is not None}
     boat = joining_boat(entry, SpawnConfig.model_validate(own), folder)
-    _check_name(world, boat.name)
+    _check_name(world, boat.name, "boat")
     for note in ros_names_note("boat", [boat.name]):
         warnings.warn(note, VrxWarning, stacklevel=3)
     old = world.parameters
@@ -73,40 +84,118 @@ def with_boat(world: World, entry: Mapping[str, object], folder: Path | None = N
     rows = boat_rows(fit, boat, Rows.of(old), wind, physics, old.lives.get(boat.name, 0))
     warn_if_unpushed(old.name, wind, physics, [(boat, fit.boat.wind)])
     balls = list(_with_balls(old, rows, wind, physics))
-    pieces = world.pieces.with_parts([Part.placed(boat.name, fit.piece, boat.pose), *balls], asleep=bool(balls))
+    parts = [Part.placed(boat.name, fit.piece, boat.pose), *balls]
+    return _joined(world, parts, rows, [Touch(boat.name, rows.hulls[0].body)], asleep=bool(balls))
+
+
+def with_object(world: World, entry: Mapping[str, object], folder: Path | None = None) -> World:
+    """The world with another object; `entry` is one of a world file's `objects`, its pose in world axes [m, rad].
+
+    An object that is made of others joins with all of them. Paths in `entry` start in `folder`, by default the current
+    one.
+
+    Raises:
+        ConfigError: the entry is wrong.
+        CommandError: something has the name already, there are too many objects, or a dock of it lies on another.
+    """
+    placement = joining(Placement, "object", entry, folder)
+    return _with_things(world, placement.name, list(place_objects([placement])), list(place_docks([], [placement])))
+
+
+def with_dock(world: World, entry: Mapping[str, object], folder: Path | None = None) -> World:
+    """The world with another dock; `entry` is one of a world file's `docks`; errors are those of `with_object`."""
+    placement = joining(DockPlacement, "dock", entry, folder)
+    return _with_things(world, placement.name, [], list(place_docks([placement], [])))
+
+
+def _with_things(world: World, name: str, objects: Sequence[PlacedObject], docks: Sequence[PlacedDock]) -> World:
+    _check_name(world, name, "dock" if docks and not objects else "object")
+    old = world.parameters
+    if len(old.objects) + len(objects) > MOST_OBJECTS:
+        raise CommandError(f"no room for {name}: a world has at most {MOST_OBJECTS} objects")
+    _check_docks(old, docks)
+    wind, physics = _conditions(old)
+    tables, rows, parts = Rows.of(old), Rows(), list[Part]()
+    for dock in docks:
+        own = dock_rows(dock, wind, physics.gravity, tables)
+        parts.append(Part.placed(dock.name, dock_piece(dock), dock.pose))
+        rows.add(own)
+        tables.add(own)
+    for item in objects:
+        own = object_rows(item, wind, physics, tables)
+        parts.append(Part.placed(item.name, object_piece(item.config), item.pose))
+        rows.add(own)
+        tables.add(own)
+    return _joined(world, parts, rows, list(thing_touches(objects, docks)))
+
+
+def _check_docks(world: Parameters, docks: Sequence[PlacedDock]) -> None:
+    """Refuse a dock that lies on another one where that began."""
+    for dock in docks:
+        other = next((other for other in world.docks if docks_overlap(other, dock)), None)
+        if other is not None:
+            raise CommandError(f"no place for {dock.name}: it would be on the dock '{other.name}'")
+
+
+def _joined(
+    world: World, parts: Sequence[Part], rows: Rows, touches: Sequence[Touch], *, asleep: bool = False
+) -> World:
+    """The world with parts and rows after all others; `touches` are those that a task's boat may have with them."""
+    old = world.parameters
+    pieces = world.pieces.with_parts(parts, asleep=asleep)
     new: dict[str, Any] = {table: (*getattr(old, table), *own) for table, own in checked_rows(rows.tables).items()}
     if task := old.task:
-        new["task"] = replace(task, rivals=(*task.rivals, boat.name))
+        new["task"] = replace(task, rivals=(*task.rivals, *(touch.name for touch in touches)))
         scored = old.hulls[world.boats.index(task.boat)].body
-        sensor = touch_sensor(Touch(boat.name, rows.hulls[0].body), scored)
-        pieces = replace(pieces, touches={**pieces.touches, boat.name: sensor})
+        sensors = {touch.name: touch_sensor(touch, scored) for touch in touches}
+        pieces = replace(pieces, touches={**pieces.touches, **sensors})
     return joined_world(pieces, replace(old, **new))
 
 
-def without_boat(world: World, name: str) -> World:
-    """The world without a boat.
+def owner_of(name: str) -> str:
+    """The boat, object or dock to which a body, a sensor, a ball or a part of an object belongs, by its name."""
+    return name.partition("/")[0]
+
+
+def things(world: Parameters) -> tuple[str, ...]:
+    """Names of all that `without` takes: boats, objects and docks, without their parts."""
+    named: tuple[Boat | Object | Dock, ...] = (*world.boats, *world.objects, *world.docks)
+    return tuple(dict.fromkeys(owner_of(item.name) for item in named))
+
+
+def without(world: World, name: str) -> World:
+    """The world without a boat, an object or a dock; an object goes with all that it is made of.
 
     Raises:
-        UnknownNameError: no boat has that name.
-        CommandError: it is the boat that the world's task scores.
+        UnknownNameError: nothing has that name.
+        CommandError: the task needs it, or it is a part of another object.
     """
-    check_name("boat", name, world.boats)
     old = world.parameters
+    parts = {item.name for item in old.objects} | {dock.name for dock in old.docks}
+    if name in parts - {*things(old)}:
+        raise CommandError(f"{name} cannot be removed: it is a part of {owner_of(name)}, which goes as a whole")
+    check_name("boat, object or dock", name, things(old))
     if old.task and old.task.boat == name:
         raise CommandError(f"{name} cannot be removed: it is the boat that the task '{old.task.name}' scores")
+    if old.task and name in map(owner_of, named_things(old.task)):
+        raise CommandError(f"{name} cannot be removed: the task '{old.task.name}' needs it")
     stay = staying(old, name)
-    task = old.task and replace(old.task, rivals=tuple(compress(old.task.rivals, stay["rivals"])))
-    lives = {**old.lives, name: old.boats[world.boats.index(name)].life + 1}
-    return joined_world(world.pieces.without(name), replace(old, **_kept(old, stay), task=task, lives=lives))
+    new: dict[str, Any] = _kept(old, stay)
+    if task := old.task:
+        fixed = {thing: pose for thing, pose in task.fixed.items() if owner_of(thing) != name}
+        new["task"] = replace(task, rivals=tuple(compress(task.rivals, stay["rivals"])), fixed=fixed)
+    if name in world.boats:
+        new["lives"] = {**old.lives, name: old.boats[world.boats.index(name)].life + 1}
+    return joined_world(world.pieces.without(name), replace(old, **new))
 
 
-def _check_name(world: World, name: str) -> None:
-    taken = {dock.name: "a dock" for dock in world.parameters.docks}
-    taken |= {item.name.partition("/")[0]: "an object" for item in world.parameters.objects}
+def _check_name(world: World, name: str, kind: str) -> None:
+    taken = {owner_of(dock.name): "a dock" for dock in world.parameters.docks}
+    taken |= {owner_of(item.name): "an object" for item in world.parameters.objects}
     taken |= dict.fromkeys(world.boats, "a boat")
-    taken |= dict.fromkeys(("terrain", "carrier"), "a part")
+    taken |= dict.fromkeys(RESERVED, "a part")
     if name in taken:
-        raise CommandError(f"invalid boat name '{name}': {taken[name]} of world {world.name} has this name")
+        raise CommandError(f"invalid {kind} name '{name}': {taken[name]} of world {world.name} has this name")
 
 
 def _with_balls(old: Parameters, rows: Rows, wind: WindConfig, physics: PhysicsConfig) -> Iterator[Part]:
@@ -134,7 +223,7 @@ def _check_shore(world: Parameters, boat: BoatConfig, fit: Fitted) -> None:
         raise CommandError(f"no place for {boat.name} at ({x:g}, {y:g}): it would be on land, {shore}")
 
 
-def _built(boat: BoatConfig, profile: str) -> Boat:
+def _built(boat: BoatConfig, profile: str) -> boats.Boat:
     try:
         return build_boat(replace(boat.order, profile=profile))
     except UnknownNameError as error:
@@ -142,19 +231,29 @@ def _built(boat: BoatConfig, profile: str) -> Boat:
 
 
 def staying(world: Parameters, left: str) -> dict[str, BoolArray]:
-    """Which rows of each table stay when a boat leaves with its balls, whose names start with its own."""
+    """Which rows of each table stay when a boat, an object or a dock leaves with all that is its own."""
     stay = {
-        table: np.array([getattr(row, name).partition("/")[0] != left for row in getattr(world, table)], np.bool_)
+        table: np.array([owner_of(getattr(row, name)) != left for row in getattr(world, table)], np.bool_)
         for table, name in OWNED.items()
     }
     stay["thrusters"] = _parts_staying(world.hulls, "thruster", stay["hulls"], len(world.thrusters))
     stay["stations"] = _parts_staying(world.hulls, "station", stay["hulls"], len(world.stations))
-    stay["elements"] = _parts_staying(world.floats, "element", stay["floats"], len(world.elements))
-    stay["rivals"] = np.array([rival != left for rival in (world.task.rivals if world.task else ())], np.bool_)
+    of_floats, of_blocks = (
+        _parts_staying(rows, "element", stay[table], len(world.elements))
+        for table, rows in (("floats", world.floats), ("blocks", world.blocks))
+    )
+    stay["elements"] = of_floats & of_blocks
+    stay["moorings"] = np.array([bool(stay["blocks"][line.block]) for line in world.moorings], np.bool_)
+    stay["followers"] = np.ones(len(world.followers), np.bool_)
+    stay["followers"][[row.follower for row in compress(world.floats, ~stay["floats"]) if row.follower >= 0]] = False
+    stay["path_points"] = _parts_staying(world.followers, "waypoint", stay["followers"], len(world.path_points))
+    stay["rivals"] = np.array(
+        [owner_of(rival) != left for rival in (world.task.rivals if world.task else ())], np.bool_
+    )
     return stay
 
 
-def _parts_staying(rows: Sequence[Hull | Float], part: str, stay: BoolArray, count: int) -> BoolArray:
+def _parts_staying(rows: Sequence[object], part: str, stay: BoolArray, count: int) -> BoolArray:
     """Which rows of a table stay: all but those that rows of another one have who leave."""
     kept = np.ones(count, np.bool_)
     for row in compress(rows, ~stay):

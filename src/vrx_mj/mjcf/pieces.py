@@ -146,7 +146,7 @@ class Pieces:
         return replace(self, own=own, parts=self.parts + new, assets=tuple(dict.fromkeys((*self.assets, *assets))))
 
     def without(self, owner: str) -> "Pieces":
-        """Without a boat, its balls, and what only they use."""
+        """Without a boat and its balls, an object with its parts, or a dock, and without what only they use."""
         parts = tuple(part for part in self.parts if part.owner != owner)
         kept = {line for part in parts for line in part.assets}
         unused = {line for part in self.parts if part.owner == owner for line in part.assets} - kept
@@ -154,7 +154,7 @@ class Pieces:
             self.own,
             parts,
             tuple(line for line in self.assets if line not in unused),
-            {rival: sensor for rival, sensor in self.touches.items() if rival != owner},
+            {rival: sensor for rival, sensor in self.touches.items() if rival.partition("/")[0] != owner},
         )
 
     def first_of_each_kind(self) -> "Pieces":
@@ -198,7 +198,9 @@ class Pieces:
         """
         count = len(before.parts)
         new = self.parts[count:]
-        plain = all(part.is_prefixed and not any(part.assets.values()) for part in new)
+        plain = all(
+            part.is_prefixed and not any(part.assets.values()) and not part.block("equalities").strip() for part in new
+        )
         if not plain or self.parts[:count] != before.parts or len({part.name[0] for part in new}) != 1:
             return False
         self._attach(spec, new, detail, with_contacts=True)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.config.bays import Cell
 from vrx_mj.config.docks import Berths, DockLayout, DockPlacement, berths, load_dock
 from vrx_mj.config.objects import FieldConfig, ObjectConfig, PathConfig, Placement, load_object
 from vrx_mj.config.world import WorldConfig
@@ -48,6 +49,16 @@ class PlacedDock:
     """Its entry in its file; `symbols` are those of the object that it came with, if that gives any."""
     parent: str
     """What its placards' names start with: its object's name, or its own if it is a world's."""
+
+    @property
+    def cells(self) -> Sequence[Cell]:
+        """Row and column of each block in its drawing."""
+        return self.layout.cells
+
+    @property
+    def block(self) -> float:
+        """Edge of a block [m]."""
+        return self.config.block
 
     @property
     def berths(self) -> Berths:

@@ -38,7 +38,9 @@ __all__ = [
     "listed",
     "lock_of",
     "model_of",
+    "named_things",
     "task_parameters",
+    "thing_touches",
     "touch_sensor",
     "touches_of",
     "waypoints",
@@ -196,17 +198,34 @@ def touches_of(
     terrain: bool,
 ) -> list[Touch]:
     """All that can collide with a boat; `links` are the base links of all boats by their names."""
-    return [*_things(objects, docks, terrain=terrain), *(Touch(*item) for item in links.items() if item[0] != boat)]
+    shore = [Touch("terrain", WORLD_BODY)] if terrain else []
+    return [*thing_touches(objects, docks), *shore, *(Touch(*item) for item in links.items() if item[0] != boat)]
 
 
-def _things(objects: Sequence[PlacedObject], docks: Sequence[PlacedDock], *, terrain: bool) -> Iterator[Touch]:
+def thing_touches(objects: Sequence[PlacedObject], docks: Sequence[PlacedDock]) -> Iterator[Touch]:
+    """What of objects and docks a boat may touch."""
     for item in objects:
         if item.config.collisions:
             yield Touch(item.name, f"{item.name}/{item.config.link}")
     for dock in docks:
         yield Touch(dock.name, dock_entry(dock).bodies[0], tree=True)
-    if terrain:
-        yield Touch("terrain", WORLD_BODY)
+
+
+def named_things(task: model.Task) -> frozenset[str]:
+    """Names of the objects, docks and placards that a task's rules refer to."""
+    names: list[str | None] = []
+    match task:
+        case model.Navigation(gates=gates) | model.FollowPath(gates=gates):
+            names = [name for gate in gates for name in (gate.left, gate.right)]
+        case model.Gymkhana(channel=channel):
+            names = [name for gate in channel.gates for name in (gate.left, gate.right)]
+        case model.Perception(objects=things) | model.Wildlife(animals=things):
+            names = [thing.name for thing in things]
+        case model.Dock(anchor=anchor, light_buoy=light):
+            names = [anchor, light, *(bay.placard for bay in task.bays)]
+        case model.AcousticTracking(pinger=name):
+            names = [name]
+    return frozenset(name for name in names if name)
 
 
 def lock_of(task: TaskBase, links: Mapping[str, str], poses: Mapping[str, Pose]) -> Lock | None:

@@ -111,14 +111,14 @@ class MovingChunks:
         self._trail_end: dict[str, FloatArray] = {}
         self._heading: dict[str, float] = {}
         self._angle: dict[tuple[str, str], float] = {}
-        self._codes = [-1] * len(scene.displays)
+        self._codes: dict[str, int] = {}
         self._first = scene.layout()
         self.boat_set = 0
-        """Number of the boat set whose rows are to come: how often boats came or went."""
+        """Number of the boat set whose rows are to come: how often boats or objects came or went."""
         self._take(scene)
 
     def go_on(self, scene: RecordScene) -> None:
-        """Go on in a scene in which boats have come or gone: rows have its columns now."""
+        """Go on in a scene in which boats or objects have come or gone: rows have its columns now."""
         self.boat_set += 1
         self._take(scene)
 
@@ -132,6 +132,8 @@ class MovingChunks:
         self._wakes = {boat: self._wakes.get(boat) or Wake() for boat in there}
         self._heading = {boat: last for boat, last in self._heading.items() if boat in there}
         self._angle = {key: last for key, last in self._angle.items() if key[0] in there}
+        seen = {shown.display.name for shown in scene.displays}
+        self._codes = {name: last for name, last in self._codes.items() if name in seen}
 
     def __call__(self, rows: FloatArray) -> Iterator[Chunk]:
         """Chunks of (n, columns) rows, n > 0, the exact rows first; what is shown of them is finite."""
@@ -165,10 +167,11 @@ class MovingChunks:
 
     def _displays(self, rows: FloatArray) -> Iterator[Chunk]:
         """Lights and placards where they changed."""
-        for i, shown in enumerate(self._scene.displays):
+        for shown in self._scene.displays:
+            name = shown.display.name
             codes = shown.display.codes(rows[:, self._layout.marks], rows[:, 0])
-            changed = np.diff(codes, prepend=self._codes[i]) != 0
-            self._codes[i] = int(codes[-1])
+            changed = np.diff(codes, prepend=self._codes.get(name, -1)) != 0
+            self._codes[name] = int(codes[-1])
             if changed.any():
                 yield from repainted(shown, rows[changed, 0], codes[changed])
 

@@ -15,6 +15,7 @@ from typing import Any
 
 from vrx_mj.arguments import check_kind, check_name
 from vrx_mj.errors import CommandError, UnknownNameError, shown
+from vrx_mj.mjcf.objects import ball_names
 from vrx_mj.recording.reader import Record, read_record
 from vrx_mj.recording.rrd_file import copy_without_views
 from vrx_mj.recording.simulation_scene import Choice, scene_of
@@ -49,7 +50,8 @@ def record(
 
     The camera follows the boat `follow`, or else the whole fleet.
 
-    Boats that are spawned appear, but for their sensors; those that are removed go, and their sensors' readings end.
+    Boats, objects and docks that are spawned appear, but for boats' sensors; those that are removed go, and readings of
+    their sensors end.
 
     Raises:
         RecordError: the file cannot be written.
@@ -73,7 +75,7 @@ def record(
 
 
 class RunWriter(RecordWriter):
-    """Writes the recording of a simulation, and looks at it again when boats have come or gone."""
+    """Writes the recording of a simulation, and looks at it again when boats or objects have come or gone."""
 
     def __init__(
         self, path: str | Path, sim: Simulation, choices: Sequence[Choice], *, sea: bool, follow: str | None = None
@@ -85,13 +87,18 @@ class RunWriter(RecordWriter):
         )
 
     def boats_changed(self) -> None:
-        """Boats have come or gone."""
+        """Boats, objects or docks have come or gone."""
         sim, before = self._sim, self.scene
-        known = {boat.name for boat in before.boats()}
+        known = {body.name for body in before.bodies}
         self._choices = [one for one in self._choices if one.boat in sim.boats]
-        now = scene_of(sim, self._choices, looks_of=[boat for boat in sim.boats if boat not in known])
-        now = dataclasses.replace(now, begun=sim.time, follow=before.follow)
-        self.go_on(dataclasses.replace(now, sea_height=before.sea_height, displays=before.displays))
+        there = sim.world.parameters
+        names = {item.name for table in (there.boats, there.objects, there.docks) for item in table}
+        new = names - known - ball_names(there)
+        now = scene_of(sim, self._choices, looks_of=[part.name for part in sim.world.pieces.parts if part.name in new])
+        looks = {one.display.name: one.surfaces for one in before.displays}
+        displays = [replace(one, surfaces=looks.get(one.display.name, one.surfaces)) for one in now.displays]
+        now = dataclasses.replace(now, begun=sim.time, follow=before.follow, displays=tuple(displays))
+        self.go_on(dataclasses.replace(now, sea_height=before.sea_height))
 
 
 def resume(path: str | Path, time: float) -> Simulation:

@@ -62,11 +62,11 @@ class Choice:
 def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Sequence[str] | None = None) -> RecordScene:
     """What a recording of this simulation and of some of its sensors holds before its first row.
 
-    With `looks_of` only these boats have surfaces: looking at all the world again takes seconds.
+    With `looks_of` only these boats, objects and docks have surfaces: looking at all the world again takes seconds.
     """
     world, model = sim.world, sim.model
     looks: Looks = {}
-    alone = (world.pieces.spec_of(boat).compile() for boat in looks_of or ())
+    alone = (world.pieces.spec_of(name).compile() for name in looks_of or ())
     for drawn in [sim.visual_model] if looks_of is None else alone:
         looks |= _looks(world, drawn)
     parameters = world.parameters

@@ -19,6 +19,7 @@ from vrx_mj.recording.packing import archive
 from vrx_mj.recording.record_scene import (
     FORMAT,
     RecordedBody,
+    RecordedDisplay,
     RecordedPart,
     RecordScene,
     Surface,
@@ -48,17 +49,18 @@ SHORE_HEIGHT = 0.15
 
 
 def still_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:
-    """Every static chunk of a recording but for its boats'; `views` is its blueprint, kept for a run that is killed."""
+    """What a recording begins with, but for its boats; `views` is its blueprint, kept for a run that is killed."""
     yield from run_chunks(scene, views)
     yield static("/world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     if scene.sea_height is not None:
         yield static("/world/sea", rr.Mesh3D.from_fields(triangle_indices=sea_triangles()))
     for body in scene.bodies:
         if body.kind != "boat":
-            yield from body_chunks(body)
+            yield from body_chunks(body, scene.begun)
     for part in scene.parts:
-        yield from part_chunks(part)
-    yield from display_chunks(scene)
+        yield from part_chunks(part, scene.begun)
+    for display in scene.displays:
+        yield from display_chunks(display, scene.begun)
     yield from fleet_chunks()
     yield from place_chunks(scene)
     yield from series_chunks(scene)
@@ -108,22 +110,22 @@ def show(value: object) -> str | int | float | bool:
     return value if isinstance(value, str | int | float | bool) else json.dumps(value)
 
 
-def body_chunks(body: RecordedBody) -> Iterator[Chunk]:
-    """A body's looks, and its first pose until rows move it."""
+def body_chunks(body: RecordedBody, begun: float | None) -> Iterator[Chunk]:
+    """The looks from a time on [s] of a body that is no boat, None: always; and its first pose until rows move it."""
     if body.qpos is None:
-        yield static(body.path, pose(body.pose))
+        yield shown(begun, body.path, pose(body.pose))
     if body.kind == "ball":
         yield static(body.path, rr.Points3D.from_fields(colors=[BALL_COLOR], radii=[rr.Radius.ui_points(4.0)]))
     elif body.surfaces:
-        yield static(f"{body.path}/shape", mesh(body.surfaces))
+        yield shown(begun, f"{body.path}/shape", mesh(body.surfaces))
 
 
-def part_chunks(part: RecordedPart) -> Iterator[Chunk]:
-    """The looks of what hangs on a body, and its place if it is fixed there."""
+def part_chunks(part: RecordedPart, begun: float | None) -> Iterator[Chunk]:
+    """The looks of what hangs on a body, and its place if it is fixed there, from a time on likewise."""
     if part.qpos is None:
-        yield static(part.path, pose((*part.position, *part.quaternion)))
+        yield shown(begun, part.path, pose((*part.position, *part.quaternion)))
     if part.surfaces:
-        yield static(f"{part.path}/shape", mesh(part.surfaces))
+        yield shown(begun, f"{part.path}/shape", mesh(part.surfaces))
 
 
 def pose(numbers: Sequence[float]) -> rr.Transform3D:
@@ -167,12 +169,11 @@ def corners_of(
     )
 
 
-def display_chunks(scene: RecordScene) -> Iterator[Chunk]:
-    """Shapes of lights and placards; their colours come with the rows."""
-    for shown in scene.displays:
-        for part, surfaces in shown.surfaces.items():
-            if surfaces:
-                yield static(shown.part_path(part), mesh([replace(one, rgba=WHITE) for one in surfaces]))
+def display_chunks(display: RecordedDisplay, begun: float | None) -> Iterator[Chunk]:
+    """Shapes of a light or placard, from a time on likewise; their colours come with the rows."""
+    for part, surfaces in display.surfaces.items():
+        if surfaces:
+            yield shown(begun, display.part_path(part), mesh([replace(one, rgba=WHITE) for one in surfaces]))
 
 
 def fleet_chunks() -> Iterator[Chunk]:
@@ -267,19 +268,29 @@ def boat_chunks(scene: RecordScene) -> Iterator[Chunk]:
 
 
 def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -> Iterator[Chunk]:
-    """What comes, and the end of what goes, when boats have joined or left since the scene before."""
-    kept, known = ({body.path for body in one.bodies} for one in (scene, before))
-    for body in before.bodies:
-        if body.path not in kept:
-            yield shown(scene.begun, body.path, rr.Clear(recursive=True))
-        if body.path not in kept and body.kind == "boat":
-            yield shown(scene.begun, body.path, rr.Transform3D(translation=GONE))
+    """What comes, and the end of what goes, when boats or objects have joined or left since the scene before."""
+    yield from leaving_chunks(scene, before)
+    known = {body.path for body in before.bodies}
     for body in scene.bodies:
         if body.path not in known and body.kind == "boat":
             yield from joining_chunks(body, scene)
             yield from joined_series_chunks(body.name, scene, first)
         elif body.path not in known:
-            yield from body_chunks(body)
+            yield from body_chunks(body, scene.begun)
+    hung, lit = {part.path for part in before.parts}, {one.display.name for one in before.displays}
+    for part in (part for part in scene.parts if part.path not in hung):
+        yield from part_chunks(part, scene.begun)
+    for display in (one for one in scene.displays if one.display.name not in lit):
+        yield from display_chunks(display, scene.begun)
+
+
+def leaving_chunks(scene: RecordScene, before: RecordScene) -> Iterator[Chunk]:
+    """The end of what was in the scene before and is not in this one."""
+    kept = {body.path for body in scene.bodies}
+    for body in (body for body in before.bodies if body.path not in kept):
+        yield shown(scene.begun, body.path, rr.Clear(recursive=True))
+        if body.kind != "ball":
+            yield shown(scene.begun, body.path, rr.Transform3D(translation=GONE))
 
 
 def joining_chunks(boat: RecordedBody, scene: RecordScene) -> Iterator[Chunk]:

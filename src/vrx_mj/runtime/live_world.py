@@ -56,7 +56,7 @@ Six = Sequence[float] | None
 
 
 def loop_arrays_of(world: World, physics_models: PhysicsModels, known: LoopArrays | None = None) -> LoopArrays:
-    """A world's arrays, with models and data of its own; `known`: those of a world that differs by boats alone."""
+    """A world's arrays, with models and data of its own; `known`: those of one that differs by what came or went."""
     model, contact_free = physics_models.models(world)
     return LoopArrays(world, model, contact_free, mujoco.MjData(model), known=known)
 
@@ -64,7 +64,8 @@ def loop_arrays_of(world: World, physics_models: PhysicsModels, known: LoopArray
 class LiveWorld:
     """A world, its tables, and the parts that measure, record, score and steer it.
 
-    `world`, `arrays`, `bodies`, `commands` and `thrusters` are new objects after boats came or went; others are kept.
+    `world`, `arrays`, `bodies`, `commands` and `thrusters` are new objects after something came or went; others are
+    kept.
     """
 
     def __init__(self, world: World) -> None:
@@ -101,7 +102,7 @@ class LiveWorld:
         self.drawing = cache(partial(drawing_model, world))
 
     def bind(self, world: World, arrays: LoopArrays) -> None:
-        """Go over to a world that has other boats, with everything that users may hold."""
+        """Go over to a world that has other boats, objects or docks, with everything that users may hold."""
         with self.turn.boats_lock:
             self._take(world, arrays)
             self.sea.bind(arrays)
@@ -113,7 +114,7 @@ class LiveWorld:
             self.sampler.resize(arrays.columns)
 
     def enter(self, world: World, arrays: LoopArrays, line: str) -> None:
-        """Go on in a world that has other boats, from the moment that its arrays are at; `line` goes into the log."""
+        """Go on in a world that has something more or less, from the moment of its arrays; `line` goes into the log."""
         self.bind(world, arrays)
         self.renew_arguments()
         for listener in self.sampler.listeners:
@@ -185,7 +186,7 @@ class LiveWorld:
     # States
 
     def restart(self, seed: int) -> None:
-        """Begin the run of a seed, with the boats of the first world."""
+        """Begin the run of a seed, with the boats, objects and docks of the first world."""
         self.seed = seed
         if self.world is not self.first:
             self.thrusters = {}  # a boat that was spawned may have had the name of another
@@ -210,14 +211,16 @@ class LiveWorld:
             StateError: it is of another world or other boats, or damaged.
         """
         if state.world == self.first.sha256 != self.world.sha256:
-            boats = ", ".join(self.first.boats)
-            raise StateError(
-                f"the state at t = {state.time:g} s has other boats than the simulation: call reset(), which restores "
-                f"{boats}, then set_state"
-            )
+            raise StateError(f"the state at t = {state.time:g} s has other {self._difference()}, then set_state")
         state.check(self.world.sha256)
         self.arrays.check(state.mujoco, state.ours)
         self.task_runner.check(state.task)
+
+    def _difference(self) -> str:
+        """What the first world has otherwise than the present one, and how to have it again."""
+        if self.first.boats != self.world.boats:
+            return f"boats than the simulation: call reset(), which restores {', '.join(self.first.boats)}"
+        return "objects or docks than the simulation: call reset(), which restores those of the world"
 
     def restore(self, state: State) -> None:
         """Go to a state that was checked."""

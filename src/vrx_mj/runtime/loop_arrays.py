@@ -99,7 +99,7 @@ class LoopArrays:
         *,
         known: "LoopArrays | None" = None,
     ) -> None:
-        """Tables of a world; `known` are those of one that differs by boats alone."""
+        """Tables of a world; `known` are those of one that differs by what came or went."""
         parameters = world.parameters
         sea, wind = parameters.sea, parameters.wind
         self.model, self.data, self.contact_free = model, data, contact_free
@@ -126,7 +126,10 @@ class LoopArrays:
         self.follower_state = np.zeros(len(self.followers), tables.FOLLOWER_STATE)
         self.movers = movers(model)
         self.broadphase = np.array([(0.0, 0, unconstrained(contact_free), 0)], BROADPHASE)
-        self.obstacles: tables.Table = known.obstacles if known else obstacles(model)
+        still = [item.name for item in parameters.objects if item.kind == "static"]
+        self._still = (*still, *(dock.name for dock in parameters.docks if not dock.dynamic))
+        same = known is not None and known._still == self._still
+        self.obstacles: tables.Table = known.obstacles if known and same else obstacles(model)
         self.touches = np.empty(len(parameters.task.rivals) if parameters.task else 0)
         self._mount(world, known)
 

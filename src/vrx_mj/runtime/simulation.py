@@ -18,6 +18,7 @@ from vrx_mj.runtime.forces import Forces, boat_forces
 from vrx_mj.runtime.live_world import LiveWorld, loop_arrays_of
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.observation import BoatObservation, Observation
+from vrx_mj.runtime.roster import Roster
 from vrx_mj.runtime.sampling import Listener, check_listener
 from vrx_mj.runtime.sensing import Readings, fire
 from vrx_mj.runtime.spawning import Spawning
@@ -30,7 +31,7 @@ from vrx_mj.runtime.weather import Sea, Wind
 from vrx_mj.sensors.readings import Reading
 
 
-class Simulation:
+class Simulation(Roster):
     """A running world: it takes commands, advances the physics and gives observations.
 
     The same world, seed and commands give the same motion to the last bit, on the same kind of CPU, with the
@@ -128,7 +129,8 @@ class Simulation:
     def reset(self, seed: int | None = None) -> Observation:
         """Restart the run with the world's seed or the given one, and return the first observation.
 
-        The boats are those of the world that was given to the simulation: spawning and removing is undone.
+        Boats, objects and docks are those of the world that was given to the simulation: spawning and removing are
+        undone.
 
         Raises:
             CommandError: the seed is not a whole number from 0 to 2^63 - 1, or the run is being recorded.
@@ -229,7 +231,7 @@ class Simulation:
 
         Raises:
             StateError: it is not a State, is not finite, or belongs to another version, to another world, or to this
-                world with other boats.
+                world with other boats, objects or docks.
             CommandError: the run is being recorded, or its bodies overlap in more contacts than MuJoCo has memory for.
         """
         check_kind("set_state", state, State, "a State, as get_state() or State.load(path) returns it", StateError)
@@ -310,57 +312,6 @@ class Simulation:
             check_name("boat", boat, self.boats)
             values = self._live.arrays.thruster_state[column]
             return {name: float(values[row]) for name, row in self._live.commands.thrusters[boat].items()}
-
-    # Boats that come and go
-
-    @in_turn
-    def spawn(
-        self,
-        name: str,
-        *,
-        pose: Sequence[float],
-        robot: str | Path | None = None,
-        thrusters: str | Path | None = None,
-        components: str | Path | None = None,
-        sensors: str | Sequence[str] | None = None,
-        engines: str = "fixed",
-        color: Sequence[float] | None = None,
-    ) -> None:
-        """Add a boat at rest to the run. The others move exactly as without it, until they touch it.
-
-        It stays until it is removed or the run is reset. `sim.model`, `sim.data` and `sim.world` are new objects
-        afterwards; `sim.sea`, `sim.wind`, subscriptions and commands are kept. If a removed boat had the same name,
-        the sensors of the new boat have different noise.
-
-        Args:
-            name: name of the boat; nothing else in the world has it.
-            pose: (x, y, z, roll, pitch, yaw) of its `base_link` origin [m, rad, ENU].
-            robot: name or path of the robot; by default that of the world's spawn. With an absolute `Path`, the other
-                paths are relative to its folder.
-            thrusters: name of a layout, or a thruster file of VRX; by default that of the world's spawn.
-            components: a component file of VRX.
-            sensors: `vrx`, `none`, or names of suites or sensors; by default as in a fleet file.
-            engines: `fixed` or `hinged`.
-            color: red, green, blue and alpha of the hull, 0 to 1.
-
-        Raises:
-            ConfigError: an argument is invalid, or the robot does not exist.
-            CommandError: the name or the place is taken, or the simulation is advancing.
-            CompileError: the boat cannot be built.
-        """
-        files = {"thrusters": thrusters, "components": components}
-        other = {"pose": pose, "sensors": sensors, "engines": engines, "color": color}
-        self._spawning.spawn(name, robot=robot, files=files, **other)
-
-    @in_turn
-    def remove(self, name: str) -> None:
-        """Remove a boat from the run. The others move exactly as before; subscriptions to its sensors end.
-
-        Raises:
-            UnknownNameError: no boat has that name.
-            CommandError: the task scores this boat, or the simulation is advancing.
-        """
-        self._spawning.remove(name)
 
     # Sensors
 

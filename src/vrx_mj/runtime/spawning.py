@@ -1,10 +1,10 @@
-"""Boats that come and go while a simulation runs.
+"""Boats, objects and docks that come and go while a simulation runs.
 
-Who joins comes last in every table and array and who leaves is cut out, so the others keep their order: of each array
-the rows that stay fill the beginning of the new one, and the rest of that is the new boat's as it starts.
+What joins comes last in every table and array and what leaves is cut out, so the others keep their order: of each array
+the rows that stay fill the beginning of the new one, and the rest of that is the newcomer's as it starts.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,32 +15,38 @@ import numpy.typing as npt
 from vrx_mj.arguments import as_path
 from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.errors import CommandError
-from vrx_mj.mjcf.joining import staying, with_boat, without_boat
+from vrx_mj.mjcf.joining import owner_of, staying, with_boat, with_dock, with_object, without
+from vrx_mj.mjcf.objects import ball_names
 from vrx_mj.mjcf.world import World
+from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.crowding import fitting
 from vrx_mj.runtime.live_world import LiveWorld, loop_arrays_of
 from vrx_mj.runtime.loop_arrays import MODEL_ARRAYS, OPTIONS, LoopArrays
 from vrx_mj.runtime.views import ARRAYS, STATE
+from vrx_mj.sensors.displays import MARKS
 
 __all__ = ["Spawning"]
 
-MODEL_ROWS = {"body": "bodies", "jnt": "joints", "dof": "dofs", "qpos0": "qpos"}
+MODEL_ROWS = {"body": "bodies", "jnt": "joints", "dof": "dofs", "qpos0": "qpos", "eq": "equalities"}
 """What the rows of the model's arrays are of, by the first word of their names."""
 ROWS = {
     "qacc_warmstart": "dofs", "qfrc_applied": "dofs", "xfrc_applied": "bodies", "thruster_state": "thrusters",
-    "float_state": "floats", "element_state": "elements", "touches": "rivals",
+    "float_state": "floats", "element_state": "elements", "touches": "rivals", "follower_state": "followers",
+    "block_state": "blocks", "eq_active": "equalities",
 }  # fmt: skip
-"""The same for other arrays; no row of those that are not listed belongs to a boat."""
+"""The same for other arrays; no row of those that are not listed belongs to anything that can leave."""
 DATA_ARRAYS = ("qacc_warmstart", "qfrc_applied", "xfrc_applied", "eq_active")
 """Arrays of MuJoCo's data that are kept beside positions and velocities."""
 STATE_TABLES = tuple(name for name, array in ARRAYS.items() if array.use == STATE)
 """The tables that change."""
 WHOLE = ("body_subtreemass",)
-"""Arrays of the model in which the new boat counts for the others, too: for the world."""
+"""Arrays of the model in which a newcomer counts for the others, too: for the world."""
+MODEL_FILES = ("model.sdf", "model.sdf.erb")
+"""Files of models whose folder has the model's name."""
 
 
 class Spawning:
-    """Boats that join and leave a run; errors are those of `Simulation.spawn` and `Simulation.remove`."""
+    """Boats, objects and docks that join and leave a run; errors are those of the methods of `Simulation`."""
 
     def __init__(self, live: LiveWorld) -> None:
         self._live = live
@@ -56,19 +62,45 @@ class Spawning:
             if value is not None:
                 as_path(key, value)
         given: dict[str, Any] = {key: str(value) for key, value in files.items() if value is not None}
-        world = with_boat(self._live.world, given | {"name": name, **other}, folder)
-        arrays = self._moved(world)
-        _check_place(arrays, world, name)
-        self._live.enter(world, arrays, f"{name} joins")
+        self._enter(with_boat(self._live.world, given | {"name": name, **other}, folder), name)
+
+    def spawn_object(self, name: str, *, model: str | Path, **other: object) -> None:
+        """Add an object at rest; `other` is as in a world file."""
+        self._live.check_idle("spawn_object")
+        path, folder = as_path("model", model), None
+        if isinstance(model, Path) and path.is_absolute():
+            folder = path.parent.parent if path.name in MODEL_FILES else path.parent
+            path = path.relative_to(folder)
+        text = f"./{path}" if folder else str(model)
+        entry = {"name": name, "model": text, **other}
+        self._enter(with_object(self._live.world, entry, folder), name)
+
+    def spawn_dock(self, name: str, *, layout: str | Path | Sequence[str], **other: object) -> None:
+        """Add a dock at rest; `other` is as in a world file."""
+        self._live.check_idle("spawn_dock")
+        folder = layout.parent if isinstance(layout, Path) and layout.is_absolute() else None
+        drawing = f"./{layout.name}" if folder and isinstance(layout, Path) else layout
+        entry = {"name": name, "layout": str(drawing) if isinstance(drawing, Path) else drawing, **other}
+        self._enter(with_dock(self._live.world, entry, folder), name)
 
     def remove(self, name: str) -> None:
-        """Remove a boat."""
+        """Remove a boat, an object or a dock."""
         self._live.check_idle("remove")
-        world = without_boat(self._live.world, name)
+        world = without(self._live.world, name)
         self._live.enter(world, self._moved(world, left=name), f"{name} leaves")
 
+    def _enter(self, world: World, name: str) -> None:
+        """Go over to a world that has something more, which the water has where it is now."""
+        arrays, live = self._moved(world), self._live
+        _check_place(arrays, name)
+        bodies = FreeBodies(world, arrays)
+        for own in bodies.afloat if live.time > 0.0 else ():  # at the start no float has met the water yet
+            if owner_of(own) == name and own not in live.bodies.afloat and own not in ball_names(world.parameters):
+                bodies.set_afloat(own, lambda x, y: float(live.sea.height(x, y, live.time)))
+        live.enter(world, arrays, f"{name} joins")
+
     def _moved(self, world: World, left: str | None = None) -> LoopArrays:
-        """The present moment in another world, without the boat that left."""
+        """The present moment in another world, without what left."""
         live = self._live
         arrays = loop_arrays_of(world, live.physics_models, known=live.arrays)
         arrays.reset(live.seed)
@@ -79,20 +111,23 @@ class Spawning:
 
 
 def _rows_staying(world: World, arrays: LoopArrays, left: str) -> dict[str, BoolArray]:
-    """Which rows stay when a boat leaves; of what is not listed all do."""
-    model = arrays.model
-    bodies = np.array([model.body(i).name.partition("/")[0] != left for i in range(model.nbody)])
+    """Which rows stay when a boat, an object or a dock leaves; of what is not listed all do."""
+    model, stay = arrays.model, staying(world.parameters, left)
+    bodies = np.array([not i or owner_of(model.body(i).name) != left for i in range(model.nbody)])
     joints = bodies[model.jnt_bodyid]
     sensed = np.ones(len(arrays.sample_clocks.device_state) - len(arrays.display_marks), np.bool_)
     for sensor in arrays.sensors:
         sensed[sensor.marks] = sensor.boat != left
     return {
-        **staying(world.parameters, left),
+        **stay,
         "bodies": bodies,
         "joints": joints,
         "dofs": bodies[model.dof_bodyid],
         "qpos": np.repeat(joints, np.diff(model.jnt_qposadr, append=model.nq)),
+        "equalities": bodies[model.eq_obj1id],
         "sensed": sensed,
+        "light_marks": np.repeat(stay["lights"], MARKS["light"]),
+        "placard_marks": np.repeat(stay["placards"], MARKS["placard"]),
     }
 
 
@@ -113,13 +148,13 @@ def _carry(old: LoopArrays, new: LoopArrays, stay: Mapping[str, BoolArray]) -> N
 
 
 def _carry_moments(old: LoopArrays, new: LoopArrays, stay: Mapping[str, BoolArray]) -> None:
-    """The present moment and those that the clocks latched: in all of them a new boat is where it starts."""
+    """The present moment and those that the clocks latched: in all of them a newcomer is where it starts."""
     before, after = old.sample_clocks, new.sample_clocks
     clocks, ends, length = before.latched.shape
     latched = before.latched.reshape(clocks * ends, length)
     moments = np.vstack((latched, _moment(old))).T
     moved = np.tile(_moment(new), (len(latched) + 1, 1)).T
-    kinds = "qpos", "dofs", "sensed", "displays"
+    kinds = "qpos", "dofs", "sensed", "light_marks", "placard_marks"
     for target, source, rows in zip(_parts(new, moved), _parts(old, moments), kinds, strict=True):
         _fill(target, source, stay.get(rows))
     *then, now = moved.T
@@ -135,9 +170,10 @@ def _moment(arrays: LoopArrays) -> FloatArray:
 
 
 def _parts(arrays: LoopArrays, moments: FloatArray) -> list[FloatArray]:
-    """Views of the positions, velocities, sensors' devices and displays of moments, a column each."""
+    """Views of the positions, velocities, sensors' devices, lights and placards of moments, a column each."""
+    placards = sum(len(one.start) for one in arrays.displays if one.kind == "placard")
     ends = arrays.model.nq, arrays.model.nq + arrays.model.nv, len(moments) - len(arrays.display_marks)
-    return np.split(moments, ends)
+    return np.split(moments, (*ends, len(moments) - placards))
 
 
 def _fill(target: npt.NDArray[np.generic], source: npt.NDArray[np.generic], stay: BoolArray | None) -> None:
@@ -146,24 +182,20 @@ def _fill(target: npt.NDArray[np.generic], source: npt.NDArray[np.generic], stay
     target[: len(kept)] = kept
 
 
-def _check_place(arrays: LoopArrays, world: World, name: str) -> None:
-    """Refuse a boat that would be inside of something."""
+def _check_place(arrays: LoopArrays, name: str) -> None:
+    """Refuse a newcomer that would be inside of something."""
     model, data = arrays.model, arrays.data
-    depth, other = 0.0, -1
+    depth, own, other = 0.0, -1, -1
     for contact in data.contact:
-        one, two = (int(model.body_rootid[model.geom_bodyid[geom]]) for geom in contact.geom)
-        mine = [model.body(root).name.partition("/")[0] == name for root in (one, two)]
+        roots = [int(model.body_rootid[model.geom_bodyid[geom]]) for geom in contact.geom]
+        mine = [owner_of(model.body(root).name) == name for root in roots]
         if mine[0] != mine[1] and contact.dist < depth:
-            depth, other = float(contact.dist), two if mine[0] else one
+            depth = float(contact.dist)
+            own, other = roots if mine[0] else reversed(roots)
     if other < 0:
         return
-    x, y, _ = data.qpos[_start(arrays, world, name)]
+    x, y, _ = data.xpos[own]
     what = model.body(other).name.rpartition("/")[0] or "the terrain"
     apart = float(np.hypot(*(data.xpos[other][:2] - (x, y))))
     where = f", whose origin is {apart:.2f} m away" if other else ""
     raise CommandError(f"no place for {name} at ({x:g}, {y:g}): it would be {-depth:.2f} m inside {what}{where}")
-
-
-def _start(arrays: LoopArrays, world: World, name: str) -> slice:
-    start = int(arrays.hulls["qpos"][world.boats.index(name)])
-    return slice(start, start + 3)

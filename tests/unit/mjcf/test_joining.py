@@ -1,4 +1,4 @@
-"""Worlds with one boat more, or one less: the same as if they had been compiled so."""
+"""Worlds with one boat, object or dock more, or one less: the same as if they had been compiled so."""
 
 import json
 
@@ -6,7 +6,7 @@ import mujoco
 import pytest
 
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.joining import with_boat, without_boat
+from vrx_mj.mjcf.joining import with_boat, with_dock, with_object, without
 from vrx_mj.model.world import tree_of
 
 ONE = {"name": "one", "pose": [0.0, 0.0, 0.1, 0.0, 0.0, 0.5]}
@@ -57,7 +57,7 @@ def test_a_boat_that_joins_is_as_if_compiled_last(said):
 
 
 def test_a_boat_that_leaves_is_as_if_never_compiled():
-    left = without_boat(compiled(ONE, TWO, LATE), "two")
+    left = without(compiled(ONE, TWO, LATE), "two")
     assert tree_of(left.parameters)["lives"] == {"two": 1}
     rest = {key: value for key, value in without_waiting_places(left).items() if key != "lives"}
     expected = compiled(ONE, LATE)
@@ -68,7 +68,7 @@ def test_a_boat_that_leaves_is_as_if_never_compiled():
 def test_who_comes_and_goes_leaves_nothing_behind():
     world = began = compiled(ONE, TWO)
     for _ in range(5):
-        world = without_boat(with_boat(world, {**LATE, "robot": "skiff"}), "late")
+        world = without(with_boat(world, {**LATE, "robot": "skiff"}), "late")
     assert world.mjcf == began.mjcf
     assert world.assets == began.assets
     assert tree_of(world.parameters) == {**tree_of(began.parameters), "lives": {"late": 5}}
@@ -77,13 +77,13 @@ def test_who_comes_and_goes_leaves_nothing_behind():
 def test_a_world_is_not_changed_by_the_one_that_follows_from_it():
     world = compiled(ONE, TWO)
     before, mjcf = json.dumps(dict(tree_of(world.parameters))), world.mjcf
-    without_boat(with_boat(world, LATE), "one")
+    without(with_boat(world, LATE), "one")
     assert (json.dumps(dict(tree_of(world.parameters))), world.mjcf) == (before, mjcf)
 
 
 def test_balls_wait_apart():
     world = compiled(ONE, TWO)
-    world = with_boat(without_boat(world, "one"), LATE)
+    world = with_boat(without(world, "one"), LATE)
     world = with_boat(world, {**ONE, "name": "again"})
     places = [tuple(item["pose"][:3]) for item in tree_of(world.parameters)["objects"]]
     assert len(set(places)) == len(places)
@@ -101,3 +101,72 @@ def test_a_boat_alone_has_all_that_is_seen_of_it():
 
     assert shapes(alone) == shapes(whole)
     assert len(shapes(alone)) == alone.ngeom > 20
+
+
+PLACE = [90.0, 20.0, 0.25, 0.0, 0.0, 0.4]
+OBJECTS = {
+    "a light buoy": {"name": "more", "model": "robotx_light_buoy", "pose": PLACE},
+    "a course": {"name": "more", "model": "short_navigation_course0", "pose": PLACE},
+    "a dock with placards": {"name": "more", "model": "dock_2022", "pose": PLACE, "symbols": ["red_cross"]},
+    "one that swims": {"name": "more", "model": "crocodile_buoy", "pose": PLACE, "path": {"circle": {"radius": 5}}},
+    "a fixed one": {"name": "more", "model": "post", "pose": PLACE},
+}
+DOCKS = {
+    "fixed, with bays": {"name": "more", "layout": "X X\nXXX", "pose": PLACE, "bays": [{"symbol": "red_cross"}]},
+    "floating": {"name": "more", "layout": ["X X", "XXX"], "pose": PLACE, "dynamic": True, "mooring": {}},
+}
+
+
+def sorted_tables(world):
+    """The tables in which objects and docks have rows, each in any order, without numbers of other rows."""
+    tree = tree_of(world.parameters)
+    numbers = {"element_start", "waypoint_start", "follower", "parent", "block"}
+    tables = ("objects", "floats", "elements", "docks", "blocks", "moorings", "followers", "path_points", "lights",
+              "placards")  # fmt: skip
+    plain = {
+        table: [{key: value for key, value in row.items() if key not in numbers} for row in tree[table]]
+        for table in tables
+    }
+    return {table: sorted(map(json.dumps, rows)) for table, rows in plain.items()}
+
+
+@pytest.mark.parametrize(
+    ("entry", "key"),
+    [*((entry, "objects") for entry in OBJECTS.values()), *((entry, "docks") for entry in DOCKS.values())],
+    ids=[*OBJECTS, *DOCKS],
+)
+def test_an_object_or_dock_that_joins_is_as_if_compiled(entry, key):
+    world = compiled({**ONE, "sensors": "none"})
+    joined = (with_object if key == "objects" else with_dock)(world, entry)
+    there = compile_world({**WORLD, key: [*WORLD[key], entry]}, fleet={"boats": [{**ONE, "sensors": "none"}]})
+    assert sorted_tables(joined) == sorted_tables(there)
+    assert joined.assets.keys() == there.assets.keys()
+    assert sorted(joined.mjcf.splitlines()) == sorted(there.mjcf.splitlines())
+    left = without(joined, "more")
+    assert left.mjcf == world.mjcf
+    assert left.assets == world.assets
+    assert tree_of(left.parameters) == tree_of(world.parameters)
+
+
+@pytest.mark.parametrize("name", ["buoy", "dock", "one"])
+def test_what_was_compiled_leaves_and_the_rest_keeps_its_numbers(name):
+    """Rows refer to rows of other tables by their numbers, which are others now."""
+    whole = with_dock(with_object(compiled(ONE, TWO), OBJECTS["one that swims"]), {**DOCKS["floating"], "name": "pier"})
+    left = without(whole, name)
+    for before, after in ((whole, left),):
+        old, new = before.parameters, after.parameters
+        kept = {row.body: row for row in new.floats}
+        for row in old.floats:
+            if not row.body.startswith(f"{name}/"):
+                same = kept[row.body]
+                part = slice(row.element_start, row.element_start + row.element_count)
+                own = slice(same.element_start, same.element_start + same.element_count)
+                assert old.elements[part] == new.elements[own]
+                assert (row.follower < 0) == (same.follower < 0)
+        lines = [new.blocks[line.block].body for line in new.moorings]
+        assert lines == [old.blocks[line.block].body for line in old.moorings]
+        for block in new.blocks:
+            assert block.parent < 0 or new.blocks[block.parent].body.partition("/")[0] == block.body.partition("/")[0]
+    swimmer = next(row for row in left.parameters.floats if row.body.startswith("more/"))
+    follower = left.parameters.followers[swimmer.follower]
+    assert follower.waypoint_count == len(left.parameters.path_points) == 8
