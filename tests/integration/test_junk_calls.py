@@ -169,7 +169,7 @@ def test_objects_and_docks_that_come_and_go(junk, world):
     thing = {"name": "b", "model": "turtle_buoy", "pose": (0, 20, 0.1, 0, 0, 0), "path": path, "symbols": ()}
     junk.try_all("spawn_object", sim.spawn_object, thing, sim.reset)
     dock = {"name": "b", "layout": "X X\nXXX", "pose": (0, 20, 0.1, 0, 0, 0), "dynamic": True, "block": 2.0,
-            "mooring": {}, "bays": [{}], "symbols": ("red_cross",)}  # fmt: skip
+            "mooring": {}, "bays": [{}], "symbols": ()}  # fmt: skip
     junk.try_all("spawn_dock", sim.spawn_dock, dock, sim.reset)
 
 

@@ -172,7 +172,7 @@ def without(world: World, name: str) -> World:
     """
     old = world.parameters
     parts = {item.name for item in old.objects} | {dock.name for dock in old.docks}
-    if name in parts - {*things(old)}:
+    if str(name) in parts - {*things(old)}:
         raise CommandError(f"{name} cannot be removed: it is a part of {owner_of(name)}, which goes as a whole")
     check_name("boat, object or dock", name, things(old))
     if old.task and old.task.boat == name:

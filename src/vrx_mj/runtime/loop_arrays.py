@@ -1,6 +1,6 @@
 """The tables of the compiled loop for one world: parameters, state, and views of MuJoCo's arrays."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import mujoco
@@ -12,6 +12,7 @@ from vrx_mj.config.sensors import BallShooterConfig
 from vrx_mj.errors import CompileError, StateError
 from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.mjcf.world import World
+from vrx_mj.model.world import Parameters
 from vrx_mj.physics import tables
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.raft import RAFT_WORK
@@ -55,6 +56,12 @@ def sound(name: str, values: npt.NDArray[Any], waypoints: IntArray) -> bool:
     if values.dtype.kind != "f":
         return True
     return not np.isnan(values).any() if name == "expires" else bool(np.isfinite(values).all())
+
+
+def things_that_stay(world: Parameters) -> Iterator[str]:
+    """Names of the objects and docks that never move."""
+    yield from (item.name for item in world.objects if item.kind == "static")
+    yield from (dock.name for dock in world.docks if not dock.dynamic)
 
 
 def mujoco_arrays(data: mujoco.MjData) -> dict[str, FloatArray]:
@@ -126,8 +133,7 @@ class LoopArrays:
         self.follower_state = np.zeros(len(self.followers), tables.FOLLOWER_STATE)
         self.movers = movers(model)
         self.broadphase = np.array([(0.0, 0, unconstrained(contact_free), 0)], BROADPHASE)
-        still = [item.name for item in parameters.objects if item.kind == "static"]
-        self._still = (*still, *(dock.name for dock in parameters.docks if not dock.dynamic))
+        self._still = tuple(things_that_stay(parameters))
         same = known is not None and known._still == self._still
         self.obstacles: tables.Table = known.obstacles if known and same else obstacles(model)
         self.touches = np.empty(len(parameters.task.rivals) if parameters.task else 0)

@@ -242,7 +242,7 @@ def test_error_in_the_thread_reaches_the_caller(tmp_path):
     assert len(read_record(path).rows) == len(all_rows())
 
 
-def test_scene_without_boats_sea_or_thrusters_records(tmp_path):
+def test_scene_withouts_sea_or_thrusters_records(tmp_path):
     """A world of objects only, on calm water."""
     full = recorded_run.scene()
     moving = full.layout().bodies[0]

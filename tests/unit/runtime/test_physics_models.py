@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import vrx_mj
-from vrx_mj.mjcf.joining import with_boat, without_boat
+from vrx_mj.mjcf.joining import with_boat, without
 from vrx_mj.model.world import tree_of
 from vrx_mj.runtime.crowding import arena_bytes
 from vrx_mj.runtime.physics_models import PhysicsModels, stepping_models
@@ -60,14 +60,14 @@ def come_and_go(world):
     yield refused
     world = with_boat(world, near_first(world, name="late", engines="hinged", sensors="vrx"))
     yield world
-    world = without_boat(world, "fixed")
+    world = without(world, "fixed")
     yield world
     x, y, *_ = near_first(world)["pose"]
     world = with_boat(world, {"name": "skiff", "robot": "skiff", "pose": [x + 15, y, 0.1, 0, 0, 0]})
     yield world
     world = with_boat(world, {"name": "last", "pose": [x + 30, y, 0.1, 0, 0, 0], "sensors": ["ball_shooter"]})
     yield world
-    yield without_boat(world, "skiff")
+    yield without(world, "skiff")
 
 
 @pytest.mark.parametrize("name", ["ocean", "stationkeeping_task"])
