@@ -80,7 +80,7 @@ def test_its_boats_lie_still_and_then_sail(world):
     assert np.isfinite(sim.data.qpos).all()
     for seen in sim.observe().values():
         assert abs(seen.position[2]) < 0.6
-    assert task["held"] or max(seen.speed for seen in sim.observe().values()) > 0.5
+    assert task["held"] or not world.boats or max(seen.speed for seen in sim.observe().values()) > 0.5
 
 
 def test_nothing_that_stands_in_it_moves(world):

@@ -212,7 +212,7 @@ COMMANDS = {
     "serve": Entry("ROS", "serve:serve", "Serve a world to ROS, with VRX's topics and services."),
     "teleop": Entry("ROS", "ros:teleop", "Drive a boat of a served world."),
     "convert": Entry("ROS", "ros:convert", "Convert a recording to a bag."),
-    "ros": Entry("ROS", "ros:app", "Write the message packages that ROS 1 programs need."),
+    "ros": Entry("ROS", "ros:app", "Write the packages that ROS 1 programs and roslaunch need."),
     "campaign": Entry("Learn", "campaign:campaign", "Sail controllers in many worlds, and compare their scores."),
     "worlds": Entry("Learn", "worlds:app", "Generate series of worlds from an axes file, as VRX's generator does."),
 }  # fmt: skip

@@ -1,5 +1,6 @@
-"""`vrx-mj ros`: message packages for ROS 1 programs; `vrx-mj convert`: recordings to bags."""
+"""`vrx-mj ros`: packages for ROS 1 programs and roslaunch; `vrx-mj convert`: recordings to bags."""
 
+import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,11 +14,11 @@ from vrx_mj.cli.screen import show
 from vrx_mj.errors import CommandError, NetworkError, VrxError
 from vrx_mj.packages import needs_extra
 
-__all__ = ["app", "convert", "messages", "needing_rosbags", "teleop"]
+__all__ = ["app", "convert", "messages", "needing_rosbags", "packages", "teleop"]
 
 app = typer.Typer(
     name="ros",
-    help="Write the message packages that ROS 1 programs need.",
+    help="Write the packages that ROS 1 programs and roslaunch need.",
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,
@@ -26,7 +27,7 @@ app = typer.Typer(
 
 @app.callback()
 def ros() -> None:
-    """Write the message packages that ROS 1 programs need."""
+    """Write the packages that ROS 1 programs and roslaunch need."""
 
 
 @app.command()
@@ -51,6 +52,26 @@ def messages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder
         show(line)
     for line in written.exports:
         typer.echo(line)
+
+
+@app.command()
+def packages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the packages.")]) -> None:
+    """Write ROS 1 packages with VRX's launch files, which start vrx-mj serve, and print the line that has them found.
+
+    The packages are vrx_gazebo, vrx_2019, wave_gazebo, vorc_gazebo, wamv_gazebo, wamv_description, gazebo_ros and
+    xacro. With the line, roslaunch vrx_gazebo sandisland.launch and your own launch files work, with VRX's names and
+    arguments. The scripts run the Python of this vrx-mj: write them again when it has moved.
+
+    In bash, eval "$(vrx-mj ros packages -o FOLDER)" sets it in the current shell.
+
+    Example: vrx-mj ros packages -o ~/vrx_packages
+    """
+    from vrx_mj.ros.launch_packages import write_launch_packages
+
+    show(f"{output}: {', '.join(write_launch_packages(output))}")
+    show("paste into every shell, or into ~/.bashrc:")
+    top = shlex.quote(str(output.absolute()))
+    typer.echo(f"export ROS_PACKAGE_PATH={top}${{ROS_PACKAGE_PATH:+:$ROS_PACKAGE_PATH}}")
 
 
 def convert(

@@ -64,6 +64,7 @@ def serve(
     clock: Annotated[float, typer.Option(help="Rate of /clock, per simulated second [Hz].")] = 100.0,
     cmd_vel: Annotated[CmdVel, typer.Option(help="What cmd_vel commands, in VRX thrust.")] = CmdVel.thrust,
     truth: Truth = False,
+    paused: Annotated[bool, typer.Option("--paused", help="Start paused, as paused:=true of VRX.")] = False,
     duration: Duration = None,
     record: Record = None,
     seed: Seed = None,
@@ -93,6 +94,7 @@ def serve(
         cmd_vel=cmd_vel.value,
         truth=truth,
         clock_rate=clock,
+        paused=paused,
         exit_on_completion=exit_on_completion,
     )
 

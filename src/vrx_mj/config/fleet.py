@@ -270,7 +270,7 @@ class FleetConfig(_Built, FromFile):
     """Name of the fleet; by default that of the file."""
     description: str = ""
     """What `vrx-mj list fleets --verbose` shows."""
-    usv_count: Annotated[int, Field(ge=1, le=10_000)] | None = None
+    usv_count: Annotated[int, Field(ge=0, le=10_000)] | None = None
     """Number of boats; by default as many as `positions` and `boats` make."""
     layout: LayoutName | None = None
     """How boats that have no `positions` are placed."""
@@ -305,7 +305,7 @@ class FleetConfig(_Built, FromFile):
     @property
     def is_empty(self) -> bool:
         """Whether this has no boats of its own: then there is one, `wamv`, at the world's spawn pose."""
-        return not (self.positions or self.boats or self.usv_count or self.layout)
+        return not (self.positions or self.boats or self.layout) and self.usv_count is None
 
     def located(self, world: WorldConfig) -> tuple[Located, ...]:
         """Every boat of the fleet in a world, with its keys in the file."""

@@ -14,6 +14,7 @@ from vrx_mj.errors import UnknownNameError, VrxError, shortened
 from vrx_mj.resources import root
 
 __all__ = [
+    "BUILT_IN",
     "KINDS",
     "PACKAGE_PATH",
     "PLACES",
@@ -27,6 +28,7 @@ __all__ = [
     "find",
     "find_terrain",
     "foreign_file",
+    "is_built_in",
     "is_path",
     "other_kind",
     "package_above",
@@ -234,6 +236,15 @@ MOST_FOLDERS = 5000
 """Folders that are looked into for packages."""
 _NAME = re.compile(r"<name>\s*([\w.-]{1,200})\s*</name>")
 _BYTES = 100_000
+
+
+BUILT_IN = "VRX_MJ_BUILT_IN"
+"""A file in the folders of packages that `vrx-mj ros packages` writes for roslaunch: what they hold is known here."""
+
+
+def is_built_in(folder: Path) -> bool:
+    """Whether a folder is a package for roslaunch alone: files of ours never look into it."""
+    return os.path.isfile(folder / BUILT_IN)  # noqa: PTH113 - Path.is_file raises an OSError for a name that is too long
 
 
 def enclosing_packages(folder: Path) -> dict[str, Path]:

@@ -175,6 +175,10 @@ class _Assembly:
 
     def _add_task(self) -> None:
         """What the task of the world asks, what its boat may touch, and what holds the boat."""
+        if self.config.task is not None and not self.boats:
+            text = "without its task, which scores a boat that is there from the start: the fleet has no boats"
+            warnings.warn(f"world {self.config.name}: {text}", VrxWarning, stacklevel=4)
+            return
         self.task = task_parameters(self.config, self.boats, self.objects, self.docks, self.rows.shooters)
         if self.task is None:
             return

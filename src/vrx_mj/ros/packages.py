@@ -7,14 +7,14 @@ import shlex
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from vrx_mj.errors import NetworkError, VrxError
 from vrx_mj.ros.messages import DEFINITIONS, definition
 
-__all__ = ["Written", "write_packages"]
+__all__ = ["Written", "listed_files", "put_files", "write_packages"]
 
 OF_DEBIAN = frozenset({"roscpp", "std_srvs", "tf2_msgs"})
 """Packages that `definitions` has, but only those of their types that a simulation needs."""
@@ -77,7 +77,7 @@ def write_packages(folder: str | Path) -> Written:
     top = Path(folder).absolute()
     if os.pathsep in str(top):
         raise VrxError(f"invalid folder of packages '{top}': '{os.pathsep}' in a path separates entries of a list")
-    before = _listed(top / LIST)
+    before = listed_files(top / LIST, ("python", "share"))
     named = sorted({file.parent.name for file in DEFINITIONS.glob("*/*.*")} - OF_DEBIAN)
     used = {package: _used(package) for package in named}
     others = sorted({kind.partition("/")[0] for kinds in used.values() for kind in kinds} - set(named))
@@ -86,7 +86,7 @@ def write_packages(folder: str | Path) -> Written:
     with tempfile.TemporaryDirectory() as scratch:
         _generate(python, packages, used, Path(scratch))
         made = Path(scratch) / "made"
-        _put({str(file.relative_to(made)): file.read_bytes() for file in _files(made)}, top, before)
+        put_files({str(file.relative_to(made)): file.read_bytes() for file in _files(made)}, top, before, LIST)
     return Written(
         packages,
         {package: has[package] for package in named if package in has},
@@ -202,8 +202,18 @@ def _write(path: Path, raw: bytes) -> None:
     path.write_bytes(raw)
 
 
-def _put(made: Mapping[str, bytes], top: Path, before: Mapping[str, str]) -> None:
-    """Put files into the folder, over those that we wrote there before and nobody changed since."""
+def put_files(made: Mapping[str, bytes], top: Path, before: Mapping[str, str], list_name: str) -> None:
+    """Put files into a folder, over those that we wrote there before and nobody changed since; scripts can be run.
+
+    Args:
+        made: the files, by their paths in the folder.
+        top: the folder.
+        before: what an earlier call wrote there, with sha256.
+        list_name: the file that lists them for the next call.
+
+    Raises:
+        VrxError: a file is in the way, or cannot be written.
+    """
     try:
         ours = {name for name, sha in before.items() if _sha256(top / name) == sha}
         for name, raw in made.items():
@@ -217,30 +227,36 @@ def _put(made: Mapping[str, bytes], top: Path, before: Mapping[str, str]) -> Non
             (top / name).unlink()
         for name, raw in made.items():
             _write(top / name, raw)
+            if raw.startswith(b"#!"):
+                (top / name).chmod(0o755)
         listed = {name: hashlib.sha256(raw).hexdigest() for name, raw in sorted(made.items())}
-        _write(top / LIST, (json.dumps(listed, indent=1) + "\n").encode())
+        _write(top / list_name, (json.dumps(listed, indent=1) + "\n").encode())
     except OSError as error:
         where = error.filename or top
         raise VrxError(f"cannot write the packages: '{where}': {error.strerror or error}") from None
 
 
-def _listed(file: Path) -> Mapping[str, str]:
-    """What an earlier call wrote, with sha256."""
+def listed_files(file: Path, folders: Collection[str]) -> Mapping[str, str]:
+    """What an earlier call wrote by its list, with sha256: files in some folders.
+
+    Raises:
+        VrxError: it is no such list.
+    """
     if not file.exists():
         return {}
     try:
         tree = json.loads(file.read_bytes())
     except ValueError:
         tree = None
-    if not isinstance(tree, dict) or not all(_is_inside(name) for name in tree):
+    if not isinstance(tree, dict) or not all(_is_inside(name, folders) for name in tree):
         raise VrxError(f"{file} was not written by this command: choose another folder")
     return tree
 
 
-def _is_inside(name: str) -> bool:
+def _is_inside(name: str, folders: Collection[str]) -> bool:
     """Whether it is a path that we write: nothing outside of the folder is ever removed."""
     parts = Path(name).parts
-    return parts[:1] in {("python",), ("share",)} and ".." not in parts
+    return len(parts) > 1 and parts[0] in folders and ".." not in parts
 
 
 def _sha256(file: Path) -> str | None:

@@ -129,6 +129,8 @@ class Wanted:
     cmd_vel: CmdVel = "thrust"
     truth: bool = False
     clock_rate: float = CLOCK_RATE
+    paused: bool = False
+    """Whether time waits for `/gazebo/unpause_physics`."""
     exit_on_completion: bool = False
     """Whether it ends with the world's task."""
 
@@ -178,6 +180,7 @@ def serve(
                 clock_rate=wanted.clock_rate,
                 lockstep=None if wanted.lockstep is None else Lockstep(wanted.lockstep),
             )
+            server.paused = wanted.paused
             for line in lines:
                 report("INFO", line)
             _greet(server, wanted, report)
@@ -315,6 +318,8 @@ def _greet(server: RosServer, wanted: Wanted, report: Report) -> None:
     for topic in wanted.lockstep or ():
         if not any(topic in table.inputs for table in tables.values()):
             report("WARN", f"lockstep: no subscriber of {topic} here, so time does not advance")
+    if wanted.paused:
+        report("INFO", "paused: rosservice call /gazebo/unpause_physics starts time")
     if wanted.host not in LOOPBACK:
         report("WARN", f"listening on {wanted.host}: any machine on that network can drive the boats and end the run")
         _show_addresses(wanted, report)

@@ -306,9 +306,10 @@ def steady(sim: Simulation, thrust: Mapping[str, float]) -> Controller:
         UnknownNameError: no boat takes one of them.
     """
     known = {name for boat in sim.boats for name in sim.command_names(boat)}
+    whose = f"thruster of {', '.join(sim.boats[:3])}" if sim.boats else "thruster"
     for name in thrust:
         if name not in known:
-            raise UnknownNameError(f"thruster of {', '.join(sim.boats[:3])}", name, sorted(known))
+            raise UnknownNameError(whose, name, sorted(known))
     commands = {
         boat: {name: value for name, value in thrust.items() if name in sim.command_names(boat)} for boat in sim.boats
     }

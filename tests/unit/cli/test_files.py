@@ -92,7 +92,7 @@ def test_list_shows_only_names_like_a_pattern(cli, pattern, names):
 
 def test_list_of_a_pattern_that_nothing_fits_is_an_error(cli):
     said = cli("list", "fleets", "duo*")
-    assert (said.code, said.out, said.err.strip()) == (2, "", "no fleet named 'duo*'; known: trio, usv_config")
+    assert (said.code, said.out, said.err.strip()) == (2, "", "no fleet named 'duo*'; known: none, trio, usv_config")
 
 
 def test_list_shows_a_file_that_cannot_be_read_without_a_description(cli, folder):

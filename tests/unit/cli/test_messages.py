@@ -79,7 +79,7 @@ MESSAGES = {
     ),
     "serve ocean --rate fast": ("invalid --rate 'fast': a number above 0 is needed, 1 for real time, or max"),
     "teleop --url foo": "invalid --url 'foo': ws://HOST:PORT is needed, as in ws://127.0.0.1:9090",
-    "run ocean --fleet zzz": "no fleet named 'zzz'; known: trio, usv_config",
+    "run ocean --fleet zzz": "no fleet named 'zzz'; known: none, trio, usv_config",
     "run ocean --summary no/s.json": "cannot write the summary 'no/s.json': No such file or directory",
     "replay no.rrd": "no recording 'no.rrd'",
     "replay no.rrd --video run.mp4": "no recording 'no.rrd'",

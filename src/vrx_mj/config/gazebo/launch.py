@@ -8,12 +8,13 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from typing import Any, TypeGuard
 
-from vrx_mj.config.gazebo.document import LIBRARIES, Element, Report, is_file, read_document
+from vrx_mj.config.gazebo.document import Element, Report, is_file, read_document
 from vrx_mj.config.gazebo.models import safe_name
+from vrx_mj.config.gazebo.packages import NOWHERE, PACKAGES, is_nowhere, named_world, robot_named, world_named
 from vrx_mj.config.gazebo.stock import STOCK_LAUNCHES, StockBoat, StockLaunch, stock_launch
 from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world, warn_of_losses
 from vrx_mj.config.loading import Source, path_of
-from vrx_mj.config.search import PLACES, catalogue, display, package_paths
+from vrx_mj.config.search import display, package_paths
 from vrx_mj.config.tree import Entry, File, Items, Place, Section
 from vrx_mj.config.urdf.expression_values import LONGEST_TEXT, Budget, ExpressionError
 from vrx_mj.config.urdf.xacro_files import Files, Substitutions
@@ -21,7 +22,7 @@ from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError
 from vrx_mj.frames import Pose
 
-__all__ = ["Launch", "SpawnedBoat", "fleet_of", "is_launch", "launch_of", "opened", "read_launch"]
+__all__ = ["SERVING", "Launch", "SpawnedBoat", "fleet_of", "is_launch", "launch_of", "opened", "read_launch"]
 
 ENDING = ".launch"
 DEEPEST = 20
@@ -32,22 +33,10 @@ MOST_FILES = 200
 """Launch files that one includes altogether."""
 FLAGS = {"urdf", "sdf", "gazebo", "unpause", "wait", "b", "package_to_model", "h", "help"}
 """Options of spawn_model without a value."""
-PACKAGES = LIBRARIES | {
-    "gazebo_ros",
-    "wamv_gazebo",
-    "wamv_description",
-    "xacro",
-    "rviz",
-    "joy",
-    "teleop_twist_keyboard",
-}
-"""Packages of ROS and VRX that need not be there: what they hold is known here, or not needed."""
-NOWHERE = "/package:/"
-"""Beginning of a path in such a package that is missing."""
-OURS = {"wamv_gazebo": "wamv", "cora_gazebo": "cora"}
-"""How the names of VRX's descriptions begin, and our robots."""
 OWN_ARGUMENTS = {"namespace", "locked"}
 """Arguments of a boat's xacro that are the name of the boat and the lock of the task here."""
+SERVING = "vrx_mj_serve"
+"""Type of the node that starts one of VRX's own launch files here."""
 POSE = ("x", "y", "z", "R", "P", "Y")
 """Names of arguments for a pose."""
 _LAUNCHES_WORLDS = {"empty_world.launch", "willowgarage_world.launch"}
@@ -93,7 +82,7 @@ def launch_of(source: str, arguments: Mapping[str, str]) -> Launch:
     file = Path(source)
     if is_file(file):
         return read_launch(file, arguments)
-    stock = None if os.path.lexists(file) else stock_launch(PurePosixPath(source).name)
+    stock = None if os.path.lexists(file) else stock_launch(file.name, file.parent.name)
     if stock is None and os.path.lexists(file):
         raise ConfigError([Problem(display(file), None, None, "", "not a file")])
     if stock is None:
@@ -252,7 +241,7 @@ class _Run:
             if unknown:
                 raise element.fault(str(UnknownNameError("argument", unknown[0], sorted(declared))))
             return
-        file, stock = PurePosixPath(name).name, stock_launch(PurePosixPath(name).name)
+        file, stock = PurePosixPath(name).name, stock_launch(PurePosixPath(name).name, PurePosixPath(name).parts[1])
         if file in _LAUNCHES_WORLDS:
             self.open_world(element, passed.get("world_name", ""))
         elif stock is not None:
@@ -270,16 +259,11 @@ class _Run:
 
     def world_of(self, element: Element, path: str) -> Path | str:
         """A world's file; one of VRX's that is not at hand by its name here."""
-        if path.startswith(NOWHERE):
-            parts = PurePosixPath(path).parts
-            stem = parts[-1].partition(".")[0]
-            known = catalogue("worlds")
-            names = (f"vrx2019/{stem}" if "vrx_2019" in parts else stem, PLACES.get(stem, stem))
-            found = next((name for name in names if name in known), None)
-            if found is None:
-                raise element.fault(f"{UnknownNameError('world of VRX', stem, known)} (or add its package's folder "
-                                    "to VRX_MJ_PACKAGE_PATH)")  # fmt: skip
-            return found
+        if is_nowhere(path):
+            try:
+                return world_named(path)
+            except UnknownNameError as error:
+                raise element.fault(f"{error} (or add its package's folder to VRX_MJ_PACKAGE_PATH)") from None
         whole = str(self.open[0].parent / path)
         made = not is_file(Path(whole)) and is_file(Path(f"{whole}.xacro"))  # what catkin makes the world of
         return self.allowed(element, f"{path}.xacro" if made else path)
@@ -294,10 +278,10 @@ class _Run:
         if world is None:
             self.world = stock.world
         else:
-            self.world = self.world_of(element, world) if element else Path(world).expanduser()
+            self.world = self.world_of(element, world) if element else named_world(world)
         own: dict[str, Any] = {}
         if urdf is not None:
-            robot = self.robot_file(element, urdf) if element else Path(urdf).expanduser()
+            robot = self.robot_file(element, urdf) if element else robot_named(urdf) or Path(urdf).expanduser()
             own = {"robot": robot, **({"arguments": {}} if isinstance(robot, Path) else {})}
         place = element.place if element else Place(File(stock.name, None))
         for boat in stock.boats:
@@ -330,15 +314,16 @@ class _Run:
 
     def robot_file(self, element: Element, path: str) -> Path | str:
         """The file of a description; the name of ours for VRX's own."""
-        if path.startswith(NOWHERE):
-            ours = next((robot for start, robot in OURS.items() if PurePosixPath(path).name.startswith(start)), None)
-            if ours is not None:
-                return ours
+        named = robot_named(path)
+        if named is None and path.startswith(NOWHERE):
             raise element.fault(f"no package for {path.removeprefix(NOWHERE)}: add its folder to VRX_MJ_PACKAGE_PATH")
-        return self.allowed(element, path)
+        return named or self.allowed(element, path)
 
     def node(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
         """Spawn a boat; other nodes are not of the simulation."""
+        if element.attributes.get("type") == SERVING:
+            self.serve(element, scope)
+            return
         if element.attributes.get("type") not in {"spawn_model", "spawn_wamv.bash", "spawn_entity.py"}:
             self.ignore(element, scope, given)
             return
@@ -358,6 +343,15 @@ class _Run:
         if lost and isinstance(boat.robot, Path):
             text = f"without {lost[0]}:= of its xacro; `vrx-mj import` writes its URDF with it"
             self.report.note(element, "approximated", text, f"<node> '{name}'")
+
+    def serve(self, element: Element, scope: _Scope) -> None:
+        """Start what one of VRX's own launch files starts, as `vrx-mj ros packages` writes them."""
+        name, *words = self.words(element, self.worked_out(element, element.attributes.get("args", ""), scope)) or [""]
+        stock = stock_launch(PurePosixPath(name).name, PurePosixPath(name).parent.name)
+        if stock is None:
+            raise element.fault(str(UnknownNameError("launch file", name, sorted(STOCK_LAUNCHES))), "args")
+        given = dict(word.split(":=", 1) for word in words if ":=" in word)
+        self.open_stock(stock, {key: value for key, value in given.items() if value}, element)
 
     def spawn(self, element: Element | None, boat: SpawnedBoat) -> None:
         """Add a boat, whose name no other has."""
@@ -388,10 +382,7 @@ class _Run:
 
     def options(self, element: Element, text: str) -> dict[str, str]:
         """The options of spawn_model: each word with one dash has a value, but for those that say a format."""
-        try:
-            words = shlex.split(text)
-        except ValueError as error:
-            raise element.fault(f"{shown(text)}: {error}", "args") from None
+        words = self.words(element, text)
         found: dict[str, str] = {}
         index = 0
         while index < len(words):
@@ -405,6 +396,13 @@ class _Run:
             found[key] = value
             index += 2
         return found
+
+    def words(self, element: Element, text: str) -> list[str]:
+        """The words of a command line."""
+        try:
+            return shlex.split(text)
+        except ValueError as error:
+            raise element.fault(f"{shown(text)}: {error}", "args") from None
 
     def pose(self, element: Element, values: list[str]) -> Pose:
         """Six numbers."""

@@ -10,7 +10,15 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from vrx_mj.config.search import ReadingError, display, enclosing_packages, package_above, package_name, read_limited
+from vrx_mj.config.search import (
+    ReadingError,
+    display,
+    enclosing_packages,
+    is_built_in,
+    package_above,
+    package_name,
+    read_limited,
+)
 from vrx_mj.config.urdf.expression_values import GLOBALS, Budget, ExpressionError, Function
 from vrx_mj.config.urdf.expressions import Names, evaluate, unknown
 from vrx_mj.errors import UnknownNameError, nearest, shortened
@@ -71,9 +79,9 @@ class Files:
     def _package(self, name: str) -> Path | None:
         found = self.packages.get(name) if _is_name(name) else None
         if found is None and _is_name(name):
-            found = next((folder for folder in self._candidates(name) if folder.is_dir()), None)
-            found = found or self._above(name) or self.spare.get(name)
-        return found
+            candidates = (folder for folder in self._candidates(name) if folder.is_dir() and not is_built_in(folder))
+            found = next(candidates, None) or self._above(name)
+        return self.spare.get(name) if found is None or is_built_in(found) else found
 
     def read(self, path: str) -> bytes:
         """A file's bytes, if the file may be read."""

@@ -1,0 +1,199 @@
+"""Nodes that the launch files of `vrx-mj ros packages` start: each is a command of ours, by roslaunch's arguments.
+
+`python -m vrx_mj.cli.nodes NODE ARGUMENTS...`
+"""
+
+import os
+import shlex
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from vrx_mj.cli.screen import show, show_error
+from vrx_mj.errors import CommandError, VrxError
+from vrx_mj.outputs import written
+
+__all__ = ["COMMANDS", "PROGRAMS", "Words", "main"]
+
+FOLDER = "VRX_MJ_FOLDER"
+"""Environment variable with the folder in which roslaunch was started: nodes run in that of its logs."""
+Words = list[str]
+"""Words of a command line of `vrx-mj`."""
+GZSERVER = {"-s", "--server-plugin", "--record_path", "--record_period", "--seed", "-e", "--physics", "--iters"}
+"""Options of gzserver with a value, which `vrx-mj serve` has no use for."""
+
+
+def main() -> None:
+    """Run a node; the exit code is that of the first command that fails."""
+    node, *given = sys.argv[1:]
+    words, folder = [word for word in given if not word.startswith("__")], Path(os.environ.get(FOLDER) or ".")
+    try:
+        if node in PROGRAMS:
+            raise SystemExit(PROGRAMS[node](words, folder))
+        lines = COMMANDS[node](words, folder)
+    except VrxError as error:
+        show_error(str(error))
+        raise SystemExit(2) from None
+    for line in lines:
+        _run(line)
+
+
+def _run(line: Words) -> None:
+    """Run a command of ours. SystemExit: it has failed."""
+    from vrx_mj.cli.program import main as run
+
+    sys.argv[1:] = line
+    try:
+        run()
+    except SystemExit as end:
+        if end.code:
+            raise
+
+
+def _serve(words: Sequence[str], folder: Path) -> list[Words]:
+    """One of VRX's own launch files."""
+    name, given = words[0], _given(words[1:])
+    options = _options(given)
+    for key in ("world", "urdf"):
+        if key in given:
+            given[key] = _absolute(given[key], folder)
+    return [["serve", name, *(f"{key}:={value}" for key, value in given.items()), *options]]
+
+
+def _gzserver(words: Sequence[str], folder: Path) -> list[Words]:
+    """A world without boats."""
+    from vrx_mj.config.gazebo.packages import named_world
+
+    given = _given(words)
+    if Path(given["world_name"]).stem == "empty":
+        example = "world_name:=$(find vrx_gazebo)/worlds/sandisland.world"
+        raise CommandError(f"no world: give empty_world.launch the path of one, as {example}")
+    return [["serve", str(named_world(_absolute(given["world_name"], folder))), "--fleet", "none", *_options(given)]]
+
+
+def _generate_wamv(words: Sequence[str], folder: Path) -> list[Words]:
+    """A URDF, and what the rules say."""
+    given = {key: _absolute(value, folder) if key != "wamv_locked" else value for key, value in _given(words).items()}
+    components = given.get("sensor_yaml") or given["component_yaml"]
+    files = ["--thrusters", given["thruster_yaml"], "--components", components]
+    locked = ["--locked"] if _is_true(given.get("wamv_locked", "")) else []
+    return [["robot", "build", *files, *locked, "-o", given["wamv_target"]], ["robot", "check", *files]]
+
+
+def _generate_worlds(words: Sequence[str], folder: Path) -> list[Words]:
+    """The worlds of an axes file."""
+    given = {key: _absolute(value, folder) for key, value in _given(words).items()}
+    return [["worlds", "generate", given["requested"], "-o", given["world_target"]]]
+
+
+def _keydrive(words: Sequence[str], _: Path) -> list[Words]:
+    """Keys."""
+    given = _given(words)
+    return [["teleop", "--boat", given["namespace"], "--url", given["url"]]]
+
+
+def _joydrive(words: Sequence[str], _: Path) -> list[Words]:
+    """A page with a joystick."""
+    given = _given(words)
+    return [["teleop", "--boat", given["namespace"], "--url", given["url"], "--web", given["port"]]]
+
+
+def _playback(words: Sequence[str], folder: Path) -> list[Words]:
+    """A recording in the viewer."""
+    return [["replay", _absolute(_given(words)["log_file"], folder)]]
+
+
+def _missing(words: Sequence[str], _: Path) -> int:
+    """A launch file of VRX that is not there; a line says what to do instead."""
+    show_error(f"{words[0]} is not supported: {' '.join(words[1:])}")
+    return 1
+
+
+def _xacro(words: Sequence[str], folder: Path) -> int:
+    """The URDF of a xacro file, by arguments NAME:=VALUE, on the standard output or in the file of `-o`."""
+    from vrx_mj.config.search import package_paths
+    from vrx_mj.config.urdf.expand import expand
+
+    words = list(words)
+    output = words.pop(words.index("-o") + 1) if "-o" in words[:-1] else None
+    files = [word for word in words if not word.startswith("-") and ":=" not in word]
+    if len(files) != 1:
+        raise CommandError(f"xacro needs one file, got {len(files)}: xacro FILE NAME:=VALUE")
+    text = expand(Path(_absolute(files[0], folder)), arguments=_given(words), package_paths=package_paths())
+    if output is None:
+        sys.stdout.write(text)
+        return 0
+    with written(Path(_absolute(output, folder)), "the URDF") as path:
+        path.write_text(text, encoding="utf-8")
+    return 0
+
+
+def _options(given: dict[str, str]) -> Words:
+    """Options of `vrx-mj serve`, taken out of the arguments of a launch file."""
+    options = ["--paused"] if _is_true(given.pop("paused", "")) else []
+    extra = given.pop("extra_gazebo_args", "")
+    try:
+        return [*options, *_own(shlex.split(extra))]
+    except ValueError as error:
+        raise CommandError(f"invalid extra_gazebo_args '{extra}': {error}") from None
+
+
+def _own(words: Sequence[str]) -> Words:
+    """What is for `vrx-mj serve` among words for the command line of gzserver; a line says what is left out."""
+    import typer
+
+    from vrx_mj.cli.program import app
+
+    known = typer.main.get_command(app).commands["serve"].params  # type: ignore[attr-defined]
+    taken = {name: 1 + (not one.is_flag) for one in known if one.param_type_name == "option" for name in one.opts}
+    found: Words = []
+    lost: Words = []
+    index = 0
+    while index < len(words):
+        count = taken.get(words[index].partition("=")[0], 0)
+        if count:
+            count = 1 if "=" in words[index] else count
+            found += words[index : index + count]
+        else:
+            count = 1 + (words[index] in GZSERVER)
+            lost += words[index : index + count]
+        index += count
+    if lost:
+        show(f"extra_gazebo_args: ignored: {' '.join(lost)}; what vrx-mj serve takes is used", "yellow")
+    return found
+
+
+def _given(words: Sequence[str]) -> dict[str, str]:
+    """Arguments NAME:=VALUE by name; those without a value are not given."""
+    pairs = (word.partition(":=") for word in words if ":=" in word)
+    return {name: value for name, _, value in pairs if value}
+
+
+def _absolute(path: str, folder: Path) -> str:
+    """A path that begins in the folder of a shell."""
+    return str(folder / Path(path).expanduser())
+
+
+def _is_true(text: str) -> bool:
+    return text.lower() in {"true", "1"}
+
+
+COMMANDS: Mapping[str, Callable[[Sequence[str], Path], list[Words]]] = {
+    "vrx_mj_serve": _serve,
+    "gzserver": _gzserver,
+    "generate_wamv": _generate_wamv,
+    "generate_worlds": _generate_worlds,
+    "keydrive": _keydrive,
+    "joydrive": _joydrive,
+    "playback": _playback,
+}
+"""What makes command lines of `vrx-mj` of the arguments of a node, by its type."""
+PROGRAMS: Mapping[str, Callable[[Sequence[str], Path], int]] = {
+    "missing": _missing,
+    "xacro": _xacro,
+    "xacro.py": _xacro,
+}
+"""Nodes that are no command of `vrx-mj`, by their type; they return their exit code."""
+
+if __name__ == "__main__":
+    main()

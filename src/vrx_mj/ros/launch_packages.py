@@ -1,0 +1,146 @@
+"""Packages for roslaunch: VRX's launch files by their names, with VRX's arguments, whose nodes are commands of ours."""
+
+import shutil
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from shlex import quote
+
+from vrx_mj.config.gazebo.launch import SERVING
+from vrx_mj.config.gazebo.stock import PACKAGES, StockLaunch, stock_launches
+from vrx_mj.config.search import BUILT_IN
+from vrx_mj.errors import VrxError
+from vrx_mj.resources import root
+from vrx_mj.ros.messages import DEFINITIONS
+from vrx_mj.ros.packages import listed_files, put_files
+
+__all__ = ["NODES", "PACKAGE_NAMES", "launch_packages", "write_launch_packages"]
+
+LIST = "vrx_mj_packages.json"
+"""In the folder: its files that are ours, each with its sha256."""
+NODES = {
+    "vrx_gazebo": {
+        name: f"scripts/{name}"
+        for name in (SERVING, "generate_wamv", "generate_worlds", "keydrive", "joydrive", "playback", "missing")
+    },
+    "gazebo_ros": {name: f"scripts/{name}" for name in ("gzserver",)},
+    "xacro": {"xacro": "xacro", "xacro.py": "xacro.py"},
+}
+"""Programs of each package, by the type of a node, and where they are."""
+PACKAGE_NAMES = (*PACKAGES, "wamv_gazebo", "wamv_description", "gazebo_ros", "xacro")
+DEFAULTS = {
+    "gui": "true", "verbose": "false", "extra_gazebo_args": "", "paused": "false", "joy": "false",
+    "non_competition_mode": "true", "namespace": "wamv", "thrust_config": "H", "pinger_params": "",
+}  # fmt: skip
+"""Arguments that are the same in all of VRX's launch files."""
+IDLE = frozenset({"gui", "verbose", "joy", "non_competition_mode", "pinger_params"})
+"""Arguments that are not given to `vrx-mj serve`."""
+PAUSED = frozenset({"demo_thrusterconfigs.launch"})
+"""Launch files that start paused."""
+WAMV = "$(find wamv_gazebo)/urdf/wamv_gazebo.urdf.xacro"
+WORLDS = {"vrx_2019": "vrx2019/"}
+"""How the names of a package's worlds begin here."""
+
+
+def write_launch_packages(folder: str | Path) -> tuple[str, ...]:
+    """Write the packages into a folder, one folder each, and return their names.
+
+    What an earlier call wrote there is replaced.
+
+    Raises:
+        VrxError: a file is in the way, or cannot be written.
+    """
+    top = Path(folder).absolute()
+    if ":" in str(top):
+        raise VrxError(f"invalid folder of packages '{top}': ':' in a path separates entries of a list")
+    put_files(launch_packages(), top, listed_files(top / LIST, PACKAGE_NAMES), LIST)
+    return PACKAGE_NAMES
+
+
+def launch_packages() -> dict[str, bytes]:
+    """The files of all packages, by their paths."""
+    own = root() / "assets"
+    texts: dict[str, str] = {}
+    for name in PACKAGE_NAMES:
+        texts[f"{name}/package.xml"] = _manifest(name)
+        texts[f"{name}/{BUILT_IN}"] = "Files of vrx_mj never look in here: its own are used.\n"
+        for node, script in NODES.get(name, {}).items():
+            texts[f"{name}/{script}"] = _script(node)
+    for package in PACKAGES:
+        for launch in stock_launches(package):
+            texts[f"{package}/launch/{launch.name}"] = launch_text(launch)
+    files = {name: text.encode() for name, text in texts.items()}
+    for name, place in (
+        *((name, own / "ros" / name) for name in ("vrx_gazebo", "wamv_gazebo", "gazebo_ros")),
+        *((f"{name}/urdf", own / "robots/wamv" / name / "urdf") for name in ("wamv_gazebo", "wamv_description")),
+    ):
+        files |= {f"{name}/{file.relative_to(place)}": file.read_bytes() for file in _files(place)}
+    for kind in ("thruster", "component"):
+        file = own / f"robots/wamv/config/{kind}_config.yaml"
+        files[f"vrx_gazebo/config/wamv_config/example_{kind}_config.yaml"] = file.read_bytes()
+    for file in _files(DEFINITIONS / "vrx_gazebo"):
+        files[f"vrx_gazebo/{file.suffix[1:]}/{file.name}"] = file.read_bytes()
+    return files
+
+
+def _files(folder: Path) -> Iterator[Path]:
+    return (file for file in sorted(folder.rglob("*")) if file.is_file())
+
+
+def launch_text(launch: StockLaunch) -> str:
+    """One of VRX's launch files, which starts `vrx-mj serve` with it."""
+    defaults = _defaults(launch)
+    lines = [f'  <arg name="{name}" default="{value}"/>' for name, value in defaults.items()]
+    given = " ".join(f"{name}:='$(arg {name})'" for name in defaults if name not in IDLE)
+    return f"""<?xml version="1.0"?>
+<!-- {launch.name} of VRX: vrx-mj serve {launch.package}/{launch.name}. -->
+<launch>
+{chr(10).join(lines)}
+
+  <param name="/use_sim_time" value="true"/>
+  <node name="gazebo" pkg="vrx_gazebo" type="{SERVING}" output="screen" required="true"
+        args="{launch.package}/{launch.name} {given}">
+    <env name="VRX_DEBUG" value="$(arg non_competition_mode)"/>
+    <env name="VRX_MJ_FOLDER" value="$(optenv PWD)"/>
+  </node>
+  <include file="$(find vrx_gazebo)/launch/usv_joydrive.launch" if="$(arg joy)">
+    <arg name="namespace" value="$(arg namespace)"/>
+  </include>
+</launch>
+"""
+
+
+def _defaults(launch: StockLaunch) -> Mapping[str, str]:
+    """What a launch file can be given, with its defaults."""
+    boat = launch.boats[0] if launch.boats else None
+    pose = boat.pose if boat else (0.0,) * 6
+    own = {
+        "world": f"$(find {launch.package})/worlds/{launch.world.removeprefix(WORLDS.get(launch.package, ''))}.world",
+        "urdf": WAMV if boat and boat.robot == "wamv" else "",
+        "namespace": boat.name if boat and len(launch.boats) == 1 else "wamv",
+        "paused": str(launch.name in PAUSED).lower(),
+        **{name: f"{value:g}" for name, value in zip("xyzRPY", pose, strict=True)},
+    }
+    known = {**DEFAULTS, **own, **launch.own}
+    return {name: known[name] for name in launch.arguments}
+
+
+def _manifest(package: str) -> str:
+    """A package.xml."""
+    return f"""<?xml version="1.0"?>
+<package format="2">
+  <name>{package}</name>
+  <version>0.1.0</version>
+  <description>The launch files of {package} for vrx_mj, written by `vrx-mj ros packages`.</description>
+  <maintainer email="nobody@example.org">vrx_mj</maintainer>
+  <license>Apache-2.0</license>
+</package>
+"""
+
+
+def _script(node: str) -> str:
+    """A program that runs a node of ours with the Python that wrote it; a shell's variables have no say."""
+    python = shutil.which(sys.executable) or sys.executable
+    return f"""#!/bin/sh
+exec {quote(python)} -E -P -m vrx_mj.cli.nodes {node} "$@"
+"""
