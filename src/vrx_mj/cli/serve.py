@@ -78,11 +78,9 @@ def serve(
     Example: vrx-mj serve example_course --fleet usv_config --ros1
     """
     none = not (ros1 or ros2 or rosbridge is not None)
+    options = {"seed": seed, "nudge": nudge, "arguments": named_values(arguments)}
     _run(
-        world,
-        fleet,
-        {"seed": seed, "nudge": nudge, "arguments": named_values(arguments)},
-        record,
+        *(world, fleet, options, record),
         ros1=ros1 or none,
         rosbridge=int(DEFAULT_PORT) if none else rosbridge,
         ros2=ros2,
