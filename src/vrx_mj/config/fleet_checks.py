@@ -8,7 +8,8 @@ from pathlib import Path
 from vrx_mj.config.docks import Placed
 from vrx_mj.config.fleet import FleetConfig, FleetPosition, Headings, Located, room_faults
 from vrx_mj.config.gazebo.launch import fleet_of, is_launch, launch_of
-from vrx_mj.config.loading import Loading, Source, file_of, problem_at, read_source, validated
+from vrx_mj.config.gazebo.models import SCHEME, is_gazebo_model, kind_name, model_file
+from vrx_mj.config.loading import Loading, Source, file_of, path_of, problem_at, read_source, validated
 from vrx_mj.config.objects import Placement, load_object
 from vrx_mj.config.search import XML_SUFFIXES, catalogue, is_path
 from vrx_mj.config.tree import Entry, File, Place, Section
@@ -51,18 +52,26 @@ def _source(source: Source | None) -> tuple[Section, str]:
             raise ConfigError([Problem(str(source), None, None, "", "spawns no boats")])
         return found, Path(source).stem
     if _is_description(source):
-        return _of_robot(file_of("robots", source)), Path(source).name.partition(".")[0]
+        return _of_robot(source), kind_name(str(source)).partition(".")[0]
     file = file_of("fleets", source)
     return read_source("fleets", file), file.stem
 
 
 def _is_description(source: object) -> bool:
-    """Whether a source, of whatever type, is the path of a URDF or xacro."""
-    return isinstance(source, str | Path) and str(source).lower().endswith(XML_SUFFIXES)
+    """Whether a source, of whatever type, is the path of a URDF or xacro, or a model of Gazebo."""
+    return isinstance(source, str | Path) and (
+        str(source).lower().endswith(XML_SUFFIXES) or is_gazebo_model(str(source))
+    )
 
 
-def _of_robot(file: Path) -> Section:
-    """A fleet of one boat, whose description is a URDF or xacro."""
+def _of_robot(source: str | Path) -> Section:
+    """A fleet of one boat, whose description is a URDF or xacro, or a model of Gazebo."""
+    if is_gazebo_model(str(source)):
+        path, mark, name = str(source).partition("#")
+        file = model_file(path, None) if path.startswith(SCHEME) else path_of("robots", path)
+        file = Path(f"{file}{mark}{name}")
+    else:
+        file = file_of("robots", source)
     place = Place(File(file.name, file.absolute().parent))
     return Section({"robot": file.name}, place, {"robot": Entry(place, place)})
 

@@ -1,7 +1,7 @@
 """Kinds of boats: a URDF or xacro, and the small YAML beside it for what a URDF cannot give.
 
-A robot with a name is a folder with `robot.yaml`; a path leads to such a file, or to a `.urdf` or `.xacro`, whose
-YAML, if it has one, is called as itself: `my_boat.yaml` goes with `my_boat.urdf.xacro`.
+A robot with a name is a folder with `robot.yaml`; a path leads to such a file, or to a `.urdf`, `.xacro` or `.sdf`,
+whose YAML, if it has one, is called as itself: `my_boat.yaml` goes with `my_boat.urdf.xacro`.
 """
 
 from collections.abc import Mapping
@@ -23,6 +23,7 @@ from vrx_mj.config.base import (
     faults,
 )
 from vrx_mj.config.dynamics import ContactConfig, HullConfig, ServoConfig, Six, ThrusterConfig
+from vrx_mj.config.gazebo.models import is_gazebo_model, model_file
 from vrx_mj.config.loading import Loading, read_source, referenced, validated
 from vrx_mj.config.profiles import CLASSIC
 from vrx_mj.config.search import contained
@@ -41,8 +42,10 @@ __all__ = [
     "robot_section",
 ]
 
-DESCRIPTIONS = (".urdf.xacro", ".xacro", ".urdf")
-"""How a robot's description may end."""
+SDF = (".sdf.xacro", ".world.xacro", ".sdf", ".world")
+"""How a file of Gazebo may end that a model is in."""
+DESCRIPTIONS = (".urdf.xacro", *SDF, ".xacro", ".urdf")
+"""How a robot's description may end, the longest first."""
 
 
 def _scalars(value: object) -> object:
@@ -173,7 +176,7 @@ class RobotConfig(Config):
     description: str = ""
     """What `vrx-mj list robots --verbose` shows."""
     urdf: str
-    """The `.urdf` or `.xacro`, relative to this file."""
+    """The `.urdf`, `.xacro` or `.sdf`, relative to this file; `FILE#NAME` is the model of this name in a world."""
     _urdf_folder: Path | None = PrivateAttr(None)
     arguments: Arguments = Field(default_factory=dict)
     """Arguments of the xacro."""
@@ -201,8 +204,8 @@ class RobotConfig(Config):
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
         found: list[tuple[tuple[str | int, ...], str]] = []
-        if not self.urdf.lower().endswith(DESCRIPTIONS):
-            found.append((("urdf",), f"expected a .urdf or .xacro, got {shown(self.urdf)}"))
+        if not _file_part(self.urdf).lower().endswith(DESCRIPTIONS):
+            found.append((("urdf",), f"expected a .urdf, .xacro or .sdf, got {shown(self.urdf)}"))
         for name, rudder in self.rudders.items():
             if name in self.thrusters:
                 found.append((("rudders", name), "duplicate name: it is the name of a thruster"))
@@ -232,16 +235,22 @@ class RobotConfig(Config):
 
     @property
     def description_file(self) -> Path:
-        """The URDF or xacro."""
+        """The URDF, xacro or SDF, or `FILE#NAME`."""
         assert self.folder is not None, "a robot comes from a file"
-        return contained(self.urdf, self._urdf_folder or self.folder)
+        path, mark, name = self.urdf.partition("#")
+        return Path(f"{contained(path, self._urdf_folder or self.folder)}{mark}{name}")
+
+    @property
+    def is_sdf(self) -> bool:
+        """Whether its description is a model of Gazebo."""
+        return _file_part(self.urdf).lower().endswith(SDF)
 
 
 def load_robot(name: str, near: Path | None = None) -> RobotConfig:
     """The kind of boat of a name, or of a path relative to the folder `near`."""
     section = robot_section(name, near)
     if section is None:
-        file = referenced("robots", name, near).absolute()
+        file = _file(name, near)
         return RobotConfig(folder=file.parent, urdf=file.name)
     config = validated(RobotConfig, section, Loading())
     if config.folder is None:
@@ -252,9 +261,9 @@ def load_robot(name: str, near: Path | None = None) -> RobotConfig:
 
 
 def robot_section(name: str, near: Path | None = None) -> Section | None:
-    """The content of a robot's YAML, with places; None for a URDF or xacro without one."""
-    file = referenced("robots", name, near).absolute()
-    if not file.name.lower().endswith(DESCRIPTIONS):
+    """The content of a robot's YAML, with places; None for a URDF, xacro or SDF without one."""
+    file = _file(name, near)
+    if not _file_part(file.name).lower().endswith(DESCRIPTIONS):
         return read_source("robots", file)
     beside = _beside(file)
     if beside is None:
@@ -264,7 +273,19 @@ def robot_section(name: str, near: Path | None = None) -> Section | None:
     return section
 
 
+def _file(name: str, near: Path | None) -> Path:
+    """The file of a robot, which may be a model of Gazebo."""
+    return (model_file(name, near) if is_gazebo_model(name) else referenced("robots", name, near)).absolute()
+
+
+def _file_part(path: str) -> str:
+    """What is before the name of a model."""
+    return path.partition("#")[0]
+
+
 def _beside(file: Path) -> Path | None:
     """The YAML that goes with a description, if there is one."""
+    if "#" in file.name:
+        return None
     stem = next(file.name[: -len(end)] for end in DESCRIPTIONS if file.name.lower().endswith(end))
     return next((path for path in (file.with_name(stem + end) for end in (".yaml", ".yml")) if path.is_file()), None)

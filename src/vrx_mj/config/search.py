@@ -106,10 +106,10 @@ MOST_BYTES = 4_000_000
 NEEDS = {
     "worlds": "a world is a YAML file, which vrx-mj import makes of Gazebo's; VRX's own come with vrx_mj (vrx-mj list "
     "worlds)",
-    "fleets": "a fleet is a YAML file, a launch file or a URDF; docs/vrx.md has its keys for launch arguments",
+    "fleets": "a fleet is a YAML file, a launch file, a URDF or an SDF; docs/vrx.md has its keys for launch arguments",
     "objects": "an object is a YAML file or an SDF with a <model>; VRX's own come with vrx_mj (vrx-mj list objects)",
     "docks": "the drawing of a dock is a text file, .txt",
-    "robots": "a robot is a URDF or xacro, or the YAML file beside it",
+    "robots": "a robot is a URDF, a xacro or an SDF with a <model>, or the YAML file beside it",
 }
 """What a file of a kind is instead."""
 

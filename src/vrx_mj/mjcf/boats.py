@@ -5,8 +5,9 @@ steers, are rigid here too, at zero. What steers is a joint of a thruster or of 
 """
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import Any
 
 from vrx_mj.config.dynamics import ContactConfig, HydrodynamicsConfig, ServoConfig, ThrusterConfig
 from vrx_mj.config.robots import RobotConfig
@@ -91,6 +92,8 @@ class Boat:
     warnings: tuple[str, ...] = ()
     contact: ContactConfig = YIELDING
     """How the hull yields to what it touches."""
+    water: Mapping[str, Any] = field(default_factory=dict)
+    """Fields of `HydrodynamicsConfig` that are known where the rest is to be derived; in a six None is what is not."""
     pushed: Vector | None = None
     """Where in the base link water and wind push [m]; None: at the centre of mass of what is held to it."""
 
@@ -125,9 +128,11 @@ def assembled(
         parts=tuple(_part(tree, name, urdf.root, held=held) for name in urdf.links if name not in taken),
         thrusters=pushing,
         hydrodynamics=gazebo.hydrodynamics,
+        water=gazebo.water,
         wind=config.wind or gazebo.wind,
         sensors=sensors,
         warnings=(
+            *urdf.remarks,
             *gazebo.warnings,
             *hinges.notes,
             *_loose(tree, thrusters, hinges),

@@ -5,9 +5,11 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from vrx_mj.config.dynamics import HydrodynamicsConfig
 from vrx_mj.config.fleet import Order
+from vrx_mj.config.gazebo.sdf_boats import read_boat
 from vrx_mj.config.parts.generate import wamv_urdf
 from vrx_mj.config.parts.read import load_parts
 from vrx_mj.config.profiles import CLASSIC
@@ -18,7 +20,9 @@ from vrx_mj.config.urdf.expand import check_library, expand
 from vrx_mj.config.urdf.expression_values import ExpressionError
 from vrx_mj.config.urdf.gazebo import read_gazebo
 from vrx_mj.config.urdf.meshes import MeshFiles, with_file_uris
+from vrx_mj.config.urdf.model import Urdf
 from vrx_mj.config.urdf.reader import read_urdf
+from vrx_mj.config.urdf.writing import urdf_text
 from vrx_mj.config.urdf.xacro_files import own_packages, read_bytes
 from vrx_mj.config.urdf.xml_text import in_namespace
 from vrx_mj.config.wording import ros_names_note
@@ -62,9 +66,7 @@ def _built(order: Order) -> Boat:
     config = load_robot(order.robot, order.folder)
     profile = config.in_profile(order.profile)
     arguments, wanted = _equipment(order, config)
-    text, file = robot_urdf(config, order, arguments=arguments), config.description_file
-    label = display(file) if text == _plain_urdf(file) else f"{display(file)} (expanded)"
-    urdf = read_urdf(text, file, packages=own_packages(), package_paths=package_paths(), label=label)
+    urdf = _sdf_boat(order, config) if config.is_sdf else _urdf_boat(order, config, arguments)
     try:
         boat = assembled(urdf, read_gazebo(urdf), config, _drive(order, profile))
     except ConfigError as error:
@@ -76,6 +78,20 @@ def _built(order: Order) -> Boat:
     if notes := [note for note in (*remarks, *_names_for_ros(boat)) if note]:
         warnings.warn(_listed(order.robot, notes), VrxWarning, stacklevel=2)
     return boat
+
+
+def _urdf_boat(order: Order, config: RobotConfig, arguments: Mapping[str, str]) -> Urdf:
+    """What a URDF or xacro describes."""
+    text, file = robot_urdf(config, order, arguments=arguments), config.description_file
+    label = display(file) if text == _plain_urdf(file) else f"{display(file)} (expanded)"
+    return read_urdf(text, file, packages=own_packages(), package_paths=package_paths(), label=label)
+
+
+def _sdf_boat(order: Order, config: RobotConfig) -> Urdf:
+    """What a model of Gazebo describes, which takes nothing of VRX's."""
+    if order.thrusters or order.components:
+        raise VrxError(f"robot {order.robot} takes no thruster or component file: it is a model of Gazebo")
+    return read_boat(config.description_file)
 
 
 def _names_for_ros(boat: Boat) -> list[str]:
@@ -134,6 +150,10 @@ def boat_urdf(order: Order, namespace: str) -> str:
     Its names are in a namespace, and its meshes are named by where their files are.
     """
     config = load_robot(order.robot, order.folder)
+    if config.is_sdf:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", VrxWarning)  # who builds the boat has them
+            return in_namespace(urdf_text(_sdf_boat(order, config)), namespace)
     arguments, _ = _equipment(order, config)
     text = in_namespace(robot_urdf(config, order, namespace=namespace, arguments=arguments), namespace)
     folder = config.description_file.absolute().parent
@@ -194,19 +214,35 @@ def _unassembled(boat: Boat, order: Order, config: RobotConfig) -> str:
 def _in_water(boat: Boat, config: RobotConfig, profile: ProfileEntry) -> tuple[Boat, tuple[str, ...]]:
     """The boat with what the YAML gives, then the plugin, then the shapes; with notes about what was derived."""
     given = {**config.hydrodynamics.said, **profile.hydrodynamics.said}
+    whole = {key: value for key, value in boat.water.items() if not (isinstance(value, tuple) and None in value)}
     if boat.hydrodynamics is not None:
         return replace(boat, hydrodynamics=boat.hydrodynamics.model_copy(update=given)), ()
+    given = {**whole, **given}
     in_lines = bool(LINES & given.keys())
     guess = derived_lines(boat) if in_lines else derived_floats(boat, given.get("water_density", DENSITY),
                                                                 given.get("length_n", 2))  # fmt: skip
+    guess = replace(guess, values=guess.values | _completed(boat.water, guess.values))
     values = HydrodynamicsConfig.model_validate({**guess.values, **given})
     boat = replace(boat, hydrodynamics=values, pushed=guess.pushed)
-    return boat, (*guess.notes, *_derived(guess, given))
+    return boat, (*guess.notes, *_derived(guess, given, boat.water))
 
 
-def _derived(guess: Derived, given: Collection[str]) -> list[str]:
+def _completed(known: Mapping[str, Any], derived: Mapping[str, Any]) -> dict[str, object]:
+    """The sixes of which a file gives a part, with the rest as derived."""
+    return {
+        key: tuple(own if own is not None else other for own, other in zip(six, derived[key], strict=True))
+        for key, six in known.items()
+        if isinstance(six, tuple) and None in six
+    }
+
+
+def _derived(guess: Derived, given: Collection[str], known: Collection[str]) -> list[str]:
     """Text of a warning about what was derived; the waterline and the draft represent the floats."""
-    missing = [f"{key} {_short(value)}" for key, value in guess.values.items() if key not in given and key != "hulls"]
+    missing = [
+        f"{key} {_short(value)}{' (in part that of its file)' if key in known else ''}"
+        for key, value in guess.values.items()
+        if key not in given and key != "hulls"
+    ]
     rest = [guess.rest] if guess.rest else []
     if not missing:
         return []

@@ -61,23 +61,19 @@ def test_a_world_of_gazebo_is_read_but_not_extended(here, file, what):
     assert message(lambda: load_world("mine.yaml")) == f"mine.yaml:1:10: extends: '{file}' is {what}, {WORLD}"
 
 
-def test_a_file_that_is_no_fleet_object_robot_or_dock(here):
+def test_a_file_that_is_no_object_or_dock(here):
     (here / "my.sdf").write_text(SDF, encoding="utf-8")
     (here / "my.urdf").write_text("<robot/>", encoding="utf-8")
     lines = (
-        "spawn: {robot: ./my.sdf}",
         "objects: [{name: a, model: ./my.urdf}]",
         "docks: [{name: b, layout: ./my.sdf}]",
     )
     (here / "mine.yaml").write_text("\n".join(lines), encoding="utf-8")
     what, robot = "'./my.sdf' is SDF of Gazebo", "'./my.urdf' is the description of a robot (URDF)"
     assert message(lambda: load_world("mine.yaml")).splitlines() == [
-        f"mine.yaml:1:16: spawn.robot: {what}, which is not read: {NEEDS['robots']}",
-        f"mine.yaml:2:28: objects[0].model: {robot}, which is not read: {NEEDS['objects']}",
-        f"mine.yaml:3:27: docks[0].layout: {what}, which is not read: {NEEDS['docks']}",
+        f"mine.yaml:1:28: objects[0].model: {robot}, which is not read: {NEEDS['objects']}",
+        f"mine.yaml:2:27: docks[0].layout: {what}, which is not read: {NEEDS['docks']}",
     ]
-    fleet = message(lambda: load_fleet("./my.sdf", load_world("ocean")))
-    assert fleet == f"{what}, which is not read: {NEEDS['fleets']}"
     assert NEEDS.keys() == KINDS.keys()
 
 

@@ -10,16 +10,28 @@ from typing import Any
 
 from vrx_mj.config.gazebo.document import Fate, Note, Report, is_file
 from vrx_mj.config.gazebo.launch import Launch, fleet_of, launch_of
-from vrx_mj.config.gazebo.models import SCHEME, is_gazebo_model, model_file, model_section, safe_name
+from vrx_mj.config.gazebo.models import (
+    SCHEME,
+    is_gazebo_model,
+    kind_name,
+    model_element,
+    model_file,
+    model_section,
+    safe_name,
+)
+from vrx_mj.config.gazebo.sdf_boats import is_boat, read_boat
 from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world
 from vrx_mj.config.loading import Loading, read_source, validated
 from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.search import display, package_paths
 from vrx_mj.config.series.worlds import section_text
-from vrx_mj.config.tree import Items, Section
+from vrx_mj.config.shapes import Shape
+from vrx_mj.config.tree import Entry, Items, Section
 from vrx_mj.config.urdf.expand import arguments as declared_arguments
 from vrx_mj.config.urdf.expand import expand
 from vrx_mj.config.urdf.expression_values import ExpressionError
+from vrx_mj.config.urdf.gazebo import read_gazebo
+from vrx_mj.config.urdf.writing import urdf_text
 from vrx_mj.config.urdf.xacro_files import read_bytes
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, shortened
@@ -158,6 +170,8 @@ class _Writer:
             self.add_launch(file, launch_of(str(file), arguments))
         elif is_gazebo_world(file) and not _is_model_alone(file):
             self.add_world(file, arguments)
+        elif name.endswith(".sdf") and is_boat(model_element(file)[0]):
+            self.add_boats(file)
         elif is_gazebo_model(file.name) or name.endswith(".erb"):
             self.add_object(safe_name(_model_stem(file)), file, str(file))
         else:
@@ -177,7 +191,55 @@ class _Writer:
         self.made.notes += world.notes
         section = self.with_objects(world.section, file.parent)
         self.made.texts[path] = self.text(file, section)
-        self.made.sails.append((path, None))
+        self.made.sails.append((path, self.add_fleet(file, world.fleet)))
+        return path
+
+    def add_fleet(self, file: Path, fleet: Section | None) -> str | None:
+        """Write the boats of a world and their fleet, and return its path; None without boats."""
+        if fleet is None:
+            return None
+        boats = []
+        for boat in fleet["boats"]:
+            path = self.add_boat(str(boat["robot"]), model_file(str(boat["robot"]), file.parent))
+            boats.append(Section({**boat, "robot": f"./{path}"}, boat.place, boat.entries))
+        path = self.path_of("", f"{safe_name(file.name.partition('.')[0])}_fleet", f"fleet of {file.resolve()}")
+        items = Items.of(boats, fleet["boats"].places)
+        self.made.texts[path] = self.text(file, Section({**fleet, "boats": items}, fleet.place, fleet.entries))
+        return path
+
+    def add_boats(self, file: Path) -> None:
+        """Write a boat, and a fleet of it alone."""
+        robot = self.add_boat(str(file.absolute()), file)
+        stem = robot.rpartition("/")[2].removesuffix(".urdf")
+        place = model_element(file)[0].place
+        fleet = Section({"robot": f"./{robot}"}, place, {"robot": Entry(place, place)})
+        self.made.texts[self.path_of("", f"{stem}_fleet", f"fleet of {file.resolve()}")] = self.text(file, fleet)
+
+    def add_boat(self, source: str, file: Path) -> str:
+        """Write a boat as a URDF, with its meshes beside it, and return its path."""
+        name = safe_name(source.removeprefix(SCHEME) if source.startswith(SCHEME) else kind_name(source))
+        path = f"robots/{name}.urdf"
+        if path in self.made.texts:
+            return path
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", VrxWarning)
+            boat = read_boat(file)
+            seen = read_gazebo(boat)
+        model = model_element(file)[0]
+        self.made.notes.append(Note(model.place, model.label, "taken over", f"`{path}`, a boat"))
+        for remark in (*boat.remarks, *seen.warnings):
+            what, _, text = remark.partition(": ")[2].rpartition(": ")
+            line = remark.partition(": ")[0].rpartition(":")[2]
+            place = model.place._replace(line=int(line)) if line.isdigit() else model.place
+            self.made.notes.append(Note(place, what, "approximated", text))
+
+        def mesh(shape: Shape) -> str:
+            assert shape.folder is not None, "a mesh comes from a file"
+            own = f"meshes/{name}/{shape.file}"
+            self.made.copies[f"robots/{own}"] = shape.folder / str(shape.file)
+            return own
+
+        self.made.texts[path] = urdf_text(boat, mesh)
         return path
 
     def with_objects(self, section: Section, folder: Path, here: str = "") -> Section:

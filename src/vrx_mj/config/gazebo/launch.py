@@ -98,7 +98,7 @@ def is_launch(source: object) -> TypeGuard[str | Path]:
 
 
 def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) -> tuple[Source, Source | None]:
-    """World and fleet that a launch file, or the xacro of a world, opens with arguments; others stay as they are.
+    """World and fleet that a launch file, or a world of Gazebo with arguments or boats, opens; others stay as they are.
 
     Raises:
         ConfigError: the file is wrong, or opens no world, or a file without arguments is given some.
@@ -108,15 +108,18 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
         if launch.world is None:
             raise ConfigError([Problem(str(world), None, None, "", "opens no world of Gazebo")])
         warn_of_losses(launch.report.notes, str(world), stacklevel=4)
-        return launch.world, fleet_of(launch) if fleet is None else fleet
-    if not arguments:
+        world, fleet, arguments = launch.world, fleet_of(launch) if fleet is None else fleet, {}
+    if not arguments and (fleet is not None or not is_gazebo_world(world)):
         return world, fleet
     if not is_gazebo_world(world):
         message = "takes no arguments NAME:=VALUE: they are for launch files and for xacro worlds of Gazebo"
         raise ConfigError([Problem(str(world), None, None, "", message)])
     found = gazebo_world(path_of("worlds", world), arguments)
+    if not arguments and found.fleet is None:
+        return world, fleet
     warn_of_losses(found.notes, str(world), stacklevel=4)
-    return Section({"name": found.name, **found.section}, found.section.place, found.section.entries), fleet
+    section = Section({"name": found.name, **found.section}, found.section.place, found.section.entries)
+    return section, found.fleet if fleet is None else fleet
 
 
 def read_launch(file: Path, arguments: Mapping[str, str]) -> Launch:

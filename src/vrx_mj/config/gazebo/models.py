@@ -31,7 +31,9 @@ __all__ = [
     "hold_models",
     "is_gazebo_model",
     "kind_name",
+    "model_element",
     "model_file",
+    "model_folder",
     "model_name",
     "model_section",
     "pose_of",
@@ -80,6 +82,15 @@ def model_name(include: Element) -> str:
     return name
 
 
+def model_folder(name: str, near: Path) -> Path | None:
+    """The folder of a model: beside the file, in `models` there or one above, or along the path; None without one.
+
+    Raises:
+        VrxError: it is a link that leads elsewhere.
+    """
+    return _folder(name, near)
+
+
 def has_model(name: str, near: Path) -> bool:
     """Whether a folder of this name is on the path of models."""
     return _folder(name, near) is not None
@@ -117,12 +128,24 @@ def model_section(file: Path, report: Report | None = None) -> Section:
         dock, place = template_content(file, kept)
         template: Section = located(dock, place)
         return template
-    path, mark, name = str(file).partition("#")
-    model = _named(Path(path), name) if mark else _only(read_document(Path(path)))
-    content = _Model(model, Path(path).parent, kept).content()
+    model, _ = model_element(file)
+    content = _Model(model, Path(str(file).partition("#")[0]).parent, kept).content()
     kept.settle()
     section: Section = located(content, model.place)
     return section
+
+
+def model_element(file: Path) -> tuple[Element, str]:
+    """The model of a file, or `FILE#NAME`: that of this name in a world; and the version of SDF that it is in.
+
+    Raises:
+        ConfigError: it cannot be read, or is no model.
+    """
+    path, mark, name = str(file).partition("#")
+    if mark:
+        return _named(Path(path), name)
+    root = read_document(Path(path))
+    return _only(root), root.attributes.get("version", "")
 
 
 def _only(root: Element) -> Element:
@@ -133,8 +156,8 @@ def _only(root: Element) -> Element:
     return found
 
 
-_held: dict[Path, tuple[int, int, dict[str, Element]]] = {}
-"""Models of the world that was read last, by its file, with the time and size that the file had."""
+_held: dict[Path, tuple[int, int, dict[str, Element], str]] = {}
+"""Models of the world that was read last, by its file, with the time, size and version of SDF that the file had."""
 
 
 def hold_models(file: Path, root: Element) -> None:
@@ -142,11 +165,11 @@ def hold_models(file: Path, root: Element) -> None:
     _held.clear()
     found = {one.attributes.get("name", ""): one for one in reversed(list(root.walk())) if one.tag == "model"}
     status = file.stat()
-    _held[file.absolute()] = (status.st_mtime_ns, status.st_size, found)
+    _held[file.absolute()] = (status.st_mtime_ns, status.st_size, found, root.attributes.get("version", ""))
 
 
-def _named(file: Path, name: str) -> Element:
-    """The model of a name in the file of a world."""
+def _named(file: Path, name: str) -> tuple[Element, str]:
+    """The model of a name in the file of a world, and the version of SDF."""
     status = file.stat() if is_file(file) else None
     held = _held.get(file.absolute())
     if held is None or status is None or held[:2] != (status.st_mtime_ns, status.st_size):
@@ -155,7 +178,7 @@ def _named(file: Path, name: str) -> Element:
     if name not in held[2]:
         known = [name for name in held[2] if name]
         raise ConfigError([Problem(display(file), 1, None, "", str(UnknownNameError("model", name, known)))])
-    return held[2][name]
+    return held[2][name], held[3]
 
 
 def safe_name(name: str) -> str:

@@ -13,17 +13,20 @@ from vrx_mj.config.gazebo.models import (
     follow_path,
     has_model,
     hold_models,
+    model_element,
+    model_file,
     model_name,
     model_section,
     pose_of,
     safe_name,
     same_buoyancy,
 )
+from vrx_mj.config.gazebo.sdf_boats import is_boat
 from vrx_mj.config.gazebo.surroundings import georeference, published_sea, scene, view, wave_field, wind
 from vrx_mj.config.gazebo.task_plugins import kind_of, marked, task_of
 from vrx_mj.config.loading import read_source
 from vrx_mj.config.search import WORLD_SUFFIXES, catalogue
-from vrx_mj.config.series.calls import BLOCK, SYMBOLS, At, Call, named_as, thing
+from vrx_mj.config.series.calls import BLOCK, SYMBOLS, At, Call, located, named_as, thing
 from vrx_mj.config.series.macros import MACROS, made
 from vrx_mj.config.series.pieces import Piece, assembled, base_objects
 from vrx_mj.config.tree import Entry, Place, Section
@@ -66,6 +69,8 @@ class GazeboWorld:
     name: str
     section: Section
     notes: tuple[Note, ...]
+    fleet: Section | None = None
+    """The boats that are in the world, as a fleet's file says them; None: it has none."""
 
 
 def is_gazebo_world(source: object) -> TypeGuard[str | Path]:
@@ -119,6 +124,8 @@ class _Reader:
         self.placed: list[tuple[Element, Content]] = []
         self.scoring: list[Element] = []
         self.terrain: Element | None = None
+        self.boats: list[Content] = []
+        self.kinds: dict[str, bool] = {}
         self.known = catalogue("objects")
         self.newer = _is_newer(root)
 
@@ -133,7 +140,19 @@ class _Reader:
         place = self.root.place
         name = self.root.attributes.get("name") or self.file.name.partition(".")[0]
         section = assembled({"description": f"{self.file.name}, a world of Gazebo"}, place, self.pieces)
-        return GazeboWorld(safe_name(name), section, tuple(self.report.notes))
+        return GazeboWorld(safe_name(name), section, tuple(self.report.notes), self.fleet(safe_name(name)))
+
+    def fleet(self, name: str) -> Section | None:
+        """The boats, under the name of the world."""
+        if not self.boats:
+            return None
+        found: Section = located({"name": name, "boats": self.boats}, self.root.place)
+        return found
+
+    def add_boat(self, element: Element, name: str, robot: str) -> None:
+        """Add a boat of the fleet."""
+        self.boats.append({"name": safe_name(name), "pose": pose_of(element), "robot": At(robot, element.place)})
+        self.report.note(element, "taken over", "a boat, unless a fleet is given")
 
     def checked(self, element: Element, work: Callable[[Element], None]) -> None:
         """Do something with an element; what is wrong is kept for the end."""
@@ -198,6 +217,9 @@ class _Reader:
             hint = f"did you mean '{close}'?" if close else "is its folder on GAZEBO_MODEL_PATH?"
             self.report.note(element, "ignored", f"no model named '{name}'; {hint}")
             return
+        if ours is None and self.has_boat(name):
+            self.add_boat(element, element.text("name") or name, f"{SCHEME}{name}")
+            return
         own = At(safe_name(element.text("name") or named_as(name)), element.place)
         content = thing(At(ours or name, element.place), pose_of(element), own)
         if ours is None:
@@ -206,6 +228,15 @@ class _Reader:
         if path is not None:
             content["path"] = At(path, element.place)
         self.placed.append((element, content))
+
+    def has_boat(self, name: str) -> bool:
+        """Whether the model of a folder is a boat; what is wrong with its file is said where it is an object."""
+        if name not in self.kinds:
+            try:
+                self.kinds[name] = is_boat(model_element(model_file(f"{SCHEME}{name}", self.file.parent))[0])
+            except VrxError:
+                self.kinds[name] = False
+        return self.kinds[name]
 
     def catalogued(self, name: str, include: Element) -> str | None:
         """The model of our catalogue that an include of VRX means; None: it has none.
@@ -240,6 +271,9 @@ class _Reader:
             raise element.fault("required, but missing", "name")
         else:
             model = f"{self.file.name}#{name}"
+            if is_boat(element):
+                self.add_boat(element, name, model)
+                return
             model_section(self.file.parent / model, self.report)
             content = {"name": safe_name(name), "model": At(model, element.place), "pose": pose_of(element)}
             self.placed.append((element, content))

@@ -17,11 +17,13 @@ from vrx_mj.config.tree import File, of_python
 from vrx_mj.config.wording import choice, shown
 from vrx_mj.errors import ConfigError, Problem
 
-__all__ = ["Findings", "Node"]
+__all__ = ["FILE", "Findings", "Node"]
 
 ConfigT = TypeVar("ConfigT", bound=Config)
 
 SWITCHES = {"true": True, "1": True, "false": False, "0": False}
+FILE = "{vrx_mj}file"
+"""Attribute of an element that is from another file than the element around it: the name of that file."""
 LARGEST = 1e12
 """Largest number that a file may give, in any unit."""
 
@@ -72,14 +74,20 @@ class Node:
         return line
 
     @property
+    def file(self) -> str:
+        """Name of the file that the element is in, for messages."""
+        around = (self.element, *self.element.iterancestors())
+        return next((str(one.get(FILE)) for one in around if one.get(FILE)), self.findings.file)
+
+    @property
     def place(self) -> str:
         """File and line, as messages show them."""
-        return self.findings.file if self.line is None else f"{self.findings.file}:{self.line}"
+        return self.file if self.line is None else f"{self.file}:{self.line}"
 
     def fault(self, message: str, key: str = "") -> None:
         """Notes a problem with the element, or with its attribute or child `key`."""
         path = " / ".join(filter(None, (self.path, key)))
-        self.findings.problems.append(Problem(self.findings.file, self.line, None, path, message))
+        self.findings.problems.append(Problem(self.file, self.line, None, path, message))
 
     def children(self, tag: str) -> list["Node"]:
         """All children of this name; those with a name of their own are called by it."""

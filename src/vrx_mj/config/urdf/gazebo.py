@@ -1,17 +1,21 @@
 """Gazebo's tags in a URDF: plugins of forces, thrusters and others, and the sensors."""
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from vrx_mj.config.dynamics import HullConfig, HydrodynamicsConfig, ThrusterConfig
 from vrx_mj.config.search import display
 from vrx_mj.config.urdf.elements import Findings, Node
-from vrx_mj.config.urdf.gazebo_sensors import INSTRUMENTS, Scope, plugin_kind, read_sensor
+from vrx_mj.config.urdf.gazebo_sensors import INSTRUMENTS, Scope, library, plugin_kind, read_sensor
+from vrx_mj.config.urdf.gz_sim import Control, controlled, read_buoyancy, read_controls, read_fossen
 from vrx_mj.config.urdf.model import Gazebo, Urdf, UrdfThruster
 from vrx_mj.errors import Problem, UnknownNameError
 
 __all__ = [
+    "is_thruster",
+    "read_floats",
     "read_freefloating",
     "read_gazebo",
     "read_hydrodynamics",
@@ -81,17 +85,21 @@ def read_newer_thruster(node: Node, scope: Scope) -> list[UrdfThruster]:
     joint, topic = scope.urdf.joints[name], node.text("topic").removesuffix("/thrust")
     engine = _steering_joint(scope.urdf, joint.child)
     limits = scope.urdf.joints[engine].limits if engine else None
+    least, most = node.value("min_thrust_cmd", LEAST_THRUST), node.value("max_thrust_cmd", -LEAST_THRUST, low=0)
+    if node.flag("use_angvel_cmd", False):
+        scope.warn(node, "commands are no speeds of the propeller [rad/s]: use_angvel_cmd is ignored")
     drive: dict[str, Any] = {
         "mapping": "linear",
-        "max_force_forward": node.value("max_thrust_cmd", -LEAST_THRUST, low=0),
-        "max_force_reverse": -abs(node.value("min_thrust_cmd", LEAST_THRUST)),
+        "max_force_forward": most,
+        "max_force_reverse": -abs(least),
         "timeout": 0.0,
         "max_angle": min(abs(limits.lower), abs(limits.upper)) if limits else math.pi / 2,
     }
     config = node.configured(ThrusterConfig, drive)
     scope.warn(node, "commands are newtons only in worlds of profile vrx3, else shares of the largest thrust, -1 to 1")
-    own = node.text("name") or topic.rpartition("/")[2] or scope.local(joint.child).removesuffix("_propeller_link")
-    return [UrdfThruster(own, joint.child, name, engine, config, line=node.line)] if config else []
+    link = scope.local(joint.child).rpartition("::")[2].removesuffix("_link").removesuffix("_propeller")
+    own = node.text("name") or topic.rpartition("/")[2] or link
+    return [UrdfThruster(own, joint.child, name, engine, config, line=node.line, axis=joint.axis)] if config else []
 
 
 def read_hydrodynamics(node: Node, scope: Scope) -> HydrodynamicsConfig | None:
@@ -109,19 +117,27 @@ def read_hydrodynamics(node: Node, scope: Scope) -> HydrodynamicsConfig | None:
 
 
 def read_newer_hydrodynamics(drag: Node, surfaces: list[Node], scope: Scope) -> HydrodynamicsConfig | None:
-    """Newer VRX's drag, and its hulls with their points: one Surface plugin each, in water of one level and density."""
-    hulls = [hull for node in surfaces if (hull := _hull(node, scope)) is not None]
-    if not hulls:
-        scope.warn(drag, "no hull (Surface plugin) with points belongs to it; it has no buoyancy")
+    """Newer VRX's drag, and its hulls with their points."""
+    floats = read_floats(surfaces, scope)
+    if not floats:
+        scope.warn(drag, "no hull (Surface plugin) with points belongs to it; its shapes displace the water")
         return None
     _check_body(drag, "link_name", scope)
+    return drag.configured(HydrodynamicsConfig, _coefficients(drag) | floats)
+
+
+def read_floats(surfaces: list[Node], scope: Scope) -> dict[str, Any]:
+    """Newer VRX's hulls, one Surface plugin each, in water of one level and density; nothing without any."""
+    hulls = [hull for node in surfaces if (hull := _hull(node, scope)) is not None]
+    if not hulls:
+        return {}
     waters = [
         (node.value("fluid_level", 0.0), node.value("fluid_density", WATER_DENSITY, above=0)) for node in surfaces
     ]
     if len(set(waters)) > 1:
         scope.warn(surfaces[0], "the fluid_level and fluid_density of this hull apply to all hulls")
     beam = 2 * max(abs(point[1]) for hull in hulls for point in hull.points)
-    values = _coefficients(drag) | {
+    return {
         "water_level": waters[0][0],
         "water_density": waters[0][1],
         "hull_radius": hulls[0].radius,
@@ -129,7 +145,6 @@ def read_newer_hydrodynamics(drag: Node, surfaces: list[Node], scope: Scope) -> 
         "boat_length": hulls[0].length,
         "hulls": tuple(hulls),
     }
-    return drag.configured(HydrodynamicsConfig, values)
 
 
 def _hull(node: Node, scope: Scope) -> HullConfig | None:
@@ -271,12 +286,13 @@ THRUSTERS = {
     "uuv_thruster_ros_plugin": read_uuv_thruster,
     "freefloating_gazebo_control": read_freefloating,
 }
-WATER, NEWER_DRAG, NEWER_HULL, WIND = (
-    "usv_gazebo_dynamics_plugin",
-    "SimpleHydrodynamics",
-    "Surface",
-    "usv_gazebo_wind_plugin",
-)
+
+
+def is_thruster(filename: str) -> bool:
+    """Whether a plugin of this `filename` is a thruster."""
+    return library(filename) in THRUSTERS
+
+
 QUIET_PLUGINS = frozenset({
     "gazebo_ros_joint_state_publisher",
     "gz-sim-detachable-joint-system",
@@ -299,6 +315,55 @@ class _Forces:
     wind: tuple[float, float, float] | None = None
     newer_drag: Node | None = None
     newer_hulls: list[Node] = field(default_factory=list)
+    known: dict[str, Any] = field(default_factory=dict)
+    controls: list[Control] = field(default_factory=list)
+
+    def take_water(self, node: Node, scope: Scope) -> None:
+        """Take VRX's dynamics plugin."""
+        self.water = read_hydrodynamics(node, scope)
+
+    def take_wind(self, node: Node, scope: Scope) -> None:
+        """Take VRX's wind plugin."""
+        self.wind = read_wind(node, scope)
+
+    def take_newer_drag(self, node: Node, _: Scope) -> None:
+        """Take the drag of newer VRX, which needs its hulls."""
+        self.newer_drag = node
+
+    def take_newer_hull(self, node: Node, _: Scope) -> None:
+        """Take a hull of newer VRX."""
+        self.newer_hulls.append(node)
+
+    def take_fossen(self, node: Node, scope: Scope) -> None:
+        """Take gz-sim's added mass and drag."""
+        _check_body(node, "link_name", scope)
+        self.known |= read_fossen(node, scope)
+
+    def take_buoyancy(self, node: Node, _: Scope) -> None:
+        """Take the density of gz-sim's water."""
+        self.known |= read_buoyancy(node)
+
+    def take_controls(self, node: Node, scope: Scope) -> None:
+        """Take the channels of ArduPilot."""
+        self.controls += read_controls(node, scope)
+
+    def take_mesh_water(self, node: Node, scope: Scope) -> None:
+        """Take the water of asv_wave_sim, which acts on the triangles of the hull."""
+        scope.warn(node, "its damping and drag of each triangle are not simulated; all drag is derived from the hull")
+
+
+_FORCES: Mapping[str, Callable[[_Forces, Node, Scope], None]] = {
+    "usv_gazebo_dynamics_plugin": _Forces.take_water,
+    "usv_gazebo_wind_plugin": _Forces.take_wind,
+    "SimpleHydrodynamics": _Forces.take_newer_drag,
+    "Surface": _Forces.take_newer_hull,
+    "gz-sim-hydrodynamics-system": _Forces.take_fossen,
+    "gz-sim-buoyancy-system": _Forces.take_buoyancy,
+    "ArduPilotPlugin": _Forces.take_controls,
+    "gz-waves1-hydrodynamics-system": _Forces.take_mesh_water,
+    "HydrodynamicsPlugin": _Forces.take_mesh_water,
+}
+"""What takes a plugin of forces, by its kind."""
 
 
 def read_gazebo(urdf: Urdf) -> Gazebo:
@@ -316,11 +381,17 @@ def read_gazebo(urdf: Urdf) -> Gazebo:
         _read_element(Node(element, "gazebo", scope.findings), scope, forces)
     if forces.newer_drag is not None and forces.water is None:
         forces.water = read_newer_hydrodynamics(forces.newer_drag, forces.newer_hulls, scope)
+        forces.known |= {} if forces.water else _coefficients(forces.newer_drag)
+    elif forces.known or forces.water is None:
+        forces.known |= read_floats(forces.newer_hulls, scope)
+    if forces.controls:
+        forces.thrusters = controlled(forces.thrusters, forces.controls, scope)
     _check_names(forces.thrusters, scope)
     scope.findings.settle()
     return Gazebo(
         thrusters=tuple(forces.thrusters),
         hydrodynamics=forces.water,
+        water=forces.known,
         wind=forces.wind,
         sensors=tuple(scope.sensors),
         warnings=tuple(scope.warnings),
@@ -353,14 +424,8 @@ def _read_plugin(node: Node, scope: Scope, forces: _Forces) -> None:
         forces.thrusters += THRUSTERS[kind](node, scope)
     elif kind in INSTRUMENTS:
         INSTRUMENTS[kind](node, scope)
-    elif kind == WATER:
-        forces.water = read_hydrodynamics(node, scope)
-    elif kind == WIND:
-        forces.wind = read_wind(node, scope)
-    elif kind == NEWER_DRAG:
-        forces.newer_drag = node
-    elif kind == NEWER_HULL:
-        forces.newer_hulls.append(node)
+    elif kind in _FORCES:
+        _FORCES[kind](forces, node, scope)
     elif kind not in QUIET_PLUGINS:
         scope.warn(node, f"the plugin {node.attribute('filename') or 'without a filename'} is not simulated")
 

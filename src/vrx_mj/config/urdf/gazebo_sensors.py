@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -21,7 +21,7 @@ from vrx_mj.config.urdf.model import Urdf, chained, link_pose
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.frames import Pose
 
-__all__ = ["INSTRUMENTS", "QUIET_SENSORS", "SENSORS", "Scope", "plugin_kind", "read_sensor"]
+__all__ = ["INSTRUMENTS", "QUIET_SENSORS", "SENSORS", "Scope", "library", "plugin_kind", "read_sensor"]
 
 ZERO: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 HARD_CODED = ("wamv/", "cora/")
@@ -35,7 +35,12 @@ _GENERATION = re.compile(r"^(ignition-gazebo|gz-sim)\d*-")
 
 def plugin_kind(node: Node) -> str:
     """A plugin's library, without `lib` and `.so`, the same for both names of the newer Gazebo."""
-    name = (node.attribute("filename") or "").rpartition("/")[2].removesuffix(".so").removeprefix("lib")
+    return library(node.attribute("filename") or "")
+
+
+def library(filename: str) -> str:
+    """The kind of plugin that a `filename` means."""
+    name = filename.rpartition("/")[2].removesuffix(".so").removeprefix("lib")
     return _GENERATION.sub("gz-sim-", name)
 
 
@@ -55,7 +60,7 @@ class Scope:
     def link(self, node: Node, tag: str) -> str:
         """The link that a child names, as the file calls it; empty if it names none, or one that is not there."""
         name, child = node.text(tag), node.child(tag)
-        for known in (name, f"{self.urdf.namespace}/{name}", self._renamed(name)):
+        for known in (name, f"{self.urdf.namespace}/{name}", self._renamed(name), _nested(name, self.urdf.links)):
             if known in self.urdf.links:
                 return known
         if child and name:
@@ -67,7 +72,7 @@ class Scope:
     def joint(self, node: Node, tag: str) -> str | None:
         """The joint that a child names; None if it names none."""
         name, child = node.text(tag), node.child(tag)
-        for known in (name, f"{self.urdf.namespace}/{name}", self._renamed(name)):
+        for known in (name, f"{self.urdf.namespace}/{name}", self._renamed(name), _nested(name, self.urdf.joints)):
             if known in self.urdf.joints:
                 return known
         if child and name:
@@ -121,6 +126,12 @@ class Scope:
     def _renamed(self, name: str) -> str:
         """The name with the robot's namespace in place of one that VRX hard-codes."""
         return f"{self.urdf.namespace}/{self.local(name, hard_coded=True)}"
+
+
+def _nested(name: str, known: Iterable[str]) -> str:
+    """The one link or joint of this name in a model in the model; empty where there is none, or several."""
+    found = [one for one in known if one.endswith(f"::{name}")] if name else []
+    return found[0] if len(found) == 1 else ""
 
 
 HOUR = 1 / 3600
@@ -494,6 +505,7 @@ SENSORS = {
     "gpu_ray": _lidar,
     "lidar": _lidar,
     "gpu_lidar": _lidar,
+    "rgbd_camera": _camera,
     "gps": _gps,
     "navsat": _gps,
     "imu": _imu,

@@ -17,7 +17,24 @@ from vrx_mj.errors import Problem, UnknownNameError, VrxError
 from vrx_mj.frames import Pose, compose, facing, inverse
 from vrx_mj.resources import root
 
-__all__ = ["Surroundings", "material_colors", "read_joint", "read_link", "read_pose", "root_of", "stand_in"]
+__all__ = [
+    "BOUNDED",
+    "TYPES",
+    "Surroundings",
+    "at_rest",
+    "check_inertia",
+    "collision_of",
+    "gazebo_color",
+    "length_one",
+    "material_colors",
+    "read_joint",
+    "read_link",
+    "read_pose",
+    "root_of",
+    "shape_name",
+    "stand_in",
+    "visuals_of",
+]
 
 Color = tuple[float, float, float, float]
 Scale = tuple[float, float, float]
@@ -136,13 +153,13 @@ def material_colors(root: Node) -> tuple[dict[str, Color], dict[str, Color]]:
         if name and color is not None:
             materials.setdefault(name, _rgba(color))
     for node in root.children("gazebo"):
-        gazebo, link = _gazebo_color(node.text("material")), node.attribute("reference")
+        gazebo, link = gazebo_color(node.text("material")), node.attribute("reference")
         if gazebo and link:
             links[link] = gazebo
     return materials, links
 
 
-def _gazebo_color(text: str) -> Color | None:
+def gazebo_color(text: str) -> Color | None:
     """The colour of a stock material, such as Gazebo/DarkGrey; None for those that are pictures."""
     name = _GAZEBO_NAME.sub("_", text.removeprefix("Gazebo/")).lower()
     return (*COLORS[name], 1.0) if text.startswith("Gazebo/") and name in COLORS else None
@@ -177,12 +194,12 @@ def _inertial(node: Node, name: str, around: Surroundings) -> Inertial | None:
         around.findings.note("massless", name)
         return None
     if inertia:
-        _check_inertia(inertia, name, (mass, *diagonal, *products), around)
+        check_inertia(inertia, name, (mass, *diagonal, *products), around)
     xx, yy, zz, xy, xz, yz = *diagonal, *products
     return Inertial(mass, pose, (xx, yy, zz, xy, xz, yz))
 
 
-def _check_inertia(node: Node, name: str, values: tuple[float, ...], around: Surroundings) -> None:
+def check_inertia(node: Node, name: str, values: tuple[float, ...], around: Surroundings) -> None:
     """No principal moment is negative, and none exceeds the sum of the others, in any body that exists."""
     mass, *tensor = values
     low, middle, high = moments = _principal(tensor)
@@ -206,8 +223,11 @@ def _principal(tensor: list[float]) -> list[float]:
 def _collision(node: Node, around: Surroundings) -> Shape | None:
     geometry = node.needed("geometry")
     values = _shape(node, geometry) if geometry else None
-    if geometry is None or values is None:
-        return None
+    return collision_of(node, geometry, values, around) if geometry and values else None
+
+
+def collision_of(node: Node, geometry: Node, values: dict[str, Any], around: Surroundings) -> Shape | None:
+    """A shape that collides, of these values; a mesh is looked for and read."""
     if values["type"] == "mesh":
         found = _mesh(geometry, values, around, collides=True)
         if found is None:
@@ -224,7 +244,13 @@ def _visuals(node: Node, link: str, around: Surroundings) -> tuple[Visual, ...]:
         around.findings.note("shapeless", link)
     if geometry is None or values is None:
         return ()
-    color = around.gazebo.get(link) or _visual_color(node, around)
+    return visuals_of(node, geometry, values, around.gazebo.get(link) or _visual_color(node, around), around)
+
+
+def visuals_of(
+    node: Node, geometry: Node, values: dict[str, Any], color: Color | None, around: Surroundings
+) -> tuple[Visual, ...]:
+    """What is seen of a shape of these values; a mesh that is missing is drawn by ours for it, if there are any."""
     if values["type"] == "mesh":
         try:
             found = _mesh(geometry, values, around, collides=False)
@@ -274,8 +300,13 @@ def _shape(node: Node, geometry: Node) -> dict[str, Any] | None:
         values["radius"] = shape.number("radius", above=0)
         if shape.tag != "sphere":
             values["length"] = shape.number("length", above=0)
+    return None if len(geometry.findings.problems) > known else values | shape_name(node)
+
+
+def shape_name(node: Node) -> dict[str, str]:
+    """The name of a shape as ours may be; nothing without one."""
     name = _ODD_CHARACTER.sub("_", node.attribute("name") or "")[:64]
-    return None if len(geometry.findings.problems) > known else values | ({"name": name} if name else {})
+    return {"name": name} if name else {}
 
 
 def _scale(mesh: Node) -> tuple[float, ...]:
@@ -291,6 +322,7 @@ def _mesh(geometry: Node, values: Mapping[str, Any], around: Surroundings, *, co
     """Folder and path of a mesh, once it was found and read; None if it cannot be. Our own are known to be sound."""
     name, scale = str(values["file"]), values.get("scale", ONE)
     node = geometry.child("mesh") or geometry
+    key = "uri" if node.child("uri") else "filename"
     try:
         folder, path = around.files.find(name)
         if not path.lower().endswith(MESH_SUFFIXES):
@@ -301,9 +333,9 @@ def _mesh(geometry: Node, values: Mapping[str, Any], around: Surroundings, *, co
     except MissingMeshError as error:
         if not collides:
             raise
-        node.fault(str(error), "filename")
+        node.fault(str(error), key)
     except VrxError as error:
-        node.fault(str(error), "filename")
+        node.fault(str(error), key)
     else:
         return {"folder": folder, "file": path} | ({} if collides else {"own": mesh.color})
     return None
@@ -330,7 +362,7 @@ def read_joint(node: Node, links: Collection[str]) -> Joint:
         type=kind,
         parent=parent,
         child=child,
-        pose=_at_rest(read_pose(node), kind, axis, rest),
+        pose=at_rest(read_pose(node), kind, axis, rest),
         axis=axis,
         limits=limits,
         line=node.line,
@@ -338,7 +370,7 @@ def read_joint(node: Node, links: Collection[str]) -> Joint:
     )
 
 
-def _at_rest(pose: Pose, kind: str, axis: Sequence[float], rest: float) -> Pose:
+def at_rest(pose: Pose, kind: str, axis: Sequence[float], rest: float) -> Pose:
     """The pose of the child in the parent with the joint at `rest` [rad or m]."""
     if rest == 0.0:
         return pose
@@ -398,10 +430,16 @@ def _axis(node: Node, kind: str) -> tuple[float, float, float]:
     """Direction of the joint's axis, of length 1."""
     axis = node.child("axis")
     x, y, z = axis.numbers("xyz", "x y z", (1.0, 0.0, 0.0)) if axis else (1.0, 0.0, 0.0)
+    if axis and not (x or y or z) and kind not in {"fixed", "floating"}:
+        axis.fault("must have a length, got '0 0 0'", "xyz")
+    return length_one((x, y, z))
+
+
+def length_one(axis: tuple[float, float, float]) -> tuple[float, float, float]:
+    """The direction of a vector; x for one without a length."""
+    x, y, z = axis
     length = math.hypot(x, y, z)
     if length == 0:
-        if axis and kind not in {"fixed", "floating"}:
-            axis.fault("must have a length, got '0 0 0'", "xyz")
         return (1.0, 0.0, 0.0)
     return (x / length, y / length, z / length) if abs(length - 1) > 1e-9 else (x, y, z)
 

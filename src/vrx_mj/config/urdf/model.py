@@ -1,7 +1,7 @@
 """A robot as its URDF describes it: links with masses, shapes and looks, and joints; poses along them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import reduce
 from pathlib import Path
 from typing import Any
@@ -96,6 +96,8 @@ class Gazebo:
 
     thrusters: tuple[UrdfThruster, ...] = ()
     hydrodynamics: HydrodynamicsConfig | None = None
+    water: Mapping[str, Any] = field(default_factory=dict)
+    """Fields of `HydrodynamicsConfig` that are known where the rest is not; in a six None is what is not."""
     wind: tuple[float, float, float] | None = None
     """Coefficients, from VRX's wind plugin."""
     sensors: tuple[SensorConfig, ...] = ()
@@ -118,6 +120,8 @@ class Urdf:
     """The `<gazebo>` elements (lxml), in the order of the file."""
     namespace: str = ""
     """Namespace of the links' names: `wamv` of `wamv/base_link`; empty if they have none."""
+    remarks: tuple[str, ...] = ()
+    """What the file asks for and is not done, besides its Gazebo tags, each with its line."""
     label: str = ""
     """What messages call the text that line numbers are of; empty: the file."""
 

@@ -12,7 +12,7 @@ from vrx_mj.config.urdf.model import Joint, Link, Urdf
 from vrx_mj.config.urdf.xml_text import parse_robot
 from vrx_mj.errors import VrxWarning, nearest
 
-__all__ = ["read_urdf"]
+__all__ = ["checked_tree", "named", "read_urdf"]
 
 LIGHT = 0.01
 """Share of a robot's mass below which a link's impossible inertia does not matter."""
@@ -23,6 +23,9 @@ ODD = {
     "inertia": "impossible moments of inertia, one more than the sum of the other two; they are used as they are",
     "shapeless": "visuals without a geometry; they are ignored",
     "mesh": "meshes not found in the folders that may be read; they are not drawn",
+    "geometry": "shapes that MuJoCo has none like; they are ignored",
+    "unit": "links without <inertial>; by SDF each weighs 1 kg, with moments of inertia of 1 kg m2",
+    "submesh": "meshes of which a <submesh> is meant; they are used whole",
     "mimic": "joints that mimic another; the mimic is ignored",
     "element": "unknown elements; they are ignored",
 }
@@ -64,13 +67,10 @@ def read_urdf(
     materials, gazebo = material_colors(root)
     files = MeshFiles(file.absolute().parent, dict(packages or {}), tuple(package_paths))
     around = Surroundings(files, findings, materials, gazebo)
-    links = {link.name: link for link in (read_link(node, around) for node in _named(root, "link"))}
-    joints = {joint.name: joint for joint in (read_joint(node, links) for node in _named(root, "joint"))}
-    top = _checked_root(links, joints, root)
-    _check_masses(links, around, root)
+    links = {link.name: link for link in (read_link(node, around) for node in named(root, "link"))}
+    joints = {joint.name: joint for joint in (read_joint(node, links) for node in named(root, "joint"))}
     _note_misspelt(root)
-    findings.settle()
-    _warn(findings)
+    top = checked_tree(links, joints, around, root)
     return Urdf(
         file=file,
         name=root.attribute("name") or file.stem,
@@ -83,7 +83,20 @@ def read_urdf(
     )
 
 
-def _named(root: Node, tag: str) -> list[Node]:
+def checked_tree(links: Mapping[str, Link], joints: Mapping[str, Joint], around: Surroundings, root: Node) -> str:
+    """The root link of a robot whose links hang together and can exist; what is suspicious is warned of.
+
+    Raises:
+        ConfigError: With everything that is wrong.
+    """
+    top = _checked_root(links, joints, root)
+    _check_masses(links, around, root)
+    root.findings.settle()
+    _warn(root.findings)
+    return top
+
+
+def named(root: Node, tag: str) -> list[Node]:
     """Elements of this name, with names of their own that none shares."""
     nodes = root.children(tag)
     lines: dict[str, int | None] = {}
@@ -98,7 +111,7 @@ def _named(root: Node, tag: str) -> list[Node]:
 def _checked_root(links: Mapping[str, Link], joints: Mapping[str, Joint], root: Node) -> str:
     """The root link; a file whose joints name links that are not there has other problems first."""
     if not links:
-        root.fault("has no links", "robot")
+        root.fault("has no links", root.tag)
     if not links or root.findings.problems:
         return ""
     return root_of(links, joints, root.findings)
@@ -108,7 +121,7 @@ def _check_masses(links: Mapping[str, Link], around: Surroundings, root: Node) -
     """A robot has a mass; the inertia of a link that is no small part of it can exist."""
     total = sum(link.inertial.mass for link in links.values() if link.inertial)
     if links and total == 0 and not around.findings.problems:
-        root.fault("no link has a mass", "robot")
+        root.fault("no link has a mass", root.tag)
     for node, name, excess, words in around.impossible:
         inertial = links[name].inertial
         if excess > SLIGHT and inertial and inertial.mass > LIGHT * total:
@@ -132,4 +145,4 @@ def _note_misspelt(root: Node) -> None:
 def _warn(findings: Findings) -> None:
     for kind, things in findings.odd.items():
         names = ", ".join(things[:8]) + (f" and {len(things) - 8} more" if len(things) > 8 else "")
-        warnings.warn(f"{findings.file}: {ODD[kind]}: {names}", VrxWarning, stacklevel=3)
+        warnings.warn(f"{findings.file}: {ODD[kind]}: {names}", VrxWarning, stacklevel=4)

@@ -428,7 +428,7 @@ def test_a_newer_hull_without_points_carries_nothing():
         ),
         (
             "boat.urdf:3: gazebo / plugin 'vrx::SimpleHydrodynamics': no hull (Surface plugin) with points belongs to "
-            "it; it has no buoyancy"
+            "it; its shapes displace the water"
         ),
     )
 
