@@ -125,3 +125,77 @@ def test_launch_files_of_vrx(packages, tmp_path, line, world, boats):
         count = f"{len(boats)} boat{'s' * (len(boats) > 1)}"
         assert f"{world}: {count}, {', '.join(sorted(boats))}" in one.text
         assert ("paused" in one.text) == ("demo" in line)
+
+
+BOAT = """
+  <group ns="{name}">
+    <param name="robot_description" command="$(find xacro)/xacro '$(arg urdf)' thruster_config:={layout}
+           {sensors} namespace:={name}"/>
+    <node name="spawn_model" pkg="gazebo_ros" type="spawn_model" respawn="false" output="screen"
+          args="-x {x} -y {y} -z 0.1 -R 0 -P 0 -Y {yaw} -urdf -param robot_description -model {name}"/>
+  </group>"""
+MULTI = """<?xml version="1.0"?>
+<launch>
+  <arg name="world" default="$(find vrx_gazebo)/worlds/sandisland.world"/>
+  <arg name="gui" default="true"/>
+  <arg name="verbose" default="false"/>
+  <arg name="paused" default="false"/>
+  <arg name="extra" default=""/>
+  <arg name="urdf" default="$(find wamv_gazebo)/urdf/wamv_gazebo.urdf.xacro"/>
+  <include file="$(find gazebo_ros)/launch/empty_world.launch">
+    <arg name="world_name" value="$(arg world)"/>
+    <arg name="verbose" value="$(arg verbose)"/>
+    <arg name="paused" value="$(arg paused)"/>
+    <arg name="use_sim_time" value="true"/>
+    <arg name="gui" value="$(arg gui)"/>
+    <arg name="enable_ros_network" value="true"/>
+    <arg name="extra_gazebo_args" value="$(arg extra)"/>
+  </include>{boats}
+</launch>
+"""
+FLEET = [
+    {"name": "defender_a", "layout": "T", "sensors": "vrx_sensors_enabled:=true", "x": 158, "y": 108, "yaw": -2.76},
+    {"name": "defender_b", "layout": "H", "sensors": "gps_enabled:=true", "x": 148, "y": 98, "yaw": -1.19},
+    {"name": "wamv", "layout": "X", "sensors": "", "x": 138, "y": 108, "yaw": 0.4},
+]
+"""Boats as the guide of VRX spawns them, and a third one."""
+
+
+@pytest.fixture
+def team(tmp_path):
+    """A package of a team's own."""
+    folder = tmp_path / "rxi"
+    (folder / "launch").mkdir(parents=True)
+    head = "<package><name>rxi</name><version>0.1.0</version><description>x</description>"
+    tail = '<maintainer email="a@example.org">x</maintainer><license>x</license></package>'
+    (folder / "package.xml").write_text(head + tail, encoding="utf-8")
+    return folder
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_boats_of_the_guide_join_a_world_without_boats(packages, tmp_path, team, count):
+    boats = "".join(BOAT.format(**boat) for boat in FLEET[:count])
+    text = MULTI.replace("{boats}", boats)
+    (team / "launch" / "rxi_multi.launch").write_text(text, encoding="utf-8")
+    line = f"roslaunch rxi rxi_multi.launch verbose:=true {EXTRA.replace('extra_gazebo_args', 'extra')}"
+    with launched(line, tmp_path, packages) as one:
+        topics = one.topics(*(f"/{boat['name']}/cmd_vel" for boat in FLEET[:count]))
+        assert "sand_island: no boats" in one.text
+        assert one.boats() == {boat["name"] for boat in FLEET[:count]}
+        assert {"/defender_a/thrusters/lateral_thrust_cmd", "/defender_a/sensors/imu/imu/data"} <= topics
+        assert "/defender_b/sensors/gps/gps/fix" in topics
+        assert not {topic for topic in topics if topic.startswith("/defender_b/sensors/imu")}
+        assert ("/wamv/thrusters/left_front_thrust_cmd" in topics) == (count == 3)
+        assert '"<?xml' in tools("rosparam get /defender_b/robot_description", one.port, tmp_path)[:10]
+        north = float(
+            tools("rostopic echo -n 1 /defender_b/sensors/gps/gps/fix/latitude", one.port, tmp_path).split()[0]
+        )
+        assert 21.30 < north < 21.32
+        assert "warning" not in one.text
+        again = (
+            f"{packages}/gazebo_ros/scripts/spawn_model -urdf -param /defender_a/robot_description -model defender_a"
+        )
+        assert tools(again, one.port, tmp_path) == (
+            "defender_a cannot join: spawn_urdf_model: invalid boat name 'defender_a': a boat of world sand_island has "
+            "this name\n"
+        )

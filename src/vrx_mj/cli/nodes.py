@@ -188,8 +188,18 @@ COMMANDS: Mapping[str, Callable[[Sequence[str], Path], list[Words]]] = {
     "playback": _playback,
 }
 """What makes command lines of `vrx-mj` of the arguments of a node, by its type."""
+
+
+def _spawn_model(words: Sequence[str], folder: Path) -> int:
+    """A model that joins the world that is served."""
+    from vrx_mj.cli.spawn_model import spawn_model
+
+    return spawn_model(words, folder)
+
+
 PROGRAMS: Mapping[str, Callable[[Sequence[str], Path], int]] = {
     "missing": _missing,
+    "spawn_model": _spawn_model,
     "xacro": _xacro,
     "xacro.py": _xacro,
 }

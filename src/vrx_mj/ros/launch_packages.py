@@ -23,7 +23,7 @@ NODES = {
         name: f"scripts/{name}"
         for name in (SERVING, "generate_wamv", "generate_worlds", "keydrive", "joydrive", "playback", "missing")
     },
-    "gazebo_ros": {name: f"scripts/{name}" for name in ("gzserver",)},
+    "gazebo_ros": {name: f"scripts/{name}" for name in ("gzserver", "spawn_model")},
     "xacro": {"xacro": "xacro", "xacro.py": "xacro.py"},
 }
 """Programs of each package, by the type of a node, and where they are."""

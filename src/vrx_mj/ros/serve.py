@@ -303,7 +303,8 @@ def _opened(transports: Sequence[Transport]) -> Iterator[list[str]]:
 def _greet(server: RosServer, wanted: Wanted, report: Report) -> None:
     sim, tables = server.sim, server.tables
     boats = ", ".join(sim.boats) if len(sim.boats) <= 8 else f"{sim.boats[0]} ... {sim.boats[-1]}"
-    report("INFO", f"{sim.world.name}: {len(sim.boats)} {'boat' if len(sim.boats) == 1 else 'boats'}, {boats}")
+    count = f"{len(sim.boats)} {'boat' if len(sim.boats) == 1 else 'boats'}, {boats}" if sim.boats else "no boats"
+    report("INFO", f"{sim.world.name}: {count}")
     for dialect, table in tables.items():
         names = " by VRX 3's names" if dialect == "vrx3" else ""
         counts = f"{len(table.outputs)} topics out{names}, {len(table.inputs)} in, {len(table.services)} services"

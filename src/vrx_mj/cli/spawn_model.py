@@ -1,0 +1,168 @@
+"""The node `spawn_model` of gazebo_ros: a model of a parameter or a file joins the world that is served."""
+
+import math
+import signal
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vrx_mj.cli.screen import show
+from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
+from vrx_mj.frames import quaternion
+
+if TYPE_CHECKING:
+    from vrx_mj.ros.messages import Message
+    from vrx_mj.ros.ros1.client import Client
+
+__all__ = ["spawn_model"]
+
+FLAGS = ("urdf", "sdf", "stdin", "unpause", "b", "gazebo", "package_to_model")
+"""Options without a value."""
+VALUED = ("file", "param", "database", "model", "x", "y", "z", "R", "P", "Y", "reference_frame", "gazebo_namespace",
+          "robot_namespace", "wait", "J")  # fmt: skip
+"""Options with a value; that of -J is two words."""
+SOURCES = ("file", "param", "stdin", "database")
+PATIENCE = 300.0
+"""Wall time that a world may take until it is served [s]: the first on a machine compiles its kernels."""
+MOST_CHARACTERS = 20_000_000
+"""Characters of a description, at most."""
+
+
+def spawn_model(words: Sequence[str], folder: Path) -> int:
+    """Spawn a model by the options of gazebo_ros, and return the exit code.
+
+    Raises:
+        CommandError: an option is wrong, or the world refuses the model.
+        NetworkError: no world is served.
+    """
+    given = _options(words)
+    from vrx_mj.ros.ros1.client import Client
+
+    client = Client("spawn_model")
+    text = _description(given, client, folder)
+    model = _name(given, text)
+    gazebo = given.get("gazebo_namespace", "/gazebo").rstrip("/")
+    kind = "sdf" if "sdf" in given else "urdf"
+    client.wait(f"{gazebo}/spawn_{kind}_model", PATIENCE)
+    if "wait" in given:
+        _wait_for(client, gazebo, given["wait"])
+    answer = client.call(f"{gazebo}/spawn_{kind}_model", "gazebo_msgs/SpawnModel", _request(given, model, text))
+    if not answer.success:
+        raise CommandError(f"{model} cannot join: {answer.status_message}")
+    show(answer.status_message)
+    if "unpause" in given:
+        from vrx_mj.ros.messages import new
+
+        client.call(f"{gazebo}/unpause_physics", "std_srvs/Empty", new("std_srvs/EmptyRequest"))
+    if "b" in given:
+        _stay(client, gazebo, model)
+    return 0
+
+
+def _options(words: Sequence[str]) -> dict[str, str]:
+    """Options by name; those without a value are empty."""
+    found: dict[str, str] = {}
+    left = list(words)
+    while left:
+        word = left.pop(0)
+        name = word.lstrip("-")
+        if not word.startswith("-") or name not in {*FLAGS, *VALUED}:
+            raise UnknownNameError("option of spawn_model", word, [f"-{one}" for one in (*FLAGS, *VALUED)])
+        if name in FLAGS:
+            found[name] = ""
+            continue
+        if not left:
+            raise CommandError(f"-{name} needs a value")
+        found[name] = left.pop(0)
+        if name == "J":
+            show(f"-J {found.pop('J')} {left.pop(0) if left else ''} is ignored: joints begin at 0", "yellow")
+    if "model" not in found:
+        raise CommandError("spawn_model needs -model NAME")
+    sources = [name for name in SOURCES if name in found]
+    if len(sources) != 1:
+        raise CommandError(f"spawn_model needs one of -file, -param and -stdin, got {', '.join(sources) or 'none'}")
+    return found
+
+
+def _description(given: Mapping[str, str], client: "Client", folder: Path) -> str:
+    """The text of a model."""
+    if "database" in given:
+        raise CommandError("-database is not supported: give -file with the path of its model.sdf, and -sdf")
+    if "param" in given:
+        text = str(client.parameter(given["param"]))
+    elif "file" in given:
+        file = folder / given["file"]
+        try:
+            text = file.read_bytes()[:MOST_CHARACTERS].decode("utf-8", "replace")
+        except OSError as error:
+            raise CommandError(f"{file}: cannot be read: {error.strerror}") from None
+    else:
+        text = sys.stdin.read(MOST_CHARACTERS)
+    if not text.strip():
+        raise CommandError(f"the description of {given['model']} is empty")
+    return text
+
+
+def _name(given: Mapping[str, str], text: str) -> str:
+    """The name of the model here: the namespace of its links, which is that of its topics."""
+    from vrx_mj.config.urdf.xml_text import namespace_of
+
+    own = "" if "sdf" in given else namespace_of(text)
+    if own and own != given["model"]:
+        show(f"-model {given['model']}: the model is called {own} here, as its links and topics are", "yellow")
+    return own or given["model"]
+
+
+def _request(given: Mapping[str, str], model: str, text: str) -> "Message":
+    """The request of the service."""
+    from vrx_mj.ros.messages import new
+
+    x, y, z, roll, pitch, yaw = (_number(given, name) for name in ("x", "y", "z", "R", "P", "Y"))
+    qw, qx, qy, qz = quaternion(roll, pitch, yaw)
+    pose = new(
+        "geometry_msgs/Pose",
+        position=new("geometry_msgs/Point", x=x, y=y, z=z),
+        orientation=new("geometry_msgs/Quaternion", x=qx, y=qy, z=qz, w=qw),
+    )
+    return new(
+        "gazebo_msgs/SpawnModelRequest",
+        model_name=model,
+        model_xml=text,
+        robot_namespace=given.get("robot_namespace", ""),
+        initial_pose=pose,
+        reference_frame=given.get("reference_frame", ""),
+    )
+
+
+def _number(given: Mapping[str, str], name: str) -> float:
+    """A number of the pose."""
+    try:
+        value = float(given.get(name, "0"))
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise CommandError(f"invalid -{name} '{given[name]}': a number is needed")
+    return value
+
+
+def _wait_for(client: "Client", gazebo: str, model: str) -> None:
+    """Wait for another model."""
+    from vrx_mj.ros.messages import new
+
+    request = new("gazebo_msgs/GetModelStateRequest", model_name=model)
+    end = time.monotonic() + PATIENCE
+    while not client.call(f"{gazebo}/get_model_state", "gazebo_msgs/GetModelState", request).success:
+        if time.monotonic() > end:
+            raise NetworkError(f"the model '{model}' of -wait did not come within {PATIENCE:g} s")
+        time.sleep(0.2)
+
+
+def _stay(client: "Client", gazebo: str, model: str) -> None:
+    """Wait for Ctrl-C or SIGTERM, and delete the model."""
+    from vrx_mj.ros.messages import new
+
+    signal.sigwait({signal.SIGINT, signal.SIGTERM})
+    request = new("gazebo_msgs/DeleteModelRequest", model_name=model)
+    show(client.call(f"{gazebo}/delete_model", "gazebo_msgs/DeleteModel", request).status_message)

@@ -1,0 +1,134 @@
+"""`spawn_model`: options as gazebo_ros has them, and what it asks of a served world."""
+
+import math
+from pathlib import Path
+
+import pytest
+
+from ros1_served import Served, free_port, small_table
+from vrx_mj.cli.spawn_model import spawn_model
+from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
+from vrx_mj.ros.interface import Service
+from vrx_mj.ros.messages import new
+from vrx_mj.ros.ros1.client import Client
+
+URDF = '<robot name="cat"><link name="cat/base_link"/></robot>'
+HERE = Path()
+
+
+@pytest.fixture
+def asked():
+    return []
+
+
+@pytest.fixture
+def served(asked, monkeypatch):
+    """A master with the services of Gazebo, whose requests are kept."""
+    table = small_table("wamv")
+
+    def answering(name, kind, **fields):
+        def answer(request):
+            asked.append((name, request))
+            if getattr(request, "model_name", "") == "dog":
+                return new(f"{kind}Response", success=False, status_message="no dogs")
+            return new(f"{kind}Response", **fields)
+
+        table.services[f"/gazebo/{name}"] = Service(f"/gazebo/{name}", kind, answer)
+
+    done = {"success": True, "status_message": "cat joins"}
+    answering("spawn_urdf_model", "gazebo_msgs/SpawnModel", **done)
+    answering("spawn_sdf_model", "gazebo_msgs/SpawnModel", **done)
+    answering("get_model_state", "gazebo_msgs/GetModelState", success=True)
+    answering("unpause_physics", "std_srvs/Empty")
+    table.parameters["/fleet/robot_description"] = URDF
+    with Served(free_port(), table) as one:
+        monkeypatch.setenv("ROS_MASTER_URI", one.uri)
+        yield one
+
+
+def test_a_parameter_of_the_namespace_joins_where_the_options_say(served, asked, monkeypatch, capsys):
+    monkeypatch.setenv("ROS_NAMESPACE", "/fleet")
+    words = "-urdf -param robot_description -model cat -x -532 -y 1.62e2 -z .1 -R 0 -P 0 -Y 1.5707963267948966"
+    assert spawn_model([*words.split(), "-reference_frame", "dock", "-wait", "dock", "-unpause"], HERE) == 0
+    assert [name for name, _ in asked] == ["get_model_state", "spawn_urdf_model", "unpause_physics"]
+    request = asked[1][1]
+    assert (request.model_name, request.model_xml, request.robot_namespace) == ("cat", URDF, "")
+    assert request.reference_frame == "dock"
+    position, turn = request.initial_pose.position, request.initial_pose.orientation
+    assert (position.x, position.y, position.z) == (-532.0, 162.0, 0.1)
+    assert (turn.x, turn.y) == (0.0, 0.0)
+    assert (turn.w, turn.z) == pytest.approx((math.sqrt(0.5), math.sqrt(0.5)))
+    assert capsys.readouterr().err == "cat joins\n"
+
+
+def test_a_file_of_sdf_goes_to_its_service(served, asked, tmp_path):
+    (tmp_path / "model.sdf").write_text("<sdf><model name='buoy'/></sdf>", encoding="utf-8")
+    assert spawn_model(["-sdf", "-file", "model.sdf", "-model", "buoy_1", "-x", "3"], tmp_path) == 0
+    ((name, request),) = asked
+    assert (name, request.model_name, request.initial_pose.position.x) == ("spawn_sdf_model", "buoy_1", 3.0)
+
+
+def test_the_namespace_of_the_links_is_the_name(served, asked, capsys):
+    assert spawn_model(["-urdf", "-param", "/fleet/robot_description", "-model", "wamv", "-J", "a", "1"], HERE) == 0
+    assert asked[0][1].model_name == "cat"
+    assert capsys.readouterr().err == (
+        "-J a 1 is ignored: joints begin at 0\n"
+        "-model wamv: the model is called cat here, as its links and topics are\n"
+        "cat joins\n"
+    )
+
+
+def test_what_the_world_refuses_is_an_error(served, tmp_path):
+    (tmp_path / "dog.urdf").write_text("<robot/>", encoding="utf-8")
+    with pytest.raises(CommandError) as caught:
+        spawn_model(["-urdf", "-file", "dog.urdf", "-model", "dog"], tmp_path)
+    assert str(caught.value) == "dog cannot join: no dogs"
+
+
+WRONG = {
+    "-urdf -param a": "spawn_model needs -model NAME",
+    "-urdf -model a": "spawn_model needs one of -file, -param and -stdin, got none",
+    "-urdf -model a -file b -param c": "spawn_model needs one of -file, -param and -stdin, got file, param",
+    "-urdf -model": "-model needs a value",
+    "-model a -database b": "-database is not supported: give -file with the path of its model.sdf, and -sdf",
+    "-urdf -model a -file none.urdf": "none.urdf: cannot be read: No such file or directory",
+    "-urdf -model a -param /none": "no parameter /none at the master {uri}",
+    "-urdf -model a -param /fleet/robot_description -x east": "invalid -x 'east': a number is needed",
+    "-urdf -model a -param /fleet/robot_description -x nan": "invalid -x 'nan': a number is needed",
+}
+
+
+@pytest.mark.parametrize("line", WRONG)
+def test_wrong_options_are_errors(served, line):
+    with pytest.raises(CommandError) as caught:
+        spawn_model(line.split(), HERE)
+    assert str(caught.value) == WRONG[line].format(uri=served.uri)
+
+
+def test_an_unknown_option_is_an_error():
+    with pytest.raises(UnknownNameError, match=r"no option of spawn_model named '-modle'; did you mean '-model'\?"):
+        spawn_model(["-modle", "a"], HERE)
+
+
+def test_without_a_master_the_address_is_named(monkeypatch):
+    port = free_port()
+    monkeypatch.setenv("ROS_MASTER_URI", f"http://127.0.0.1:{port}")
+    with pytest.raises(NetworkError) as caught:
+        spawn_model(["-urdf", "-model", "a", "-param", "b"], HERE)
+    assert str(caught.value) == (
+        f"no answer of a ROS master at http://127.0.0.1:{port}: [Errno 111] Connection refused"
+    )
+
+
+def test_a_client_names_what_is_missing_and_what_is_refused(served):
+    client = Client("one")
+    with pytest.raises(NetworkError) as caught:
+        client.wait("/nowhere", 0.1)
+    assert str(caught.value) == f"the service /nowhere did not come within 0.1 s at the master {served.uri}"
+    with pytest.raises(NetworkError, match="no service /nowhere at the master"):
+        client.call("/nowhere", "std_srvs/Empty", new("std_srvs/EmptyRequest"))
+    with pytest.raises(CommandError) as refused:
+        client.call("/failing", "std_srvs/Trigger", new("std_srvs/TriggerRequest"))
+    assert str(refused.value) == "/failing: no boat is named wamv9"
+    with pytest.raises(CommandError, match=r"/trigger: .*md5"):
+        client.call("/trigger", "std_srvs/Empty", new("std_srvs/EmptyRequest"))
