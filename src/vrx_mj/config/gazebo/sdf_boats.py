@@ -1,7 +1,7 @@
 """Boats written in SDF: a model with its links, joints, plugins and sensors, as the robot that a URDF describes."""
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from vrx_mj.config.gazebo.models import (
     model_name,
 )
 from vrx_mj.config.gazebo.sdf_frames import MODEL, NESTED, Given, Scope, given_pose
-from vrx_mj.config.gazebo.sdf_links import Body, inside_link, read_sdf_joint, read_sdf_link
+from vrx_mj.config.gazebo.sdf_links import WORLD, Body, inside_link, read_sdf_joint, read_sdf_link
 from vrx_mj.config.search import display, package_paths
 from vrx_mj.config.tree import File, Place
 from vrx_mj.config.urdf.elements import FILE, Findings, Node
@@ -23,7 +23,6 @@ from vrx_mj.config.urdf.links import Surroundings
 from vrx_mj.config.urdf.meshes import MeshFiles
 from vrx_mj.config.urdf.model import Joint, Urdf
 from vrx_mj.config.urdf.reader import checked_tree
-from vrx_mj.config.urdf.xacro_files import own_packages
 from vrx_mj.errors import ConfigError, VrxError
 
 __all__ = ["is_boat", "read_boat"]
@@ -32,6 +31,8 @@ DEEPEST = 8
 """Models that may be in each other."""
 MOST_INCLUDES = 100
 """Models that a boat may include altogether."""
+MOST_ELEMENTS = 50_000
+"""Elements of all of them together."""
 LAST_LINE = 65_535
 """Largest number of a line that libxml2 keeps."""
 _URI = re.compile(r"(models?|file)://([^/].*)", re.DOTALL)
@@ -66,7 +67,8 @@ class _Reader:
     def __init__(self, model: Element, file: Path, version: str) -> None:
         self.file = file
         self.findings = Findings(display(file))
-        self.packages = own_packages()
+        self.packages: dict[str, Path] = {}
+        self.elements = 0
         self.folder = file.absolute().parent
         self.root = Node(self.tree(model, self.folder, self.findings.file), "", self.findings)
         folders = MeshFiles(self.folder, self.packages, package_paths())
@@ -81,14 +83,21 @@ class _Reader:
         """All of it."""
         self.gather(self.root, Scope(), self.folder, 0)
         if self.root.flag("static", False):
-            self.remarks.append((self.root, "static is ignored; everything floats and falls"))
+            self.remarks.append(
+                (
+                    Node(self.root.element, self.root.tag, self.findings),
+                    "static is ignored; everything floats and falls",
+                )
+            )
         self.move_frames()
         body = self.body
         links = {name: read_sdf_link(body, name) for name in body.links}
         joints: dict[str, Joint] = {}
         for node, scope in self.joints:
             joint = read_sdf_joint(body, node, scope)
-            if joint is not None and joint.name in joints:
+            if joint is None and WORLD in {node.text("parent"), node.text("child")}:
+                self.remarks.append((node, "nothing fixes the boat in place: a joint to the world is ignored"))
+            elif joint is not None and joint.name in joints:
                 node.fault(f"duplicate name: line {joints[joint.name].line} has a joint of this name")
             elif joint is not None:
                 joints[joint.name] = joint
@@ -103,6 +112,7 @@ class _Reader:
             gazebo=gazebo,
             namespace=top.partition("/")[0] if "/" in top else "",
             label=self.findings.file,
+            is_sdf=True,
             remarks=(*(f"{node.place}: {node.path}: {text}" for node, text in self.remarks), *self.offset(top)),
         )
 
@@ -190,6 +200,10 @@ class _Reader:
         except VrxError as error:
             include.fault(str(error), "uri")
             return None
+        self.elements += sum(1 for _ in model.walk())
+        if self.elements > MOST_ELEMENTS:
+            include.fault(f"more than {MOST_ELEMENTS} elements in all models that are included")
+            return None
         tree = self.tree(model, file.parent, "")
         tree.set("name", include.text("name") or model.attributes.get("name") or name)
         if (include.attribute("merge") or "").lower() in {"true", "1"}:
@@ -219,17 +233,18 @@ class _Reader:
         for name, (node, scope) in self.body.links.items():
             found = [*node.children("sensor"), *node.children("plugin")]
             if found:
-                around = etree.SubElement(self.root.element, "gazebo", reference=name)
-                _sourced(around, node.element)
                 for part in found:
                     self.placed(part, name, scope)
-                    around.append(part.element)
-                yield around
-        around = etree.SubElement(self.root.element, "gazebo")
-        _sourced(around, self.root.element)
-        for plugin in self.plugins:
-            around.append(plugin.element)
-        yield around
+                yield self.tag(etree.Element("gazebo", reference=name), node, found)
+        yield self.tag(etree.Element("gazebo"), self.root, self.plugins)
+
+    def tag(self, made: Any, source: Node, parts: Sequence[Node]) -> Any:
+        """An element with these in it, at the line of another; each in the file that it comes from."""
+        made.sourceline = source.line
+        for part in parts:
+            part.element.set(FILE, part.file)
+            made.append(part.element)
+        return made
 
     def placed(self, sensor: Node, link: str, scope: Scope) -> None:
         """Write the pose of a sensor in the frame that its link has in a URDF."""
@@ -268,10 +283,3 @@ def _lxml(element: Element, around: str, uri: Callable[[str], str]) -> Any:
     for child in element.children:
         made.append(_lxml(child, element.place.file.name, uri))
     return made
-
-
-def _sourced(made: Any, source: Any) -> None:
-    """Have an element of ours at the line and in the file of another."""
-    made.sourceline = source.sourceline
-    if source.get(FILE):
-        made.set(FILE, source.get(FILE))

@@ -24,7 +24,7 @@ from vrx_mj.config.wording import choice, shown
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.frames import Pose, apply, compose, inverse, rotation
 
-__all__ = ["Body", "inside_link", "read_sdf_joint", "read_sdf_link"]
+__all__ = ["WORLD", "Body", "inside_link", "read_sdf_joint", "read_sdf_link"]
 
 UNIT = 1.0
 """Mass [kg] and moments of inertia [kg m2] of a link that gives none, by SDF."""

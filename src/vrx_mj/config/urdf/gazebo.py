@@ -378,7 +378,7 @@ def read_gazebo(urdf: Urdf) -> Gazebo:
     """
     scope, forces = Scope(urdf, Findings(urdf.label or display(urdf.file))), _Forces()
     for element in urdf.gazebo:
-        _read_element(Node(element, "gazebo", scope.findings), scope, forces)
+        _read_element(Node(element, "" if urdf.is_sdf else "gazebo", scope.findings), scope, forces)
     if forces.newer_drag is not None and forces.water is None:
         forces.water = read_newer_hydrodynamics(forces.newer_drag, forces.newer_hulls, scope)
         forces.known |= {} if forces.water else _coefficients(forces.newer_drag)
@@ -402,7 +402,7 @@ def _read_element(node: Node, scope: Scope, forces: _Forces) -> None:
     """One `<gazebo>`, about a link or about the whole robot."""
     reference = node.attribute("reference")
     if reference:
-        node.path = f"gazebo '{reference}'"
+        node.path = f"{'link' if scope.urdf.is_sdf else 'gazebo'} '{reference}'"
     if reference and reference not in scope.urdf.links and reference not in scope.urdf.joints:
         scope.warn(node, f"no link or joint named '{reference}'; the element is ignored")
         return

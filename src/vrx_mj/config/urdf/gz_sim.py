@@ -41,7 +41,7 @@ def read_fossen(node: Node, scope: Scope) -> Known:
     if crossed:
         scope.warn(node, f"coefficients off the diagonal are ignored: {', '.join(dict.fromkeys(crossed))}")
     if any(node.values("default_current", "x y z", (0.0, 0.0, 0.0))):
-        scope.warn(node, "default_current is ignored; a world's `sea: current` moves the water")
+        scope.warn(node, "default_current is ignored: the water has no current here")
     mass = tuple(_size(node, f"{axis[0]}Dot{axis[1]}") for axis in AXES)
     if node.flag("disable_added_mass", False):
         mass = (0.0,) * 6

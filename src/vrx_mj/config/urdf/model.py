@@ -122,6 +122,8 @@ class Urdf:
     """Namespace of the links' names: `wamv` of `wamv/base_link`; empty if they have none."""
     remarks: tuple[str, ...] = ()
     """What the file asks for and is not done, besides its Gazebo tags, each with its line."""
+    is_sdf: bool = False
+    """Whether the file is a model of Gazebo: its plugins and sensors are in no `<gazebo>` there."""
     label: str = ""
     """What messages call the text that line numbers are of; empty: the file."""
 
