@@ -147,8 +147,9 @@ def test_what_was_spawned_is_moved_as_what_was_there():
     sim.step(duration=0.1)
     assert sim.observe_object("buoy").position[0] > 95.0
     sim.spawn_object("post", model="post", pose=[100, -90, 0, 0, 0, 0])
-    with pytest.raises(UnknownNameError, match="no floating object named 'post'"):
+    with pytest.raises(CommandError) as raised:
         sim.set_object("post", pose=(95, -90, 0, 0, 0, 0))
+    assert str(raised.value) == "post cannot be moved: it is fixed; remove it, and spawn it elsewhere"
 
 
 def test_a_boat_runs_into_what_was_spawned():

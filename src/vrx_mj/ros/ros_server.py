@@ -6,15 +6,20 @@ Only this touches the simulation, and only between two calls of `advance`.
 import math
 import tempfile
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.config.gazebo.text_models import model_of_text
 from vrx_mj.config.urdf.xml_text import in_namespace
 from vrx_mj.constants import EARLY
-from vrx_mj.errors import CommandError, SensorError, VrxError
+from vrx_mj.errors import CommandError, ConfigError, SensorError, VrxError
+from vrx_mj.frames import compose
 from vrx_mj.ros.autopilot import Autopilot, HeldThrust
 from vrx_mj.ros.diagnosis import Diagnosis
 from vrx_mj.ros.interface import Call, Command, Dialect, Inbox, Output, RosInterface, Sent, Transport, dialect_of
@@ -235,8 +240,35 @@ ALL = 1 << 62
 """Steps."""
 LONGEST_STEP = 3600.0
 """Of the service that steps [s]."""
-LARGEST_URDF = 1 << 24
-"""Characters of a URDF that joins, at most."""
+LARGEST_TEXT = 1 << 24
+"""Characters of a URDF or SDF that joins, at most."""
+
+
+class Newcomer(NamedTuple):
+    """A boat, an object or a dock that joined, as it was given."""
+
+    text: str
+    """URDF, or SDF."""
+    pose: Sequence[float]
+    """x, y, z, roll, pitch, yaw [m, rad]."""
+    is_urdf: bool
+
+
+@contextmanager
+def _named_text(name: str) -> Iterator[None]:
+    """Around the reading of a text that came over a network: errors name it, not the file that it was written to."""
+    try:
+        yield
+    except ConfigError as error:
+        raise ConfigError(
+            [problem if problem.file.startswith("<") else replace(problem, file=name) for problem in error.problems]
+        ) from None
+
+
+def check_length(name: str, kind: str, text: str) -> None:
+    """Refuse a text that is too long to be parsed."""
+    if len(text) > LARGEST_TEXT:
+        raise CommandError(f"{name}: the {kind} has {len(text)} characters; at most {LARGEST_TEXT} are allowed")
 
 
 class RosServer:
@@ -280,7 +312,7 @@ class RosServer:
         self.diagnosis = Diagnosis(sim, report)
         self._transports, self._inbox, self._report, self._clock_rate = transports, inbox, report, clock_rate
         self._autopilot, self._initial_poses, self._held = Autopilot(sim, report), InitialPoses(sim), HeldThrust(sim)
-        self._joined: dict[str, tuple[str, Sequence[float]]] = {}
+        self._joined: dict[str, Newcomer] = {}
         self._left: set[str] = set()
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._seen: tuple[float, Observation] | None = None
@@ -430,8 +462,8 @@ class RosServer:
 
     def description(self, boat: str) -> str:
         """A boat's URDF; a VrxError where the files that it was made of are not here."""
-        if boat in self._joined:
-            return in_namespace(self._joined[boat][0], boat)
+        if boat in self._joined and self._joined[boat].is_urdf:
+            return in_namespace(self._joined[boat].text, boat)
         return description(self.sim.world, boat)
 
     def spawn(self, name: str, urdf: str, pose: Sequence[float]) -> None:
@@ -440,22 +472,38 @@ class RosServer:
         Raises:
             VrxError: as `Simulation.spawn`.
         """
-        if len(urdf) > LARGEST_URDF:
-            raise CommandError(f"{name}: the URDF has {len(urdf)} characters; at most {LARGEST_URDF} are allowed")
+        check_length(name, "URDF", urdf)
         if "<robot" not in urdf:
             raise CommandError(f"{name}: invalid URDF: a <robot> element is needed")
-        self._spawn(name, urdf, pose)
-        self._left.discard(name)
-        self._changed()
+        self._join(name, Newcomer(urdf, pose, is_urdf=True))
         self._report("INFO", f"{name} joins at ({pose[0]:g}, {pose[1]:g}): /{name}/...")
 
+    def spawn_object(self, name: str, sdf: str, pose: Sequence[float]) -> str:
+        """Put the model of an SDF text into the world, at (x, y, z, roll, pitch, yaw) [m, rad, ENU].
+
+        What is known here by the model's name is taken from the catalogue; a model with thrusters is a boat. The result
+        says what the model is here.
+
+        Raises:
+            VrxError: as `Simulation.spawn_object`; the text is no SDF with a model.
+        """
+        check_length(name, "SDF", sdf)
+        lines = self._join(name, Newcomer(sdf, pose, is_urdf=False))
+        self._report("WARN" if lines[1:] else "INFO", "; ".join(lines))
+        return "; ".join(lines)
+
     def remove(self, name: str) -> None:
-        """Take a boat out of the world; errors are those of `Simulation.remove`."""
+        """Take a boat, an object or a dock out of the world; errors are those of `Simulation.remove`."""
         self.sim.remove(name)
         if self._joined.pop(name, None) is None:
             self._left.add(name)
         self._changed()
         self._report("INFO", f"{name} leaves")
+
+    def _join(self, name: str, newcomer: Newcomer) -> list[str]:
+        lines = self._spawn(name, newcomer)
+        self._changed()
+        return lines
 
     def moved(self) -> None:
         """Something was put somewhere."""
@@ -469,7 +517,7 @@ class RosServer:
         self._report("INFO", "the simulation is reset")
 
     def reset_simulation(self) -> None:
-        """Begin again at time 0 with the same seed, and with the boats that there are now.
+        """Begin again at time 0 with the same seed, and with the boats, objects and docks that there are now.
 
         Raises:
             CommandError: the run is being recorded: a recording is of one run.
@@ -477,8 +525,8 @@ class RosServer:
         self.sim.reset(self.sim.seed)
         for name in self._left:
             self.sim.remove(name)
-        for name, (urdf, pose) in self._joined.items():
-            self._spawn(name, urdf, pose)
+        for name, newcomer in self._joined.items():
+            self._spawn(name, newcomer)
         self._held.begin()
         self._changed()
         for post in self._publishers.values():
@@ -488,15 +536,29 @@ class RosServer:
             self.announce()  # the clock that is to be answered now
         self._report("INFO", "time restarts at 0")
 
-    def _spawn(self, name: str, urdf: str, pose: Sequence[float]) -> None:
-        self._folder = self._folder or tempfile.TemporaryDirectory(prefix="vrx_mj_urdf_")
-        file = Path(self._folder.name) / f"{len(self._joined)}.urdf"
-        file.write_text(urdf, encoding="utf-8")
-        self.sim.spawn(name, pose=pose, robot=file)
-        self._joined[name] = urdf, pose
+    def _spawn(self, name: str, newcomer: Newcomer) -> list[str]:
+        """Have a boat or object join; in words what it is."""
+        self._folder = self._folder or tempfile.TemporaryDirectory(prefix="vrx_mj_joined_")
+        folder, pose, lines = Path(self._folder.name), newcomer.pose, [f"{name} joins"]
+        if newcomer.is_urdf:
+            file = folder / f"{len(self._joined)}.urdf"
+            file.write_text(newcomer.text, encoding="utf-8", errors="replace")
+            self.sim.spawn(name, pose=pose, robot=file)
+        else:
+            with _named_text(f"SDF of {name}"):
+                found = model_of_text(newcomer.text, folder / "models")
+                x, y, z, roll, pitch, yaw = pose
+                pose = compose((x, y, z, roll, pitch, yaw), found.pose)
+                if found.is_boat:
+                    self.sim.spawn(name, pose=pose, robot=found.model)
+                else:
+                    self.sim.spawn_object(name, model=found.model, pose=pose)
+            lines = [f"{name} joins as {found.title}", *found.notes]
+        self._joined[name] = newcomer
+        return lines
 
     def _changed(self) -> None:
-        """Boats came or went, or time began anew."""
+        """Boats or objects came or went, or time began anew."""
         self._seen = None
         self.bodies.bind()
         self._autopilot.bind()

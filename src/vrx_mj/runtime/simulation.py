@@ -275,7 +275,8 @@ class Simulation(Roster):
 
         Raises:
             UnknownNameError: no floating object or dock has that name.
-            CommandError: the pose or the velocity is not six finite numbers, or there are too many contacts there.
+            CommandError: it is fixed, the pose or the velocity is not six finite numbers, or there are too many
+                contacts there.
         """
         self._live.set_object(name, pose, velocity)
 

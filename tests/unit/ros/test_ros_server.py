@@ -141,23 +141,24 @@ def test_a_fleet_of_one_urdf_has_the_names_of_each_boat(scene, tmp_path, monkeyp
         assert [one for one in names_of(fleet, boat) if not one.startswith(f"{boat}/")] == []
 
 
-SDF = (
-    "'buoy' is SDF: only boats described by a URDF can join a running world (spawn_urdf_model); buoys, docks and other "
-    "objects belong in the world's file"
-)
 ITS_OWN = "make both the same, or leave the namespace empty"
 NAMESPACE = f"model 'x' in the namespace 'y': a boat's name is its namespace; {ITS_OWN}"
 NOWHERE = {"model_name": "wamv1", "pose": {"position": {"x": math.nan}}}
 NOT_FINITE = "invalid pose.position [nan, 0.0, 0.0]: finite numbers are needed"
+NOBODY = "no boat, object or dock named 'wamv9'; did you mean 'wamv2'?"
 NO_URDF = "x: invalid URDF: a <robot> element is needed"
 
 
 @pytest.mark.parametrize(
     ("name", "kind", "fields", "message"),
     [
-        ("delete_model", "DeleteModel", {"model_name": "wamv9"}, "no boat named 'wamv9'; did you mean 'wamv2'?"),
+        (
+            "delete_model",
+            "DeleteModel",
+            {"model_name": "wamv9"},
+            "no boat, object or dock named 'wamv9'; did you mean 'wamv2'?",
+        ),
         ("get_model_state", "GetModelState", {"model_name": "wamv"}, "no model named 'wamv'; did you mean 'wamv2'?"),
-        ("spawn_sdf_model", "SpawnModel", {"model_name": "buoy"}, SDF),
         ("spawn_urdf_model", "SpawnModel", {"model_name": "x", "model_xml": "hello"}, NO_URDF),
         ("spawn_urdf_model", "SpawnModel", {"model_name": "x", "robot_namespace": "y"}, NAMESPACE),
         ("set_model_state", "SetModelState", {"model_state": NOWHERE}, NOT_FINITE),

@@ -20,10 +20,11 @@ from vrx_mj.config.shapes import MESH_SUFFIXES
 from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import WATER_DENSITY
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, shortened
 from vrx_mj.frames import Pose, compose, rotation
 
 __all__ = [
+    "PATHS",
     "SCHEME",
     "buoyancy_of",
     "follow_path",
@@ -382,6 +383,9 @@ class _Model:
             objects.append({"name": own if not taken else f"{own}_{taken}", "model": At(model, include.place),
                             "pose": pose_of(include)})  # fmt: skip
             self.report.note(include, "taken over", "`objects`")
+        if not objects:
+            names = ", ".join(dict.fromkeys(map(model_name, includes)))
+            raise self.model.fault(f"none of the models in it is known: {shortened(names)}")
         return {"objects": objects}
 
     def floating(self, shapes: Content) -> Content:

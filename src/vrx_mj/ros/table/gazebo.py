@@ -1,13 +1,13 @@
 """Gazebo's own topics and services, as far as VRX's users use them."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, VrxError
-from vrx_mj.frames import angles, conjugate, quaternion_product, rotation, rotation_matrix
+from vrx_mj.frames import Pose, angles, conjugate, quaternion_product, rotation, rotation_matrix
 from vrx_mj.ros.interface import Input, Output, Service
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.table.host import Host, Placed, header, pose_message, twist_message
@@ -117,7 +117,7 @@ def _service(host: Host, name: str, kind: str, do: Callable[[Host, Message], Map
     return Service(f"/gazebo/{name}", f"gazebo_msgs/{kind}", answer)
 
 
-# Boats that come and go
+# What comes and goes
 
 
 def _spawn(host: Host, asked: Message) -> Mapping[str, object]:
@@ -132,15 +132,13 @@ def _spawn(host: Host, asked: Message) -> Mapping[str, object]:
     return {"status_message": f"{name} joins; its topics begin with /{name}/"}
 
 
-def _spawn_sdf(_host: Host, asked: Message) -> Mapping[str, object]:
-    raise CommandError(
-        f"'{asked.model_name}' is SDF: only boats described by a URDF can join a running world (spawn_urdf_model); "
-        "buoys, docks and other objects belong in the world's file"
-    )
+def _spawn_sdf(host: Host, asked: Message) -> Mapping[str, object]:
+    pose = _pose(host, asked.initial_pose, asked.reference_frame)
+    return {"status_message": host.spawn_object(asked.model_name, asked.model_xml, pose)}
 
 
 def _delete(host: Host, asked: Message) -> Mapping[str, object]:
-    host.remove(asked.model_name)
+    host.remove(asked.model_name.replace("::", "/"))
     return {"status_message": f"{asked.model_name} leaves"}
 
 
@@ -168,8 +166,10 @@ def _get_link(host: Host, asked: Message) -> Mapping[str, object]:
 def _relative(host: Host, placed: Placed, frame: str) -> Placed:
     """Seen from another model or link."""
     base = host.bodies.frame(frame)
-    if base is None:
-        return placed
+    return placed if base is None else _seen_from(base, placed)
+
+
+def _seen_from(base: Placed, placed: Placed) -> Placed:
     turn = rotation_matrix(base.quaternion).T
     away = placed.position - base.position
     velocity = placed.velocity - base.velocity - np.cross(base.spin, away)
@@ -182,32 +182,44 @@ def _relative(host: Host, placed: Placed, frame: str) -> Placed:
 
 
 def _set_link(host: Host, state: Message) -> None:
-    model = host.bodies.model_of_link(state.link_name)
-    _put(host, model, state.pose, state.twist, state.reference_frame)
+    _put(host, [host.bodies.model_of_link(state.link_name)], state)
 
 
 def _set_model(host: Host, state: Message) -> None:
-    _put(host, host.bodies.named_model(state.model_name), state.pose, state.twist, state.reference_frame)
+    _put(host, host.bodies.parts(state.model_name), state)
 
 
-def _put(host: Host, name: str, pose: Message, twist: Message, frame: str) -> None:
-    """As Gazebo: the twist is set too, so that one that was not given stops the body."""
-    where = _pose(host, pose, frame)
-    linear, angular = _three("twist.linear", twist.linear), _three("twist.angular", twist.angular)
-    base = host.bodies.frame(frame)
+def _put(host: Host, parts: Sequence[str], state: Message) -> None:
+    """As Gazebo: the twist is set too, so that one that was not given stops the body.
+
+    The first of the parts goes to the pose, and the others keep their places beside it.
+    """
+    where = _pose(host, state.pose, state.reference_frame)
+    linear, angular = _three("twist.linear", state.twist.linear), _three("twist.angular", state.twist.angular)
+    base = host.bodies.frame(state.reference_frame)
     if base is not None:
         to_world = rotation_matrix(base.quaternion)
         linear, angular = to_world @ linear, to_world @ angular
-    to_body = np.array(rotation(*where[3:])).T
-    velocity = (*(to_body @ linear).tolist(), *(to_body @ angular).tolist())
-    if name in host.sim.boats:
-        host.sim.set_boat(name, pose=where, velocity=velocity)
-    else:
-        host.sim.set_object(name, pose=where, velocity=velocity)
+    for name, pose in zip(parts, list(_beside(host, parts, where)), strict=True):
+        to_body = np.array(rotation(*pose[3:])).T
+        velocity = (*(to_body @ linear).tolist(), *(to_body @ angular).tolist())
+        move = host.sim.set_boat if name in host.sim.boats else host.sim.set_object
+        move(name, pose=pose, velocity=velocity)
     host.moved()
 
 
-def _pose(host: Host, pose: Message, frame: str) -> tuple[float, ...]:
+def _beside(host: Host, parts: Sequence[str], where: Pose) -> Iterator[Pose]:
+    """Poses of the parts of a model whose first part goes to a pose: they stay beside it as they are now."""
+    yield where
+    first = host.bodies.model(parts[0])
+    turn = np.array(rotation(*where[3:]))
+    for name in parts[1:]:
+        now = _seen_from(first, host.bodies.model(name))
+        x, y, z = np.array(where[:3]) + turn @ now.position
+        yield x, y, z, *angles((turn @ rotation_matrix(now.quaternion)).tolist())
+
+
+def _pose(host: Host, pose: Message, frame: str) -> Pose:
     """x, y, z [m], roll, pitch, yaw [rad] in the world; a quaternion of zeros means no rotation, as in Gazebo."""
     position = _three("pose.position", pose.position)
     given = pose.orientation
@@ -220,7 +232,8 @@ def _pose(host: Host, pose: Message, frame: str) -> tuple[float, ...]:
     if base is not None:
         position = base.position + rotation_matrix(base.quaternion) @ position
         quaternion = quaternion_product(base.quaternion, quaternion)
-    return (*position.tolist(), *angles(rotation_matrix(quaternion).tolist()))
+    x, y, z = position.tolist()
+    return x, y, z, *angles(rotation_matrix(quaternion).tolist())
 
 
 def _three(what: str, given: Message) -> FloatArray:
@@ -238,14 +251,13 @@ def _world_properties(host: Host, _asked: Message) -> Mapping[str, object]:
 
 
 def _model_properties(host: Host, asked: Message) -> Mapping[str, object]:
-    name, parts = asked.model_name, host.bodies.parts(asked.model_name)
-    models = parts if parts and name not in host.bodies.models else [host.bodies.named_model(name)]
-    scope = f"{name.replace('/', '::')}::"
+    parts = host.bodies.parts(asked.model_name)
+    scope = f"{asked.model_name.replace('/', '::')}::"
     links = [link.removeprefix(scope) for link in host.bodies.links if link.startswith(scope)]
     return {
         "canonical_body_name": links[0] if links else "",
         "body_names": links,
-        "is_static": not any(one in host.sim.boats or _floats(host, one) for one in models),
+        "is_static": not any(one in host.sim.boats or _floats(host, one) for one in parts),
     }
 
 

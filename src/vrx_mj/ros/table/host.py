@@ -51,22 +51,28 @@ class Bodies:
         self.bind()
 
     def bind(self) -> None:
-        """Boats came or went, or the simulation began anew."""
+        """Boats or objects came or went, or the simulation began anew."""
         model, parameters = self._sim.model, self._sim.world.parameters
         self._data = mujoco.MjData(model)  # what steps keeps frames that are one step old
         self._then = -1.0
         boats = {name: hull.body for name, hull in zip(self._sim.boats, parameters.hulls, strict=True)}
         objects = {item.name: item.body for item in parameters.objects}
-        docks = {dock.name.partition("/")[0]: dock.bodies[0] for dock in parameters.docks}
+        docks = {dock.name: dock.bodies[0] for dock in parameters.docks}
         known = {str(model.body(index).name): index for index in range(1, model.nbody)}
-        named = {**boats, **objects, **docks}
-        self._models = {name: known[body] for name, body in named.items() if body in known}
+        singles = {name: known[body] for name, body in {**boats, **objects, **docks}.items() if body in known}
+        self._singles = {index: name for name, index in singles.items()}
+        self._models: dict[str, int] = {}
+        self._parts: dict[str, list[str]] = {}
+        for name, index in singles.items():
+            for model_name in _nested(name) if name.partition("/")[0] not in boats else [_gazebo(name)]:
+                self._models.setdefault(model_name, index)
+                self._parts.setdefault(model_name, []).append(name)
         self._links = {link_name(body, boats): index for body, index in known.items()}
 
     @property
     def models(self) -> Sequence[str]:
-        """Names of all models: boats, objects and docks."""
-        return tuple(self._models)
+        """Names of all models that are in no other: boats, objects, courses and docks."""
+        return tuple(name for name in self._models if "::" not in name)
 
     @property
     def links(self) -> Sequence[str]:
@@ -74,30 +80,23 @@ class Bodies:
         return tuple(self._links)
 
     def model(self, name: str) -> Placed:
-        """Where a model is; the errors are those of `named_model`."""
-        index = self._models[self.named_model(name)]
+        """Where a model is; one that is made of models is where the first of them is. Errors are those of `parts`."""
+        self.parts(name)
+        index = self._models[_gazebo(name)]
         self._refresh()
         return self._placed(index)
 
-    def named_model(self, name: str) -> str:
-        """A model's name as this world has it; models in models are also known by Gazebo's names, `buoys::red_0`.
+    def parts(self, name: str) -> Sequence[str]:
+        """The boat, object or dock that a model is, or all that it is made of, by their names in this world.
+
+        Models in models have Gazebo's names, as `buoys::red_0`, or ours, as `buoys/red_0`.
 
         Raises:
-            UnknownNameError: the name is unknown.
-            CommandError: it is made of models alone, so that it has no place of its own.
+            UnknownNameError: no model has that name.
         """
-        own = name.replace("::", "/")
-        if own in self._models:
-            return own
-        parts = self.parts(name)
-        if parts:
-            shown = f"{parts[0].replace('/', '::')}" + (f" and {len(parts) - 1} more" if len(parts) > 1 else "")
-            raise CommandError(f"the model '{name}' has no place of its own: give one of its models, {shown}")
-        raise UnknownNameError("model", name, self._models)
-
-    def parts(self, name: str) -> Sequence[str]:
-        """The models that are in a model of this name."""
-        return [model for model in self._models if model.startswith(f"{name.replace('::', '/')}/")]
+        if _gazebo(name) not in self._models:
+            raise UnknownNameError("model", name, self._models)
+        return self._parts[_gazebo(name)]
 
     def link(self, name: str) -> Placed:
         """Where a link is; UnknownNameError for an unknown name."""
@@ -117,21 +116,20 @@ class Bodies:
         return ((name, self._placed(index)) for name, index in self._links.items())
 
     def frame(self, name: str) -> Placed | None:
-        """A frame of reference: None for the world's, else a model's or a link's; errors as of `named_model`."""
+        """A frame of reference: None for the world's, else a model's or a link's; UnknownNameError if there is none."""
         if name in WORLD_FRAMES:
             return None
-        is_model = "::" not in name or name.replace("::", "/") in self._models
+        is_model = "::" not in name or name in self._models
         return self.model(name) if is_model else self.link(name)
 
     def model_of_link(self, name: str) -> str:
-        """The model whose own frame is this link; UnknownNameError or CommandError if it is none's."""
+        """The boat, object or dock whose own frame is this link; UnknownNameError or CommandError if it is none's."""
         index = self._links.get(name)
         if index is None:
             raise UnknownNameError("link", name, self._links)
-        for model, body in self._models.items():
-            if body == index:
-                return str(model)
-        raise CommandError(f"the link '{name}' has a parent link: only a model's first link can be placed")
+        if index not in self._singles:
+            raise CommandError(f"the link '{name}' has a parent link: only a model's first link can be placed")
+        return self._singles[index]
 
     def _placed(self, index: int) -> Placed:
         data, velocity = self._data, np.empty(6)
@@ -146,6 +144,17 @@ class Bodies:
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         mujoco.mj_comVel(model, data)
+
+
+def _gazebo(name: str) -> str:
+    """A name of ours, as `buoys/red_0`, as Gazebo has it."""
+    return name.replace("/", "::")
+
+
+def _nested(name: str) -> Iterator[str]:
+    """Gazebo's names of the models in which an object is, from the outermost on, and of itself."""
+    steps = name.split("/")
+    return ("::".join(steps[: count + 1]) for count in range(len(steps)))
 
 
 def link_name(body: str, boats: Collection[str]) -> str:
@@ -234,8 +243,11 @@ class Host(Protocol):
     def spawn(self, name: str, urdf: str, pose: Sequence[float]) -> None:
         """Put a boat of this URDF into the world, at (x, y, z, roll, pitch, yaw) [m, rad, ENU]."""
 
+    def spawn_object(self, name: str, sdf: str, pose: Sequence[float]) -> str:
+        """Put the model of an SDF text into the world, likewise; what it is here, in words."""
+
     def remove(self, name: str) -> None:
-        """Take a boat out of it."""
+        """Take a boat, an object or a dock out of it."""
 
     def moved(self) -> None:
         """Something was put somewhere."""

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from ros_scene import call as service
-from ros_scene import served
+from ros_scene import run, served
 from trees import partial
 from vrx_mj.frames import quaternion, rotation
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.table.boats import twist_commands
-from vrx_mj.ros.table.gazebo import gazebo_services
+from vrx_mj.ros.table.gazebo import gazebo_outputs, gazebo_services
 from vrx_mj.ros.table.host import Placed
 
 NORTH = quaternion(0.0, 0.0, math.pi / 2)
@@ -29,7 +29,7 @@ class Host:
     def __init__(self, **models):
         self.bodies = SimpleNamespace(
             model=models.__getitem__,
-            named_model=str,
+            parts=lambda name: [name],
             frame=lambda name: None if name in {"", "world"} else models[name],
         )
         self.sim = SimpleNamespace(time=2.0, boats=("a",), set_boat=self.put)
@@ -108,31 +108,189 @@ def test_a_twist_turns_to_port_by_more_to_starboard(names):
 
 
 PART = "short_navigation_course_0::red_bound_1"
-WHOLE = "get_model_state: the model 'short_navigation_course_0' has no place of its own: give one of its models, "
+WHOLE = {"model_name": "short_navigation_course_0"}
+
+
+def got(scene, name, kind, **fields):
+    return service(scene, f"/gazebo/{name}", f"gazebo_msgs/{kind}", **fields)
 
 
 def test_models_in_models_are_found_by_gazebos_names_and_by_ours(course):
-    """And what is made of models alone says which."""
+    """And what is made of models alone is where the first of them is."""
     scene = served(course)
-
-    def got(name, kind, **fields):
-        return service(scene, f"/gazebo/{name}", f"gazebo_msgs/{kind}", **fields)
-
     own = PART.replace("::", "/")
-    ours, theirs = (got("get_model_state", "GetModelState", model_name=name).pose.position for name in (own, PART))
+    ours, theirs = (
+        got(scene, "get_model_state", "GetModelState", model_name=name).pose.position for name in (own, PART)
+    )
     assert xyz(ours) == xyz(theirs) == [*scene.sim.observe_object(own).position]
-    assert xyz(got("get_link_state", "GetLinkState", link_name=f"{PART}::link").link_state.pose.position) == xyz(ours)
-    beside = got("get_model_state", "GetModelState", model_name="wamv", relative_entity_name=PART)
+    link = got(scene, "get_link_state", "GetLinkState", link_name=f"{PART}::link").link_state
+    assert xyz(link.pose.position) == xyz(ours)
+    beside = got(scene, "get_model_state", "GetModelState", model_name="wamv", relative_entity_name=PART)
     assert math.hypot(*xyz(beside.pose.position)) > 5.0
-    whole = {"model_name": "short_navigation_course_0"}
-    refused = got("get_model_state", "GetModelState", **whole)
-    assert not refused.success
-    assert refused.status_message == f"{WHOLE}short_navigation_course_0::red_bound_0 and 5 more"
-    properties = got("get_model_properties", "GetModelProperties", **whole)
+    whole = got(scene, "get_model_state", "GetModelState", **WHOLE)
+    first = scene.sim.observe_object("short_navigation_course_0/red_bound_0")
+    assert xyz(whole.pose.position) == [*first.position]
+    properties = got(scene, "get_model_properties", "GetModelProperties", **WHOLE)
     assert (len(properties.body_names), properties.is_static) == (6, False)
     assert "red_bound_1::link" in properties.body_names
     state = {"model_name": PART, "pose": {"position": {"x": -470.0, "y": 190.0, "z": 0.0}}}
-    got("set_model_state", "SetModelState", model_state=state)
+    got(scene, "set_model_state", "SetModelState", model_state=state)
     assert scene.sim.observe_object(own).position[0] == pytest.approx(-470.0)
-    wrong = got("get_model_state", "GetModelState", model_name="wamv", relative_entity_name="wamv::nose")
+    wrong = got(scene, "get_model_state", "GetModelState", model_name="wamv", relative_entity_name="wamv::nose")
     assert wrong.status_message.startswith("get_model_state: no link named 'wamv::nose'; known: ")
+
+
+def test_models_and_links_are_listed_by_gazebos_names(course):
+    scene = served(course)
+    models, links = (
+        next(one for one in gazebo_outputs(scene.server) if one.name == f"/gazebo/{name}").make().name
+        for name in ("model_states", "link_states")
+    )
+    assert {"wamv", "buoys", "short_navigation_course_0", PART, "robotx_dock_2022", "robotx_light_buoy"} <= {*models}
+    assert models.index("short_navigation_course_0") < models.index(PART)
+    assert len(set(models)) == len(models)
+    assert not [name for name in models if "/" in name]
+    assert {f"{PART}::link", "buoys::mb_round_buoy_black_0::link", "wamv::wamv/base_link"} <= {*links}
+    listed = got(scene, "get_world_properties", "GetWorldProperties").model_names
+    assert {"wamv", "buoys", "short_navigation_course_0", "robotx_dock_2022"} <= {*listed}
+    assert not [name for name in listed if "::" in name]
+
+
+def test_a_course_is_moved_as_a_whole(course):
+    scene = served(course)
+    names = [
+        item.name for item in scene.sim.world.parameters.objects if item.name.startswith("short_navigation_course_0/")
+    ]
+    before = [scene.sim.observe_object(name).position for name in names]
+    now = got(scene, "get_model_state", "GetModelState", **WHOLE).pose
+    got(scene, "set_model_state", "SetModelState", model_state={**WHOLE, "pose": now})
+    after = [scene.sim.observe_object(name).position for name in names]
+    assert np.allclose(after, before, atol=1e-9)
+    w, z = now.orientation.w, now.orientation.z
+    turned = {"w": (w - z) / math.sqrt(2.0), "z": (w + z) / math.sqrt(2.0)}  # by a quarter to port
+    pose = {"position": {"x": -470.0, "y": 200.0, "z": 0.2}, "orientation": turned}
+    moved = got(scene, "set_model_state", "SetModelState", model_state={**WHOLE, "pose": pose})
+    assert moved.success, moved.status_message
+    for was, name in zip(after, names, strict=True):
+        x, y, _ = was - after[0]
+        assert scene.sim.observe_object(name).position[:2] == pytest.approx([-470.0 - y, 200.0 + x], abs=1e-6)
+
+
+BOX = (
+    '<sdf version="1.6"><model name="crate"><pose>0 0 0.5 0 0 0</pose><link name="link"><inertial><mass>200</mass>'
+    '</inertial><collision name="c"><geometry><box><size>1 1 1</size></box></geometry></collision></link></model></sdf>'
+)
+LIGHT = '<sdf version="1.6"><model name="robotx_light_buoy"><link name="base_link"/></model></sdf>'
+DATABASE = '<sdf version="1.4">\n<world name="default"><include>\n<uri>model://{}</uri></include></world></sdf>'
+"""What `spawn_model -database NAME` sends."""
+
+
+def inserted(scene, name, text, x=-500.0, y=235.0, **more):
+    place = {"position": {"x": x, "y": y, "z": 0.2}, "orientation": {"w": 1.0}}
+    return got(scene, "spawn_sdf_model", "SpawnModel", model_name=name, model_xml=text, initial_pose=place, **more)
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "z"),
+    [
+        (LIGHT, "guest joins as the catalogue's robotx_light_buoy", 0.2),
+        (DATABASE.format("mb_marker_buoy_red"), "guest joins as the catalogue's mb_marker_buoy_red", 0.2),
+        (DATABASE.format("dock_2018"), "guest joins as the catalogue's dock_2018", None),
+        (
+            BOX,
+            "guest joins as the SDF's own crate; <model> 'crate' approximated: without buoyancy plugin; its "
+            + "collision shapes displace water",
+            0.7,
+        ),
+    ],
+    ids=["light buoy", "by its name", "dock", "its own"],
+)
+def test_an_sdf_model_joins_is_seen_everywhere_and_leaves(course, text, message, z):
+    scene = served(course)
+    before = list(scene.server.bodies.models)
+    told = inserted(scene, "guest", text, robot_namespace="/", reference_frame="world")
+    assert (told.success, told.status_message) == (True, message)
+    assert "guest" in scene.server.bodies.models
+    seen = got(scene, "get_model_state", "GetModelState", model_name="guest")
+    assert seen.pose.position.x == pytest.approx(-500.0)
+    assert z is None or seen.pose.position.z == pytest.approx(z)
+    assert [name for name in scene.server.bodies.links if name.startswith("guest::")]
+    assert "guest" in got(scene, "get_world_properties", "GetWorldProperties").model_names
+    run(scene, 0.2)
+    service(scene, "/gazebo/reset_simulation", "std_srvs/Empty")
+    assert "guest" in scene.server.bodies.models
+    assert got(scene, "delete_model", "DeleteModel", model_name="guest").success
+    assert list(scene.server.bodies.models) == before
+    service(scene, "/gazebo/reset_simulation", "std_srvs/Empty")
+    assert list(scene.server.bodies.models) == before
+
+
+def test_a_place_beside_another_model_is_a_place_of_an_insert(course):
+    scene = served(course)
+    boat = scene.sim.observe()["wamv"]
+    place = {"position": {"x": 20.0}, "orientation": {"w": 1.0}}
+    told = got(scene, "spawn_sdf_model", "SpawnModel", model_name="mark", model_xml=LIGHT, initial_pose=place,
+               reference_frame="wamv")  # fmt: skip
+    assert told.success, told.status_message
+    assert np.hypot(*(scene.sim.observe_object("mark").position - boat.position)[:2]) == pytest.approx(20.0, abs=0.1)
+
+
+def test_what_was_removed_from_the_world_may_come_again_under_its_name(course):
+    """And a reset of the simulation keeps the one that came."""
+    scene = served(course)
+    assert got(scene, "delete_model", "DeleteModel", model_name="crocodile_buoy").success
+    assert inserted(scene, "crocodile_buoy", LIGHT).success
+    service(scene, "/gazebo/reset_simulation", "std_srvs/Empty")
+    assert scene.sim.observe_object("crocodile_buoy").position[0] == pytest.approx(-500.0)
+    assert "crocodile_buoy" in scene.sim.lights
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("x", "hello", "SDF of x:1:1: is not XML, which begins with '<'"),
+        ("x", "<robot/>", "SDF of x:1:1: <robot>: expected <sdf> with a <model> or an <include>"),
+        ("x", '<sdf><light name="l"/></sdf>', "SDF of x:1:1: <sdf>: expected <sdf> with a <model> or an <include>"),
+        ("x", "<sdf><include><uri>model://nope</uri></include></sdf>",
+         ("SDF of x:1:6: <include> 'model://nope' / uri: no model 'nope' in `vrx-mj list objects`, nor on "
+         "GAZEBO_MODEL_PATH or GZ_SIM_RESOURCE_PATH")),
+        ("x", "<sdf><include><uri>model://../../etc</uri></include></sdf>",
+         ("SDF of x:1:6: <include> 'model://../../etc' / uri: expected the name of a model, as model://NAME, got "
+         "'model://../../etc'")),
+        ("x", "<sdf><include><uri>file:///etc</uri></include></sdf>",
+         ("SDF of x:1:6: <include> 'file:///etc' / uri: expected the name of a model, as model://NAME, got "
+         "'file:///etc'")),
+        ("x", '<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><sdf><model name="&b;"/></sdf>',
+         "SDF of x:1:13: <!DOCTYPE>: document types and entities are not allowed; delete them"),
+        ("a b", LIGHT, "<object>: name: expected a name of up to 64 letters A-Z, digits, '_', '-' or '.', got 'a b'"),
+        ("wamv", LIGHT, "invalid object name 'wamv': a boat of world example_course has this name"),
+        ("x", " " * ((1 << 24) + 1), "x: the SDF has 16777217 characters; at most 16777216 are allowed"),
+    ],
+    ids=["text", "urdf", "light", "unknown", "out of the path", "file", "entity", "name", "taken", "long"],
+)  # fmt: skip
+def test_an_sdf_that_cannot_join_is_refused_in_words(course, name, text, message):
+    scene = served(course)
+    told = inserted(scene, name, text)
+    assert (told.success, told.status_message) == (False, f"spawn_sdf_model: {message}")
+
+
+def test_a_model_on_the_path_has_its_meshes_and_no_other_file_is_read(course, tmp_path, monkeypatch):
+    folder = tmp_path / "shared" / "crate"
+    folder.mkdir(parents=True)
+    mesh = (
+        '<visual name="v"><geometry><mesh><uri>model://{}/box.obj</uri></mesh></geometry></visual></link></model></sdf>'
+    )
+    text = BOX.replace("</link></model></sdf>", mesh.format("crate"))
+    (folder / "box.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n")
+    (folder / "model.sdf").write_text(text)
+    (tmp_path / "here" / "near").mkdir(parents=True)
+    (tmp_path / "here" / "near" / "model.sdf").write_text(text)
+    monkeypatch.chdir(tmp_path / "here")
+    scene = served(course)
+    assert "no such mesh" in inserted(scene, "alone", text).status_message
+    assert not inserted(scene, "x", DATABASE.format("near")).success
+    monkeypatch.setenv("GAZEBO_MODEL_PATH", str(tmp_path / "shared"))
+    assert inserted(scene, "whole", text, x=-490.0).status_message == "whole joins as model://crate"
+    assert inserted(scene, "named", DATABASE.format("crate"), x=-480.0).status_message == "named joins as model://crate"
+    other = text.replace("200", "250")
+    assert inserted(scene, "other", other, x=-470.0).status_message.startswith("other joins as the SDF's own crate; ")
