@@ -198,8 +198,10 @@ def inserted(scene, name, text, x=-500.0, y=235.0, **more):
         (DATABASE.format("dock_2018"), "guest joins as the catalogue's dock_2018", None),
         (
             BOX,
-            "guest joins as the SDF's own crate; <model> 'crate' approximated: without buoyancy plugin; its "
-            + "collision shapes displace water",
+            (
+                "guest joins as the SDF's own crate; <model> 'crate' approximated: without buoyancy plugin; its "
+                "collision shapes displace water"
+            ),
             0.7,
         ),
     ],
