@@ -171,7 +171,9 @@ def _given(words: Sequence[str]) -> dict[str, str]:
 
 def _absolute(path: str, folder: Path) -> str:
     """A path that begins in the folder of a shell."""
-    return str(folder / Path(path).expanduser())
+    from vrx_mj.config.gazebo.document import home_path
+
+    return str(folder / home_path(path))
 
 
 def _is_true(text: str) -> bool:

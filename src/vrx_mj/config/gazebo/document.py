@@ -18,7 +18,7 @@ from vrx_mj.config.urdf.xacro_files import read_bytes
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem
 
-__all__ = ["MACRO", "Element", "Note", "Report", "is_file", "read_document"]
+__all__ = ["MACRO", "Element", "Note", "Report", "home_path", "is_file", "read_document"]
 
 MACRO = "xacro:"
 """Beginning of the tag of a macro of VRX that is called."""
@@ -144,6 +144,11 @@ class Element:
 def is_file(path: Path) -> bool:
     """Whether there is a file of this path, which may be too long for any."""
     return os.path.isfile(path)  # noqa: PTH113 - Path.is_file raises an OSError for a name that is too long
+
+
+def home_path(text: str) -> Path:
+    """A path whose `~` is a home folder; for a user that does not exist it stays as it is."""
+    return Path(os.path.expanduser(text))  # noqa: PTH111 - Path.expanduser raises a RuntimeError for such a user
 
 
 def read_document(file: Path, arguments: Mapping[str, str] | None = None) -> Element:

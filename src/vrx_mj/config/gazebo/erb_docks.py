@@ -18,7 +18,8 @@ ENDING = ".sdf.erb"
 MOST_ROWS = 200
 LONGEST = 40_000
 """Characters of a layout."""
-_LAYOUT = re.compile(r"\blayout\s{0,80}=\s{0,80}\[")
+_LAYOUT = re.compile(r"^[^#\n]*?\blayout\s{0,80}=\s{0,80}\[", re.MULTILINE)
+"""A layout that is no comment."""
 _END = re.compile(r"[ \t]{0,80}(?:%>|#|\r?\n|\Z)")
 """What may follow a layout: another operation would make another list of it."""
 _ITEM = re.compile(r"\s*(?:'([^'\n]*)'|\"([^\"\n]*)\"|(true|false)|(#[^\n]*))\s*(,|\Z|(?=\n))", re.DOTALL)

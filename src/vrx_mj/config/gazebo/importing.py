@@ -154,12 +154,12 @@ class _Writer:
         self.paths: dict[tuple[str, str], str] = {}
         """Paths of what is written, by its folder and what it is made from."""
 
-    def path_of(self, folder: str, name: str, source: str) -> str:
+    def path_of(self, folder: str, name: str, source: str, ending: str = ".yaml") -> str:
         """The path in the folder of what is made from a source: two of one name are numbered."""
         if (folder, source) not in self.paths:
             taken = set(self.paths.values())
             names = (name, *(f"{name}_{number}" for number in range(2, len(taken) + 3)))
-            paths = (f"{folder}{name}.yaml" for name in names)
+            paths = (f"{folder}{name}{ending}" for name in names)
             self.paths[folder, source] = next(path for path in paths if path not in taken)
         return self.paths[folder, source]
 
@@ -301,8 +301,9 @@ class _Writer:
         boats = []
         for boat, found in zip(fleet["boats"], launch.boats, strict=True):
             if isinstance(found.robot, Path):
-                path = f"robots/{boat['name']}.urdf"
-                self.made.texts[path] = _urdf(found.robot, found.arguments)
+                urdf = _urdf(found.robot, found.arguments)
+                path = self.path_of("robots/", boat["name"], urdf, ".urdf")
+                self.made.texts[path] = urdf
                 boats.append(Section({**boat, "robot": f"./{path}"}, boat.place, boat.entries))
             else:
                 boats.append(boat)

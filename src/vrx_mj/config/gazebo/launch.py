@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from typing import Any, TypeGuard
 
-from vrx_mj.config.gazebo.document import Element, Report, is_file, read_document
+from vrx_mj.config.gazebo.document import Element, Report, home_path, is_file, read_document
 from vrx_mj.config.gazebo.models import safe_name
 from vrx_mj.config.gazebo.packages import NOWHERE, PACKAGES, is_nowhere, named_world, robot_named, world_named
 from vrx_mj.config.gazebo.stock import STOCK_LAUNCHES, StockBoat, StockLaunch, stock_launch
@@ -284,7 +284,7 @@ class _Run:
             self.world = self.world_of(element, world) if element else named_world(world)
         own: dict[str, Any] = {}
         if urdf is not None:
-            robot = self.robot_file(element, urdf) if element else robot_named(urdf) or Path(urdf).expanduser()
+            robot = self.robot_file(element, urdf) if element else robot_named(urdf) or home_path(urdf)
             own = {"robot": robot, **({"arguments": {}} if isinstance(robot, Path) else {})}
         place = element.place if element else Place(File(stock.name, None))
         for boat in stock.boats:

@@ -372,13 +372,15 @@ class _Model:
         """A model that is made of others."""
         known = catalogue("objects")
         objects: list[Content] = []
+        counts: dict[str, int] = {}
         for include in includes:
             name = model_name(include)
             if name not in known and not has_model(name, self.folder):
                 self.report.note(include, "ignored", f"no model of this name: {name}")
                 continue
             own = safe_name(include.text("name") or name)
-            taken = sum(one["name"].rstrip("0123456789").rstrip("_") == own for one in objects)
+            taken = counts.get(own, 0)
+            counts[own] = taken + 1
             model = name if name in known else f"{SCHEME}{name}"
             objects.append({"name": own if not taken else f"{own}_{taken}", "model": At(model, include.place),
                             "pose": pose_of(include)})  # fmt: skip

@@ -2,7 +2,7 @@
 
 from pathlib import Path, PurePosixPath
 
-from vrx_mj.config.gazebo.document import LIBRARIES
+from vrx_mj.config.gazebo.document import LIBRARIES, home_path
 from vrx_mj.config.search import PLACES, catalogue, is_built_in
 from vrx_mj.errors import UnknownNameError
 
@@ -53,7 +53,7 @@ def named_world(path: str) -> Path | str:
     Raises:
         UnknownNameError: it leads into a package of VRX, which has none of this name.
     """
-    return world_named(path) if is_nowhere(path) else Path(path).expanduser()
+    return world_named(path) if is_nowhere(path) else home_path(path)
 
 
 def robot_named(path: str) -> str | None:

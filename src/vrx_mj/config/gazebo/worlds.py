@@ -47,6 +47,8 @@ NEWER_BASES = {"sydney_regatta": "base/vrx2023"}
 WATER = {"ocean_waves", "coast_waves", "ocean"}
 """Models that are the water, which is everywhere here."""
 SUN = "sun"
+WINDS = {"usvgazebowindplugin", "usvwind"}
+"""Files of VRX's wind plugins, as `_file` gives them."""
 PLATFORMS = {"platform", "articulated_platform"}
 """What holds a boat of VRX 3 until its task is ready: a lock, which is the task's here."""
 BALL = "blue_projectile"
@@ -96,11 +98,12 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
 
 def warn_of_losses(notes: Sequence[Note], source: str, *, stacklevel: int) -> None:
     """One warning of the parts of a file that are another way here, or not at all."""
-    lost = [note for note in dict.fromkeys(notes) if note.fate != "taken over"]
+    once = dict.fromkeys(notes)
+    lost = [note for note in once if note.fate != "taken over"]
     if lost:
         lines = [f"  {note.place.file.name}:{note.place.line}: {note.what} {note.fate}: {note.ours}" for note in lost]
         more = [f"  and {len(lines) - SHOWN} more"] if len(lines) > SHOWN else []
-        head = f"{source}: {len(lost)} of {len(notes)} parts are not as in Gazebo (`vrx-mj import` lists all)"
+        head = f"{source}: {len(lost)} of {len(once)} parts are not as in Gazebo (`vrx-mj import` lists all)"
         warnings.warn("\n".join([head, *lines[:SHOWN], *more]), VrxWarning, stacklevel=stacklevel)
 
 
@@ -283,7 +286,7 @@ class _Reader:
         file = _file(element)
         if kind_of(element):
             self.scoring.append(element)
-        elif "wind" in file:
+        elif file.removeprefix("lib").removesuffix(".so") in WINDS:
             content = wind(element)
             self.add("wind", element, {"wind": content})
         elif "publisherplugin" in file:
@@ -294,6 +297,8 @@ class _Reader:
                 self.report.note(element, "ignored", "it publishes what nothing here listens to")
         elif "contain" in file or element.child("performer"):
             self.report.note(element, "taken over", "zones of the task's dock")
+        elif "wind-effects" in file:
+            self.report.note(element, "ignored", _IGNORED["wind"])
         elif file.startswith(("gz-sim", "libgz-sim", "ignition-gazebo")):
             self.report.note(element, "taken over", "every world has it")
         else:

@@ -151,6 +151,23 @@ def test_a_launch_file_is_a_world_and_a_fleet(capsys):
     assert said[-1] == f"to sail: vrx-mj run {Path('out/bay.yaml')} --fleet {Path('out/cats_fleet.yaml')}"
 
 
+def test_robots_of_one_name_of_several_launch_files_are_numbered():
+    urdf = '<robot name="raft"><link name="base_link"><inertial><mass value="{}"/></inertial></link></robot>'
+    launch = (
+        '<launch><param name="d" textfile="boat.urdf"/>'
+        '<node pkg="gazebo_ros" type="spawn_model" name="s" args="-urdf -model raft -param d"/></launch>'
+    )
+    for folder, mass in (("one", 10), ("two", 20), ("copy", 20)):
+        written(**{f"teams__{folder}__boat_dot_urdf": urdf.format(mass)})
+        written(**{f"teams__{folder}__{folder}_dot_launch": launch})
+    imported("teams")
+    texts = {path.name: path.read_text(encoding="utf-8") for path in Path("out/robots").iterdir()}
+    assert texts == {"raft.urdf": urdf.format(20), "raft_2.urdf": urdf.format(10)}
+    robots = {name: yaml.safe_load(Path(f"out/{name}_fleet.yaml").read_text(encoding="utf-8"))["boats"][0]["robot"]
+              for name in ("one", "two", "copy")}  # fmt: skip
+    assert robots == {"one": "./robots/raft_2.urdf", "two": "./robots/raft.urdf", "copy": "./robots/raft.urdf"}
+
+
 def test_a_folder_says_what_it_could_not_read(capsys):
     written(all__good_dot_world=sdf(""), all__bad_dot_world="<sdf>", all__build__old_dot_world="<sdf>")
     out = imported("all")

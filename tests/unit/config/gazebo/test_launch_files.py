@@ -77,6 +77,13 @@ def test_a_launch_file_of_vrx_takes_its_arguments():
     assert (found.name, found.pose, found.arguments["thrust_config"]) == ("cat", (1, 2, 3, 0.1, 0.2, 0.3), "X")
 
 
+def test_the_home_of_a_user_that_does_not_exist_is_no_folder(monkeypatch):
+    monkeypatch.setenv("HOME", "/home/somebody")
+    launch = launch_of("vrx.launch", {"world": "~nobody-here/bay.world", "urdf": "~/boat.urdf"})
+    assert launch.world == Path("~nobody-here/bay.world")
+    assert launch.boats[0].robot == Path("/home/somebody/boat.urdf")
+
+
 def test_boats_of_one_launch_file_keep_their_own_names_places_and_thrusters():
     given = {"x": "1", "namespace": "cat", "thrust_config": "T"}
     boats = launch_of("demo_thrusterconfigs.launch", given).boats

@@ -192,6 +192,21 @@ def test_a_composite_names_its_parts():
     assert [(note.what, note.fate) for note in notes][-1] == ("<include> 'model://galleon'", "ignored")
 
 
+def test_parts_of_a_model_whose_name_ends_in_a_digit_are_numbered():
+    Path("dock2").mkdir()
+    read(link(1.0, (1.0, 1.0, 1.0, 0.0, 0.0, 0.0), content=SPHERE), "dock2/model.sdf", "dock2")
+    found, _ = read("<include><uri>model://dock2</uri></include>" * 3, "course/model.sdf", "course")
+    assert [one["name"] for one in found["objects"]] == ["dock2", "dock2_1", "dock2_2"]
+
+
+def test_a_layout_in_a_comment_of_a_template_is_none():
+    Path("dock").mkdir()
+    text = "<%\n# layout = ['X']\nx = 1  # layout = ['X']\nlayout = ['X X', 'XXX']\n%>\n"
+    Path("dock/model.sdf.erb").write_text(text, encoding="utf-8")
+    (dock,) = model_section(Path("dock/model.sdf.erb"))["docks"]
+    assert list(dock["layout"]) == ["X X", "XXX"]
+
+
 @pytest.mark.parametrize(("last", "dynamic"), [("true", None), ("false", True), (None, None)])
 def test_a_template_of_a_dock_is_its_drawing(last, dynamic):
     rows = ["'X  X',  # the arms", '"XXXX"', *([last] if last else [])]

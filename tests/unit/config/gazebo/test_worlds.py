@@ -190,6 +190,19 @@ def test_undeclared_prefixes_of_gazebo_are_declared():
     ]
 
 
+@pytest.mark.parametrize(("plugin", "loss"), [
+    ('filename="libusv_gazebo_wind_plugin.so"', None),
+    ('filename="libUSVWind.so" name="vrx::USVWind"', None),
+    ('filename="gz-sim-wind-effects-system" name="gz::sim::systems::WindEffects"',
+     "<plugin> 'gz::sim::systems::WindEffects' ignored: Gazebo's own wind, which VRX's boats do not feel"),
+    ('filename="libwindow_recorder.so" name="recorder"', "<plugin> 'recorder' ignored: no such plugin here"),
+])  # fmt: skip
+def test_only_the_wind_plugins_of_vrx_are_its_wind(plugin, loss):
+    world = said(f"<plugin {plugin}><wind_mean_velocity>3</wind_mean_velocity></plugin>")
+    assert losses(world) == ([loss] if loss else [])
+    assert ("wind" in world.section) == (loss is None)
+
+
 def test_a_warning_lists_what_is_lost():
     said("".join(f"<road name='r{i}'/>" for i in range(8)))
     with pytest.warns(VrxWarning) as caught:
