@@ -38,8 +38,13 @@ def import_(
     for message in made.failed:
         typer.echo(f"not read: {message}", err=True)
     for world, fleet in made.sails[:3]:
-        named = output / world if world in made.texts else world
-        typer.echo(f"to sail: vrx-mj run {named}{f' --fleet {output / fleet}' if fleet else ''}")
+        named = _word(output / world if world in made.texts else world)
+        typer.echo(f"to sail: vrx-mj run {named}{f' --fleet {_word(output / fleet)}' if fleet else ''}")
+
+
+def _word(path: Path | str) -> str:
+    """A path as one word of a command, in any shell."""
+    return f'"{path}"' if " " in str(path) else str(path)
 
 
 def _write(made: "Imported", folder: Path) -> None:

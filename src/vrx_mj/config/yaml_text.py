@@ -406,7 +406,7 @@ class _Builder:
     def key(self, node: Node, path: tuple[str | int, ...]) -> str | None:
         key = _scalar(node) if isinstance(node, ScalarNode) else None
         if key == "<<" and isinstance(node, ScalarNode) and not node.style:
-            self.problem(node, path, "merge keys '<<' are not allowed; a world may use 'extends'")
+            self.problem(node, path, "merge keys '<<' are not allowed: write the keys out (a world may use 'extends')")
         elif isinstance(key, str):
             return key
         elif self.loose and isinstance(key, int) and not isinstance(key, bool):

@@ -2,7 +2,7 @@
 
 Names and places are looked up in the world; what is wrong is an error with its place in the file. Contact sensors find
 what the base link touches, as in VRX, where engines on hinges do not count. A lock is a weld to a carrier that may
-heave, roll and pitch; whoever lets the boat go switches the weld off (VRX's riser and pivot joints).
+heave, roll and pitch (VRX's riser and pivot joints); switching the weld off releases the boat.
 """
 
 import re

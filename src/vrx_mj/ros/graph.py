@@ -41,6 +41,7 @@ class Registrations:
         self._replaced = replaced
         self._entries: dict[str, dict[str, list[_Entry]]] = {kind: {} for kind in KINDS}
         self._held: Counter[str] = Counter()
+        self._count = 0
 
     def add(self, kind: str, key: str, node: str, node_api: str, api: str = "") -> None:
         """Register. A node that had another URI is forgotten first.
@@ -50,7 +51,7 @@ class Registrations:
         Raises:
             CommandError: there are too many.
         """
-        if self._held.total() >= MOST_REGISTRATIONS:
+        if self._count >= MOST_REGISTRATIONS:
             raise CommandError(f"more than {MOST_REGISTRATIONS} registrations")
         old = self.nodes.get(node)
         if old is not None and old != node_api:
@@ -65,6 +66,7 @@ class Registrations:
         if entry not in entries:
             entries.append(entry)
             self._held[node] += 1
+            self._count += 1
 
     def remove(self, kind: str, key: str, node: str, api: str) -> int:
         """Take back; returns how many that were."""
@@ -73,6 +75,7 @@ class Registrations:
             return 0
         entries.remove(_Entry(node, api))
         self._held[node] -= 1
+        self._count -= 1
         if not entries:
             del self._entries[kind][key]
         if not self._held[node]:
@@ -88,6 +91,7 @@ class Registrations:
             entries.remove(entry)
             if not entries:
                 del self._entries[kind][key]
+        self._count -= len(gone)
         del self._held[node]
         self.nodes.pop(node, None)
         return [(kind, key) for kind, key, _ in gone]
@@ -448,6 +452,8 @@ class Graph:
         """As ROS's master: the type is the last publisher's, or a subscriber's where no publisher gave one."""
         known = self.types.get(name) if self._is_topic(name) else None
         is_new = known in {None, "*"} if kind == "subscriber" else type_name != "*" or known is None
+        if is_new and name not in self.types and len(self.types) >= MOST_TYPES:
+            self.types = {topic: kind for topic, kind in self.types.items() if self._is_topic(topic)}
         if is_new and (name in self.types or len(self.types) < MOST_TYPES):
             self.types[name] = type_name
 

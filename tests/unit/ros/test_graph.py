@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.graph import LEVELS, ROSOUT, Graph, Service
+from vrx_mj.ros.graph import LEVELS, ROSOUT, Graph, Registrations, Service
 from vrx_mj.ros.interface import Inbox, Input, Output, RosInterface, Sent
 from vrx_mj.ros.interface import Service as Offered
 from vrx_mj.ros.messages import new
@@ -225,3 +225,25 @@ def test_levels_of_rosout(graph):
     request.level = "loud"
     call(request, "/x", lambda *answer: answers.append(answer))
     assert answers[1] == (None, "no level 'loud'; known: debug, info, warn, error, fatal")
+
+
+def test_types_of_topics_that_are_gone_make_room_for_others(graph, monkeypatch):
+    monkeypatch.setattr("vrx_mj.ros.graph.MOST_TYPES", 10)
+    for index in range(20):
+        graph.register_remote("publisher", f"/short_{index}", TALKER, URI, STRING)
+        assert graph.type_of(f"/short_{index}") == STRING
+        graph.unregister_remote("publisher", f"/short_{index}", TALKER, URI)
+    assert len(graph.types) <= 10
+    assert graph.type_of(ROSOUT) == "rosgraph_msgs/Log"
+
+
+def test_as_many_registrations_as_there_are_count(monkeypatch):
+    monkeypatch.setattr("vrx_mj.ros.graph.MOST_REGISTRATIONS", 3)
+    registrations = Registrations(lambda *_: None)
+    for _ in range(3):  # the same, again and again: removed one by one, all at once, and under another URI
+        for kind, name in (("publisher", "/a"), ("publisher", "/b"), ("service", "/c")):
+            registrations.add(kind, name, TALKER, URI)
+        with pytest.raises(CommandError, match=r"^more than 3 registrations$"):
+            registrations.add("publisher", "/d", TALKER, URI)
+        registrations.remove("publisher", "/a", TALKER, URI)
+        registrations.forget(TALKER)

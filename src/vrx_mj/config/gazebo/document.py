@@ -109,7 +109,7 @@ class Element:
         return ConfigError([Problem(self.place.file.name, self.place.line, self.place.column, path, message)])
 
     def numbers(self, tag: str, labels: str, default: Sequence[float] | None = None) -> list[float] | None:
-        """The numbers in the first element of a tag, one for each label; `default` where there is none, or no text.
+        """The numbers in the first element of a tag, one for each label; `default` if it is missing or empty.
 
         Raises:
             ConfigError: there are others than finite numbers in it, or not as many as labels.

@@ -302,7 +302,7 @@ class _Run:
             path = self.worked_out(element, element.attributes["textfile"], scope)
             self.descriptions[name] = self.robot_file(element, path), {}
         else:
-            self.report.note(element, "ignored", "a parameter, which `vrx-mj serve` keeps for whoever sets it")
+            self.report.note(element, "ignored", "a parameter; set it with `rosparam set` while `vrx-mj serve` runs")
 
     def description(self, element: Element, command: str) -> Description:
         """File and arguments of a command of xacro; nothing is run."""

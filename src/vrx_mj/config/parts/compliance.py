@@ -272,7 +272,7 @@ class PartVerdict:
     """The box that took it."""
     breaches: tuple[Breach, ...]
     legal: Spot | None = None
-    """Nearest legal place of a part outside every box; None if there is none, or none is needed."""
+    """Nearest legal place of a part outside every box; None if no place is legal, or its own is."""
 
     @property
     def name(self) -> str:

@@ -168,6 +168,12 @@ def test_robots_of_one_name_of_several_launch_files_are_numbered():
     assert robots == {"one": "./robots/raft_2.urdf", "two": "./robots/raft.urdf", "copy": "./robots/raft.urdf"}
 
 
+def test_the_command_to_sail_with_can_be_pasted_into_a_shell(capsys):
+    written(bay_dot_world=sdf(""))
+    imported("bay.world", "my course")
+    assert capsys.readouterr().out.splitlines()[-1] == f'to sail: vrx-mj run "{Path("my course/bay.yaml")}"'
+
+
 def test_a_folder_says_what_it_could_not_read(capsys):
     written(all__good_dot_world=sdf(""), all__bad_dot_world="<sdf>", all__build__old_dot_world="<sdf>")
     out = imported("all")
