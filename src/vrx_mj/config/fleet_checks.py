@@ -8,7 +8,7 @@ from pathlib import Path
 from vrx_mj.config.docks import Placed
 from vrx_mj.config.fleet import FleetConfig, FleetPosition, Headings, Located, room_faults
 from vrx_mj.config.gazebo.launch import fleet_of, is_launch, launch_of
-from vrx_mj.config.gazebo.models import SCHEME, is_gazebo_model, kind_name, model_file
+from vrx_mj.config.gazebo.models import SCHEME, file_in_folder, is_gazebo_model, kind_name, model_file
 from vrx_mj.config.loading import Loading, Source, file_of, path_of, problem_at, read_source, validated
 from vrx_mj.config.objects import Placement, load_object
 from vrx_mj.config.search import XML_SUFFIXES, catalogue, is_path
@@ -51,6 +51,9 @@ def _source(source: Source | None) -> tuple[Section, str]:
         if found is None:
             raise ConfigError([Problem(str(source), None, None, "", "spawns no boats")])
         return found, Path(source).stem
+    folder = file_in_folder(str(source))
+    if folder is not None:
+        return _of_robot(folder), folder.parent.name
     if _is_description(source):
         return _of_robot(source), kind_name(str(source)).partition(".")[0]
     file = file_of("fleets", source)

@@ -23,7 +23,7 @@ from vrx_mj.config.base import (
     faults,
 )
 from vrx_mj.config.dynamics import ContactConfig, HullConfig, ServoConfig, Six, ThrusterConfig
-from vrx_mj.config.gazebo.models import is_gazebo_model, model_file
+from vrx_mj.config.gazebo.models import file_in_folder, is_gazebo_model, model_file
 from vrx_mj.config.loading import Loading, read_source, referenced, validated
 from vrx_mj.config.profiles import CLASSIC
 from vrx_mj.config.search import contained
@@ -275,7 +275,8 @@ def robot_section(name: str, near: Path | None = None) -> Section | None:
 
 def _file(name: str, near: Path | None) -> Path:
     """The file of a robot, which may be a model of Gazebo."""
-    return (model_file(name, near) if is_gazebo_model(name) else referenced("robots", name, near)).absolute()
+    found = model_file(name, near) if is_gazebo_model(name) else file_in_folder(name, near)
+    return (found or referenced("robots", name, near)).absolute()
 
 
 def _file_part(path: str) -> str:

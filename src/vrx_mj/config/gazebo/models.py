@@ -27,6 +27,7 @@ __all__ = [
     "PATHS",
     "SCHEME",
     "buoyancy_of",
+    "file_in_folder",
     "follow_path",
     "has_model",
     "hold_models",
@@ -112,6 +113,17 @@ def model_file(text: str, near: Path | None) -> Path:
         return folder / _main_file(folder)
     path, mark, name = text.partition("#")
     return Path(f"{contained(path, base)}{mark}{name}")
+
+
+def file_in_folder(text: str, near: Path | None = None) -> Path | None:
+    """The file of the model in a folder that a path leads to; None: it leads to no folder of a model.
+
+    In a file the folder must be inside that of the file, `near`; on the command line it may be anywhere.
+    """
+    folder = (near or Path.cwd()) / text
+    if "/" not in text or not os.path.isdir(folder) or not _is_model(folder):  # noqa: PTH112 - too long a name raises
+        return None
+    return folder / _main_file(folder) if near is None or _is_inside(folder, near) else None
 
 
 def model_section(file: Path, report: Report | None = None) -> Section:

@@ -1,7 +1,7 @@
 """Links and joints of an SDF, in the form that those of a URDF have."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -28,6 +28,8 @@ __all__ = ["WORLD", "Body", "inside_link", "read_sdf_joint", "read_sdf_link"]
 
 UNIT = 1.0
 """Mass [kg] and moments of inertia [kg m2] of a link that gives none, by SDF."""
+WATER = 1000.0
+"""Density [kg/m3] of what a shape is full of whose file gives none, by SDF."""
 ENDLESS = 1e10
 """Limit of a joint [rad or m] from which it has none."""
 WORLD = "world"
@@ -75,24 +77,28 @@ def _from_joint(body: Body, pose: Pose, link: str) -> Pose:
 def read_sdf_link(body: Body, name: str) -> Link:
     """A `<link>`. Problems and suspicious values are noted, not raised."""
     node, scope = body.links[name]
-    collisions = (_collision(part, name, scope, body) for part in node.children("collision"))
+    felt = [(part, _collision(part, name, scope, body)) for part in node.children("collision")]
     visuals = (shape for part in node.children("visual") for shape in _visuals(part, name, scope, body))
     return Link(
         name=name,
-        inertial=_inertial(node, name, scope, body),
-        collisions=tuple(filter(None, collisions)),
+        inertial=_inertial(node, name, scope, body, [(part, shape) for part, shape in felt if shape]),
+        collisions=tuple(shape for _, shape in felt if shape),
         visuals=tuple(visuals),
         line=node.line,
     )
 
 
-def _inertial(link: Node, name: str, scope: Scope, body: Body) -> Inertial | None:
+def _inertial(
+    link: Node, name: str, scope: Scope, body: Body, felt: Sequence[tuple[Node, Shape]]
+) -> Inertial | None:  # fmt: skip
     node = link.child("inertial")
     if node is None:
         body.around.findings.note("unit", name)
         return Inertial(UNIT, _from_joint(body, HERE, name), (UNIT, UNIT, UNIT, 0.0, 0.0, 0.0))
     if (node.attribute("auto") or "").lower() in {"true", "1"}:
-        node.fault("inertias that are worked out from the collisions (auto) are not read: give <mass> and <inertia>")
+        return _filled(node, felt)
+    if node.child("fluid_added_mass"):
+        body.around.findings.note("added", name)
     mass = node.value("mass", UNIT, low=0)
     tensor = node.child("inertia")
     usual = {"ixx": UNIT, "iyy": UNIT, "izz": UNIT, "ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
@@ -104,6 +110,38 @@ def _inertial(link: Node, name: str, scope: Scope, body: Body) -> Inertial | Non
         check_inertia(tensor, name, (mass, *values), body.around)
     xx, yy, zz, xy, xz, yz = values
     return Inertial(mass, inside_link(body, node, name, scope), (xx, yy, zz, xy, xz, yz))
+
+
+def _filled(node: Node, felt: Sequence[tuple[Node, Shape]]) -> Inertial | None:
+    """Mass properties of shapes that are full of something, whose density is that of each, or of the link.
+
+    The integral of r r' over a tetrahedron with one corner at 0 is det / 120 (a a' + b b' + c c' + s s'), where s is
+    the sum of the others, a, b and c.
+    """
+    import numpy as np
+
+    from vrx_mj.config.solids import solid
+
+    usual = node.value("density", WATER, above=0)
+    mass, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
+    for part, shape in felt:
+        density = part.value("density", usual, above=0)
+        turn, place = np.array(rotation(*shape.pose[3:])), np.array(shape.pose[:3])
+        corners = solid(shape).corners @ turn.T + place
+        size = np.linalg.det(corners)
+        total = corners.sum(axis=1)
+        mass += density * float(size.sum()) / 6.0
+        first += density * (size @ total) / 24.0
+        second += density * (np.einsum("n,nki,nkj->ij", size, corners, corners) + (size * total.T) @ total) / 120.0
+    if mass <= 0.0:
+        node.fault("the mass is to be that of the collisions (auto), which have no volume")
+        return None
+    center = first / mass
+    spread = second - mass * np.outer(center, center)
+    x, y, z = map(float, center)
+    xx, yy, zz = (float(value) for value in np.trace(spread) - np.diag(spread))
+    xy, xz, yz = (-float(spread[index]) for index in ((0, 1), (0, 2), (1, 2)))
+    return Inertial(mass, (x, y, z, 0.0, 0.0, 0.0), (xx, yy, zz, xy, xz, yz))
 
 
 def _collision(node: Node, link: str, scope: Scope, body: Body) -> Shape | None:

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from sdf_boats import BOATS, fossen, link, sdf, spinning, thruster
 from vrx_mj.config.gazebo.document import read_document
 from vrx_mj.config.gazebo.sdf_boats import is_boat, read_boat
+from vrx_mj.config.robots import load_robot
 from vrx_mj.config.urdf.gazebo import read_gazebo
 from vrx_mj.config.urdf.model import link_pose
 from vrx_mj.config.urdf.reader import read_urdf
@@ -321,3 +322,30 @@ def test_a_joint_of_another_kind_is_held():
     assert made.joints["u"].type == "universal"
     assert compose(made.joints["u"].pose, (0.0,) * 6) == (0.0, 1.0, 0.0, 0.0, 0.0, 0.0)
     assert math.dist(link_pose(made, "screw")[:3], (0, 1, 0)) == 0.0
+
+
+@given(size=st.tuples(*[st.floats(0.2, 2)] * 3), place=poses, density=st.floats(10, 2000))
+def test_the_inertia_of_a_full_box_is_that_of_the_box(size, place, density):
+    """Closed form: m / 12 (b^2 + c^2), turned and moved with the box."""
+    shape = (
+        f'<collision name="c"><pose>{words(place)}</pose><density>{density!r}</density><geometry><box>'
+        f"<size>{words(size)}</size></box></geometry></collision>"
+    )
+    made = boat(f'<link name="base_link"><inertial auto="true"/>{shape}</link>', version="1.11").links["base_link"]
+    mass, turn = density * math.prod(size), np.array(rotation(*place[3:]))
+    moments = np.diag([mass / 12 * (sum(edge**2 for edge in size) - edge**2) for edge in size])
+    assert made.inertial.mass == pytest.approx(mass)
+    assert made.inertial.pose == pytest.approx((*place[:3], 0.0, 0.0, 0.0), abs=1e-9)
+    found = [(turn @ moments @ turn.T)[i] for i in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+    assert made.inertial.tensor == pytest.approx(found, abs=1e-6 * mass)
+
+
+def test_a_folder_of_a_model_is_a_robot():
+    Path("model.sdf").write_text(BOATS["raft"](), encoding="utf-8")
+    assert load_robot("./boat", Path("..")).is_sdf
+    assert load_robot("model://boat", Path("..")).description_file.name == "model.sdf"
+    Path("../bay.sdf").write_text(f'<sdf><world name="bay">{BOATS["raft"]()[19:-8]}</world></sdf>', encoding="utf-8")
+    assert load_robot("./bay.sdf#raft", Path("..")).description_file.name == "bay.sdf#raft"
+    Path("../other").mkdir()
+    with pytest.raises(VrxError, match=r"^no robot named '\.\./boat'"):
+        load_robot("../boat", Path("../other"))
