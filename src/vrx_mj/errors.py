@@ -1,10 +1,11 @@
 """Errors that a user can cause, each naming the thing, the value and what is allowed."""
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 __all__ = [
+    "ChoiceError",
     "CommandError",
     "CompileError",
     "ConfigError",
@@ -33,6 +34,7 @@ _LONGEST = 60
 _LONGEST_PATH = 300
 _LONGEST_GUESS = 200
 _MOST_LINES = 100
+_LONGEST_NAME_COLUMN = 100
 _SHOWN_NAMES = 12
 _SHOWN_PROBLEMS = 40
 
@@ -80,6 +82,32 @@ class VrxWarning(UserWarning):
 
     def __init__(self, *arguments: object) -> None:
         super().__init__(*_bounded(arguments))
+
+
+class ChoiceError(VrxError):
+    """A folder of which several files may be meant: for each the words of a command line, and what it opens."""
+
+    def __init__(self, folder: str, kind: str, choices: Mapping[str, str]) -> None:
+        self.folder = folder
+        self.kind = kind
+        self.choices = dict(choices)
+        super().__init__(self.text("run"))
+
+    def __reduce__(self) -> tuple[type["ChoiceError"], tuple[str, str, dict[str, str]]]:
+        return type(self), (self.folder, self.kind, self.choices)
+
+    def text(self, command: str) -> str:
+        """The message, with the lines to type for one of the commands of `vrx-mj`."""
+        typed = [f"vrx-mj {command} {words}" for words in self.choices]
+        width = min(max(map(len, typed)), _LONGEST_NAME_COLUMN)
+        rows = [
+            f"  {line:<{width}}  # {about}" if about else f"  {line}"
+            for line, about in zip(typed, self.choices.values(), strict=True)
+        ]
+        rest = len(rows) - _SHOWN_PROBLEMS
+        more = [f"  and {rest} more"] if rest > 0 else []
+        head = f"{self.folder} has {len(rows)} {self.kind}; type one of these:"
+        return "\n".join([head, *rows[:_SHOWN_PROBLEMS], *more])
 
 
 def shown(value: object) -> str:

@@ -22,7 +22,7 @@ from vrx_mj.cli.options import (
     Recording,
     Seed,
     World,
-    named_values,
+    opened_by,
 )
 from vrx_mj.cli.screen import print_summary, program, score_line, to_open
 from vrx_mj.errors import CommandError, RecordError, VrxError
@@ -62,7 +62,8 @@ def compile_(
     """
     from vrx_mj.mjcf.compile import compile_world
 
-    compiled = compile_world(world, fleet=fleet, seed=seed, nudge=nudge, arguments=named_values(arguments))
+    source, given = opened_by(world, arguments)
+    compiled = compile_world(source, fleet=fleet, seed=seed, nudge=nudge, arguments=given)
     with writing("the world", output):
         scene = compiled.save(output)
     typer.echo(f"{scene}: opens in MuJoCo; to sail it: vrx_mj.Simulation.load('{output}')")
@@ -105,9 +106,10 @@ def run(
     _check_paired("--record FILE.rrd", record, {"--sensors": sensors, "--follow": follow})
     _check_paired("--bag FILE", bag, {"--topic": topic[0] if topic else None})
     _check_writable(summary)
+    source, given = opened_by(world, arguments)
     result = sail(
-        world, fleet, duration=duration, seed=seed, path=record, control=control, thrust=thrust, sensors=sensors,
-        follow=follow, nudge=nudge, bag=bag, topics=topic or (), arguments=named_values(arguments),
+        source, fleet, duration=duration, seed=seed, path=record, control=control, thrust=thrust, sensors=sensors,
+        follow=follow, nudge=nudge, bag=bag, topics=topic or (), arguments=given,
     )  # fmt: skip
     print_summary(result)
     _write_summary(summary, result)
@@ -181,7 +183,8 @@ def view(
     from vrx_mj.runtime.simulation import Simulation
 
     steer = steering(control, thrust)
-    sim = Simulation(compile_world(world, fleet=fleet, seed=seed, nudge=nudge, arguments=named_values(arguments)))
+    source, given = opened_by(world, arguments)
+    sim = Simulation(compile_world(source, fleet=fleet, seed=seed, nudge=nudge, arguments=given))
     open_view(sim, boat=boat, pace=pace, controller=steer(sim), browser=browser, write=typer.echo)
 
 
@@ -266,7 +269,8 @@ def map_(
     from vrx_mj.draw.map_scene import map_of
     from vrx_mj.mjcf.compile import compile_world
 
-    drawn = map_of(compile_world(world, fleet=fleet, nudge=nudge, arguments=named_values(arguments)))
+    source, given = opened_by(world, arguments)
+    drawn = map_of(compile_world(source, fleet=fleet, nudge=nudge, arguments=given))
     with writing("the map", output):
         draw_map(drawn, output)
     typer.echo(f"map: {output}")

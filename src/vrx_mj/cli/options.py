@@ -23,15 +23,23 @@ __all__ = [
     "Seed",
     "World",
     "named_values",
+    "opened_by",
     "with_default_port",
 ]
 
 World = Annotated[
     str,
-    typer.Argument(help="Name of a world (see vrx-mj list worlds), or path of its YAML, or of a world or launch file."),
+    typer.Argument(
+        help="Name of a world (see vrx-mj list worlds), path of its YAML, of a world or launch file, or of a folder "
+        "with one, as a catkin workspace."
+    ),
 ]
 Arguments = Annotated[
-    list[str] | None, typer.Argument(metavar="[NAME:=VALUE]...", help="Arguments of a launch file, as for roslaunch.")
+    list[str] | None,
+    typer.Argument(
+        metavar="[FILE] [NAME:=VALUE]...",
+        help="As for roslaunch: a file in that folder or package, and arguments of a launch file.",
+    ),
 ]
 Fleet = Annotated[
     str | None,
@@ -59,8 +67,25 @@ DEFAULT_PORT = "9090"
 """Port of rosbridge."""
 DEFAULT_WEB_PORT = "8090"
 """Port of teleop's page."""
+ENDS = (".launch", ".world", ".xacro", ".sdf", ".yaml", ".yml")
+"""How the files of a folder end that a command line may name."""
 PORTS = {"--rosbridge": DEFAULT_PORT, "--web": DEFAULT_WEB_PORT}
 """Options whose port may be left out."""
+
+
+def opened_by(world: str, words: Sequence[str] | None) -> tuple[str, dict[str, str]]:
+    """The source of a world and its arguments, of a command line as roslaunch has it: `FOLDER FILE NAME:=VALUE`.
+
+    Raises:
+        CommandError: a word is not of this form.
+        UnknownNameError: the folder has no such file.
+    """
+    first = next(iter(words or ()), "")
+    if not first or ":=" in first or not first.lower().endswith(ENDS):
+        return world, named_values(words)
+    from vrx_mj.config.gazebo.opening import file_in
+
+    return file_in(world, first), named_values((words or ())[1:])
 
 
 def named_values(words: Sequence[str] | None) -> dict[str, str]:

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from vrx_mj.cli.options import DEFAULT_PORT, Arguments, Fleet, Nudge, Record, Seed, World, named_values
+from vrx_mj.cli.options import DEFAULT_PORT, Arguments, Fleet, Nudge, Record, Seed, World, opened_by
 from vrx_mj.cli.screen import is_watched, show
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.packages import install_command
@@ -77,10 +77,11 @@ def serve(
 
     Example: vrx-mj serve example_course --fleet usv_config --ros1
     """
+    source, given = opened_by(world, arguments)
     none = not (ros1 or ros2 or rosbridge is not None)
-    options = {"seed": seed, "nudge": nudge, "arguments": named_values(arguments)}
+    options = {"seed": seed, "nudge": nudge, "arguments": given}
     _run(
-        *(world, fleet, options, record),
+        *(source, fleet, options, record),
         ros1=ros1 or none,
         rosbridge=int(DEFAULT_PORT) if none else rosbridge,
         ros2=ros2,

@@ -18,6 +18,7 @@ __all__ = [
     "KINDS",
     "PACKAGE_PATH",
     "PLACES",
+    "SOURCES",
     "WORLD_SUFFIXES",
     "XML_SUFFIXES",
     "ReadingError",
@@ -38,6 +39,7 @@ __all__ = [
     "refuse_foreign",
     "ros_package_paths",
     "vrx_world",
+    "workspace_packages",
 ]
 
 _KINDS = (
@@ -230,6 +232,8 @@ SUBFOLDERS = frozenset(
     }
 )
 """Folders of a package in which robot files lie."""
+SOURCES = "src"
+"""Name of the folder of a workspace in which its packages are."""
 DEEPEST = 4
 """Folders below an entry of ROS_PACKAGE_PATH in which packages are looked for."""
 MOST_FOLDERS = 5000
@@ -249,11 +253,49 @@ def is_built_in(folder: Path) -> bool:
 
 def enclosing_packages(folder: Path) -> dict[str, Path]:
     """The package that a folder is in, by its name and its folder's, if any: that of the nearest `package.xml`."""
-    for place in [folder, *folder.parents][: PARENTS + 1]:
-        if (place / "package.xml").is_file():
-            name = package_name(place)
-            return {place.name: place, name: place} if name else {}
-    return {}
+    place = _package_of(folder)
+    name = package_name(place) if place else None
+    return {place.name: place, name: place} if place and name else {}
+
+
+def _package_of(folder: Path) -> Path | None:
+    """The nearest folder with a `package.xml`, from a folder upwards."""
+    places = [folder, *folder.parents][: PARENTS + 1]
+    return next((place for place in places if (place / "package.xml").is_file()), None)
+
+
+def workspace_packages(folder: Path) -> dict[str, Path]:
+    """The packages of the workspace that a folder is in, by name.
+
+    A workspace is a folder `src` above the package of the folder, or a checkout of git; without them, the packages
+    beside that package are its. It is never a user's home nor above it.
+    """
+    space, depth = _source_space(folder.absolute())
+    try:
+        return {} if space is None else _packages_below(space, depth, space.stat().st_mtime_ns)
+    except OSError:
+        return {}
+
+
+def _source_space(folder: Path) -> tuple[Path | None, int]:
+    """The folder of the packages of a workspace, and how far below it they lie."""
+    package = _package_of(folder)
+    start = package or folder
+    above = [place for place in ([] if package else [folder]) + list(start.parents)[:PARENTS] if _may_be_package(place)]
+    sources = (place for place in above if place.name == SOURCES and place.parent != _home())
+    found = next(sources, None) or next((place for place in above if (place / ".git").exists()), None)
+    if found is None and package is not None and package.parent in above:
+        return package.parent, 1
+    return found, DEEPEST
+
+
+@lru_cache(maxsize=8)
+def _packages_below(folder: Path, depth: int, _changed: int) -> dict[str, Path]:
+    """The packages below a folder, until it changes; of two of one name the first."""
+    found: dict[str, Path] = {}
+    for package in _crawl(folder, depth, [MOST_FOLDERS]):
+        found.setdefault(package_name(package) or package.name, package)
+    return found
 
 
 def package_above(folder: Path, name: str) -> Path | None:
@@ -270,10 +312,15 @@ def package_above(folder: Path, name: str) -> Path | None:
 
 
 def _may_be_package(folder: Path) -> bool:
+    home = _home()
+    return home is not None and not home.is_relative_to(folder) and len(folder.parts) > 2
+
+
+def _home() -> Path | None:
     try:
-        return not Path.home().is_relative_to(folder) and len(folder.parts) > 2
+        return Path.home()
     except RuntimeError:
-        return False
+        return None
 
 
 def package_name(folder: Path) -> str | None:
@@ -304,17 +351,23 @@ def _shared(value: str) -> tuple[Path, ...]:
 def _crawled(value: str) -> tuple[Path, ...]:
     """Each entry, and each folder below it that holds packages, as ROS finds them: none in a package."""
     found: dict[Path, None] = {}
-    left = MOST_FOLDERS
+    left = [MOST_FOLDERS]
     for entry in _entries(value):
-        waiting = [(entry, 0)]
-        while waiting and left > 0:
-            folder, depth = waiting.pop()
-            left -= 1
-            if (folder / "package.xml").is_file():
-                found[folder if folder == entry or package_name(folder) != folder.name else folder.parent] = None
-            elif depth < DEEPEST and not (folder / "CATKIN_IGNORE").exists():
-                waiting += [(below, depth + 1) for below in _package_folders(folder)]
+        for folder in _crawl(entry, DEEPEST, left):
+            found[folder if folder == entry or package_name(folder) != folder.name else folder.parent] = None
     return tuple(found)
+
+
+def _crawl(entry: Path, depth: int, left: list[int]) -> Iterator[Path]:
+    """The packages in a folder, as ROS finds them: none in a package; `left` counts folders that may be looked into."""
+    waiting = [(entry, 0)]
+    while waiting and left[0] > 0:
+        folder, deep = waiting.pop()
+        left[0] -= 1
+        if (folder / "package.xml").is_file():
+            yield folder
+        elif deep < depth and not (folder / "CATKIN_IGNORE").exists():
+            waiting += [(below, deep + 1) for below in _package_folders(folder)]
 
 
 def _package_folders(folder: Path) -> list[Path]:

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from vrx_mj.arguments import as_seed
 from vrx_mj.config.fleet import BoatConfig, FleetConfig, Order
 from vrx_mj.config.fleet_checks import load_fleet
-from vrx_mj.config.gazebo.launch import opened
+from vrx_mj.config.gazebo.opening import opened
 from vrx_mj.config.loading import fault_text, problem_at
 from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import WorldConfig, load_world
@@ -57,7 +57,8 @@ def compile_world(
 
     Args:
         world: name, path of a YAML file, or the file's contents as a mapping; or the path of a world of Gazebo
-            (`.world`, `.world.xacro`, `.sdf`) or of a launch file of ROS 1, of which VRX's own are known by name.
+            (`.world`, `.world.xacro`, `.sdf`) or of a launch file of ROS 1, of which VRX's own are known by name;
+            or a folder with one of these, as a catkin workspace.
         fleet: name, path or mapping, as for the world; by default one boat, `wamv`, at the world's spawn pose, or the
             boats of the launch file. The path of a URDF or xacro is one such boat.
         seed: seed of everything random; by default that of the world.
@@ -68,6 +69,7 @@ def compile_world(
     Raises:
         ConfigError: a file is invalid; the error lists every mistake with file, line and key.
         CompileError: MuJoCo cannot compile what the files describe.
+        ChoiceError: a folder has several launch files that open a world, or several worlds.
         CommandError: the seed is not a whole number from 0 to 2^63 - 1.
     """
     own = None if seed is None else as_seed(seed)

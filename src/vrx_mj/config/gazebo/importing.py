@@ -3,12 +3,13 @@
 import html
 import os
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from vrx_mj.config.gazebo.document import Fate, Note, Report, is_file
+from vrx_mj.config.gazebo.folders import files_below, is_folder
 from vrx_mj.config.gazebo.launch import Launch, fleet_of, launch_of
 from vrx_mj.config.gazebo.models import (
     SCHEME,
@@ -46,10 +47,6 @@ HEAD = "# Made by vrx-mj import from "
 """How each file that is written begins, so that a later import may write over it."""
 KINDS = (".world", ".world.xacro", ".launch", ".sdf", ".sdf.erb")
 """Ends of names of files that a folder is searched for."""
-BUILT = {"build", "devel", "install", "log"}
-"""Folders of a workspace that are made from the others."""
-MOST_FILES = 2000
-MOST_FOLDERS = 20_000
 FATES: tuple[Fate, ...] = ("taken over", "approximated", "ignored")
 
 
@@ -93,13 +90,13 @@ def import_files(source: Path, arguments: Mapping[str, str] | None = None) -> Im
     """
     made = Imported()
     writer = _Writer(made)
-    if not os.path.isdir(source):  # noqa: PTH112 - Path.is_dir raises an OSError for a name that is too long
+    if not is_folder(source):
         _check_arguments(source, arguments or {})
         writer.add(source, dict(arguments or {}))
         return made
     if arguments:
         raise VrxError(f"arguments NAME:=VALUE are for one launch file or xacro, not for the folder {display(source)}")
-    files = list(_files(source))
+    files = list(files_below(source, KINDS))
     if not files:
         raise VrxError(f"no file to import in {display(source)}: none ends in {', '.join(KINDS)}")
     for file in files:
@@ -122,24 +119,6 @@ def _check_arguments(file: Path, arguments: Mapping[str, str]) -> None:
         raise ConfigError(
             [Problem(display(file), None, None, f"{name}:=", str(UnknownNameError("argument", name, known)))]
         )
-
-
-def _files(folder: Path) -> Iterator[Path]:
-    """The files to import below a folder; of a world and the xacro that it is made from, the xacro."""
-    found, top = 0, folder.resolve()
-    for number, (place, folders, names) in enumerate(os.walk(folder)):
-        folders[:] = sorted(name for name in folders if not name.startswith(".") and name not in BUILT)
-        if number > MOST_FOLDERS:
-            raise VrxError(f"more than {MOST_FOLDERS} folders in {display(folder)}: name a smaller one")
-        for name in sorted(names):
-            if not name.lower().endswith(KINDS) or f"{name}.xacro" in names or f"{name}.erb" in names:
-                continue
-            if not (Path(place) / name).resolve().is_relative_to(top):  # a link that leads out
-                continue
-            found += 1
-            if found > MOST_FILES:
-                raise VrxError(f"more than {MOST_FILES} files to import in {display(folder)}: name a smaller folder")
-            yield Path(place) / name
 
 
 def _cell(text: str) -> str:

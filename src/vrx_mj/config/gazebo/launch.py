@@ -12,8 +12,6 @@ from vrx_mj.config.gazebo.document import Element, Report, home_path, is_file, r
 from vrx_mj.config.gazebo.models import safe_name
 from vrx_mj.config.gazebo.packages import NOWHERE, PACKAGES, is_nowhere, named_world, robot_named, world_named
 from vrx_mj.config.gazebo.stock import STOCK_LAUNCHES, StockBoat, StockLaunch, stock_launch
-from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world, warn_of_losses
-from vrx_mj.config.loading import Source, path_of
 from vrx_mj.config.search import display, package_paths
 from vrx_mj.config.tree import Entry, File, Items, Place, Section
 from vrx_mj.config.urdf.expression_values import LONGEST_TEXT, Budget, ExpressionError
@@ -22,7 +20,7 @@ from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError
 from vrx_mj.frames import Pose
 
-__all__ = ["SERVING", "Launch", "SpawnedBoat", "fleet_of", "is_launch", "launch_of", "opened", "read_launch"]
+__all__ = ["SERVING", "Launch", "SpawnedBoat", "fleet_of", "is_launch", "launch_of", "read_launch"]
 
 ENDING = ".launch"
 DEEPEST = 20
@@ -70,6 +68,8 @@ class Launch:
     """File of the world, or the name of one of ours; None: it opens none."""
     boats: tuple[SpawnedBoat, ...]
     report: Report
+    included: tuple[Path, ...] = ()
+    """The launch files that it includes."""
 
 
 def launch_of(source: str, arguments: Mapping[str, str]) -> Launch:
@@ -97,37 +97,12 @@ def is_launch(source: object) -> TypeGuard[str | Path]:
     return isinstance(source, str | Path) and str(source).lower().endswith(ENDING)
 
 
-def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) -> tuple[Source, Source | None]:
-    """World and fleet that a launch file, or a world of Gazebo with arguments or boats, opens; others stay as they are.
-
-    Raises:
-        ConfigError: the file is wrong, or opens no world, or a file without arguments is given some.
-    """
-    if is_launch(world):
-        launch = launch_of(str(world), arguments)
-        if launch.world is None:
-            raise ConfigError([Problem(str(world), None, None, "", "opens no world of Gazebo")])
-        warn_of_losses(launch.report.notes, str(world), stacklevel=4)
-        world, fleet, arguments = launch.world, fleet_of(launch) if fleet is None else fleet, {}
-    if not arguments and (fleet is not None or not is_gazebo_world(world)):
-        return world, fleet
-    if not is_gazebo_world(world):
-        message = "takes no arguments NAME:=VALUE: they are for launch files and for xacro worlds of Gazebo"
-        raise ConfigError([Problem(str(world), None, None, "", message)])
-    found = gazebo_world(path_of("worlds", world), arguments)
-    if not arguments and found.fleet is None:
-        return world, fleet
-    warn_of_losses(found.notes, str(world), stacklevel=4)
-    section = Section({"name": found.name, **found.section}, found.section.place, found.section.entries)
-    return section, found.fleet if fleet is None else fleet
-
-
-def read_launch(file: Path, arguments: Mapping[str, str]) -> Launch:
-    """The simulation that a launch file starts. Raises ConfigError."""
+def read_launch(file: Path, arguments: Mapping[str, str], *, strict: bool = True) -> Launch:
+    """The simulation that a launch file starts. Raises ConfigError, if `strict` also for arguments that it has not."""
     run = _Run(Files(file, {}, package_paths()), Report(), Budget())
     declared = run.read(file.absolute(), dict(arguments), _Scope("", {}))
     unknown = sorted(set(arguments) - declared)
-    if unknown:
+    if unknown and strict:
         message = str(UnknownNameError("argument", unknown[0], sorted(declared)))
         raise ConfigError([Problem(display(file), None, None, f"{unknown[0]}:=", message)])
     return run.result()
@@ -154,11 +129,12 @@ class _Run:
         self.places: dict[str, Place] = {}
         self.descriptions: dict[str, Description] = {}
         self.open: list[Path] = []
+        self.included: list[Path] = []
 
     def result(self) -> Launch:
         """What they start."""
         self.report.settle()
-        return Launch(self.world, tuple(self.boats), self.report)
+        return Launch(self.world, tuple(self.boats), self.report, tuple(self.included))
 
     def read(self, file: Path, given: dict[str, str], scope: _Scope) -> set[str]:
         """Go through a file with arguments from outside, and return the names of those that it declares."""
@@ -239,7 +215,8 @@ class _Run:
                 value = arg.attributes.get("value", arg.attributes.get("default", ""))
                 passed[self.needed(arg, "name", scope)] = self.worked_out(arg, value, scope)
         if not name.startswith(NOWHERE):
-            declared = self.read(self.allowed(element, name), passed, inner)
+            self.included.append(self.allowed(element, name))
+            declared = self.read(self.included[-1], passed, inner)
             unknown = sorted(set(passed) - set(scope.arguments if passes_all else ()) - declared)
             if unknown:
                 raise element.fault(str(UnknownNameError("argument", unknown[0], sorted(declared))))

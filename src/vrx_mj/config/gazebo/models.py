@@ -14,7 +14,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.config.base import COLORS
 from vrx_mj.config.gazebo.document import Element, Report, is_file, read_document
 from vrx_mj.config.gazebo.erb_docks import is_template, template_content
-from vrx_mj.config.search import catalogue, contained, display, package_paths
+from vrx_mj.config.search import catalogue, contained, display, package_paths, workspace_packages
 from vrx_mj.config.series.calls import At, located
 from vrx_mj.config.shapes import MESH_SUFFIXES
 from vrx_mj.config.tree import Section
@@ -276,8 +276,9 @@ def _folder(name: str, near: Path) -> Path | None:
     if not re.fullmatch(r"\w[\w.-]{0,99}", name):
         return None
     entries = [Path(entry) for key in PATHS for entry in os.environ.get(key, "").split(os.pathsep) if entry]
-    packages = [below for path in package_paths() for below in (path, path / "models")]
     near = near.absolute()
+    around = workspace_packages(near).values()
+    packages = [below for path in (*package_paths(), *around) for below in (path, path / "models")]
     beside = [near, near / "models", near.parent / "models", near.parent]
     found = next((place / name for place in (*beside, *entries, *packages) if _is_model(place / name)), None)
     if found is not None and found.parent in beside and not _is_inside(found, near.parent):

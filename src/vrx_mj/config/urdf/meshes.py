@@ -15,7 +15,15 @@ from xml.sax.saxutils import quoteattr, unescape
 import numpy as np
 
 from vrx_mj.arrays import FloatArray, IntArray
-from vrx_mj.config.search import ReadingError, display, enclosing_packages, package_above, package_name, read_limited
+from vrx_mj.config.search import (
+    ReadingError,
+    display,
+    enclosing_packages,
+    package_above,
+    package_name,
+    read_limited,
+    workspace_packages,
+)
 from vrx_mj.config.urdf.mesh_sizes import check_counts, refuse, sized_dae, sized_glb, sized_obj, sized_ply, sized_stl
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import VrxError, shortened
@@ -101,6 +109,12 @@ class MeshFiles:
             yield path / name
             if path.resolve().name == name or package_name(path) == name:
                 yield path
+        yield from self._in_workspace(name)
+
+    def _in_workspace(self, name: str) -> list[Path]:
+        """The package of a name in the workspace of the URDF, if it has one."""
+        found = workspace_packages(self.folder.absolute()).get(name)
+        return [found] if found else []
 
     def _bases(self, text: str = "") -> list[Path]:
         """The folders that may be read for a `filename`."""
@@ -112,6 +126,7 @@ class MeshFiles:
             *self.packages.values(),
             *self._around.values(),
             *self.package_paths,
+            *(self._in_workspace(package[2]) if package else ()),
         ]
 
     def _advice(self, text: str) -> str:

@@ -18,6 +18,7 @@ from vrx_mj.config.search import (
     package_above,
     package_name,
     read_limited,
+    workspace_packages,
 )
 from vrx_mj.config.urdf.expression_values import GLOBALS, Budget, ExpressionError, Function
 from vrx_mj.config.urdf.expressions import Names, evaluate, unknown
@@ -43,8 +44,8 @@ def own_packages() -> dict[str, Path]:
 class Files:
     """What one expansion may read.
 
-    A package is first looked for in `packages` and above the file, then in `package_paths` and beside the file, at
-    last in `spare`.
+    A package is first looked for in `packages` and above the file, then in `package_paths` and beside the file, then
+    in the workspace of the file, at last in `spare`.
     """
 
     def __init__(
@@ -80,7 +81,7 @@ class Files:
         found = self.packages.get(name) if _is_name(name) else None
         if found is None and _is_name(name):
             candidates = (folder for folder in self._candidates(name) if folder.is_dir() and not is_built_in(folder))
-            found = next(candidates, None) or self._above(name)
+            found = next(candidates, None) or self._above(name) or self._in_workspace(name)
         return self.spare.get(name) if found is None or is_built_in(found) else found
 
     def read(self, path: str) -> bytes:
@@ -136,9 +137,17 @@ class Files:
             self.roots.append(found.resolve())
         return found
 
+    def _in_workspace(self, name: str) -> Path | None:
+        """The package of that name in the workspace of the file, which may be read from then on."""
+        found = workspace_packages(self.folder).get(name)
+        if found is not None:
+            self.packages[name] = found
+            self.roots.append(found.resolve())
+        return found
+
     def _known(self) -> list[str]:
         beside = {folder.name for path in self.paths if path.is_dir() for folder in path.iterdir() if folder.is_dir()}
-        return sorted({*self.packages, *beside, *self.spare})
+        return sorted({*self.packages, *beside, *workspace_packages(self.folder), *self.spare})
 
 
 def read_bytes(file: Path) -> bytes:

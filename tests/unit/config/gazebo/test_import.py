@@ -12,7 +12,10 @@ from vrx_mj.cli.importing import import_
 from vrx_mj.config.gazebo.importing import HEAD, TITLE, import_files
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import VrxError, VrxWarning
+from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.model.world import json_of
+from vrx_mj.runtime.simulation import Simulation
+from workspaces import PRACTICE, TWO_BOATS, write_workspace
 
 pytestmark = pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
 BOX = '<collision name="c"><geometry><box><size>{size} 1 1</size></box></geometry></collision>'
@@ -276,3 +279,21 @@ def test_both_compile_to_the_same_and_sail_alike(name):
             seen = simulation.step({world.boats[0]: {"left": 0.6, "right": 0.4}}, duration=1.0)
         ends.append(seen[world.boats[0]].position.tolist())
     assert ends[0] == ends[1]
+
+
+@pytest.mark.slow
+def test_a_workspace_sails_as_it_is_and_imported_alike():
+    write_workspace(Path("ws"))
+    made = imported("ws")
+    for name in (PRACTICE, TWO_BOATS):
+        ends = []
+        for world, fleet in (
+            (f"ws/src/team_gazebo/launch/{name}", None),
+            (made / "practice.yaml", made / f"{name.removesuffix('.launch')}_fleet.yaml"),
+        ):
+            sim = Simulation(compile_world(world, fleet=fleet))
+            sim.reset(seed=3)
+            boats = sim.step({key: {"left": 0.5, "right": 0.2} for key in sim.world.boats}, duration=2.0)
+            ends.append({name: boats[name].position.tolist() for name in sim.world.boats})
+        assert ends[0] == ends[1]
+        assert not Path("owned").exists()

@@ -1,0 +1,64 @@
+"""Files of Gazebo and ROS below a folder, as a catkin workspace, a package or a folder of worlds."""
+
+import os
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path, PurePath
+
+from vrx_mj.config.search import display
+from vrx_mj.errors import VrxError
+
+__all__ = ["files_below", "is_folder", "links_below", "short_names"]
+
+BUILT = {"build", "devel", "install", "log"}
+"""Folders of a workspace that are made from the others."""
+MOST_FILES = 2000
+MOST_FOLDERS = 20_000
+
+
+def is_folder(path: str | Path) -> bool:
+    """Whether there is a folder of this path, which may be too long for any."""
+    try:
+        return os.path.isdir(path)  # noqa: PTH112 - Path.is_dir raises an OSError for a name that is too long
+    except ValueError:
+        return False
+
+
+def files_below(folder: Path, kinds: tuple[str, ...]) -> Iterator[Path]:
+    """The files below a folder whose names end so; not those that catkin makes from a xacro or a template beside them.
+
+    Links to folders are not followed, links to files not where they lead out.
+
+    Raises:
+        VrxError: there are too many.
+    """
+    found, top = 0, folder.resolve()
+    for number, (place, folders, names) in enumerate(os.walk(folder)):
+        folders[:] = sorted(name for name in folders if not name.startswith(".") and name not in BUILT)
+        if number > MOST_FOLDERS:
+            raise VrxError(f"more than {MOST_FOLDERS} folders in {display(folder)}: name a smaller one")
+        present = set(names)
+        for name in sorted(names):
+            if not name.lower().endswith(kinds) or f"{name}.xacro" in present or f"{name}.erb" in present:
+                continue
+            if not (Path(place) / name).resolve().is_relative_to(top):  # a link that leads out
+                continue
+            found += 1
+            if found > MOST_FILES:
+                raise VrxError(f"more than {MOST_FILES} files to read in {display(folder)}: name a smaller folder")
+            yield Path(place) / name
+
+
+def links_below(folder: Path) -> list[Path]:
+    """Links to folders in a folder and in its `src`, which are not followed."""
+    places = [folder, folder / "src"]
+    inside = (Path(entry.path) for place in places if is_folder(place) for entry in os.scandir(place))
+    return sorted(path for path in inside if path.is_symlink() and is_folder(path))
+
+
+def short_names(files: Sequence[Path], folder: Path) -> list[str]:
+    """The shortest end of each file's path in a folder that no other one has: its name, where that is its own."""
+    parts = [PurePath(os.path.relpath(file, folder)).parts for file in files]
+    ends = Counter(one[-length:] for one in parts for length in range(1, len(one) + 1))
+    shortest = (next((one[-size:] for size in range(1, len(one)) if ends[one[-size:]] == 1), one) for one in parts)
+    return ["/".join(one) for one in shortest]

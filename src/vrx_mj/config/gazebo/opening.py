@@ -1,0 +1,259 @@
+"""What a command opens: a world, the world and the boats of a launch file, or the file of a folder that is meant."""
+
+import os.path
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from vrx_mj.config.gazebo.document import read_document
+from vrx_mj.config.gazebo.folders import files_below, is_folder, links_below, short_names
+from vrx_mj.config.gazebo.launch import Launch, fleet_of, is_launch, launch_of, read_launch
+from vrx_mj.config.gazebo.packages import PACKAGES
+from vrx_mj.config.gazebo.stock import stock_launch
+from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world, warn_of_losses
+from vrx_mj.config.loading import Source, path_of
+from vrx_mj.config.search import (
+    SOURCES,
+    WORLD_SUFFIXES,
+    catalogue,
+    display,
+    is_built_in,
+    package_name,
+    package_paths,
+    workspace_packages,
+)
+from vrx_mj.config.tree import Section
+from vrx_mj.config.wording import shown
+from vrx_mj.errors import ChoiceError, ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.packages import shell_word
+
+__all__ = ["file_in", "file_of_folder", "opened"]
+
+LAUNCH = (".launch",)
+ROS2 = (".launch.py", ".launch.xml")
+ROBOTS = (".urdf", ".urdf.xacro")
+MOST_LAUNCHES = 200
+"""Launch files of a folder that are read to choose one."""
+OLDER = "vrx_2019"
+"""VRX's package with worlds of 2019, some of whose launch files are called as those of `vrx_gazebo`."""
+LISTED = 3
+"""Names of boats that a line lists."""
+
+
+def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) -> tuple[Source, Source | None]:
+    """World and fleet that a source opens: a launch file, a folder, or a world of Gazebo with arguments or boats.
+
+    Other sources stay as they are.
+
+    Raises:
+        ConfigError: the file is wrong, or opens no world, or a file without arguments is given some.
+        VrxError: there is nothing to open in the folder.
+        ChoiceError: there are several.
+    """
+    if isinstance(world, str | Path) and is_folder(world) and str(world) not in catalogue("worlds"):
+        world = file_of_folder(Path(world), arguments)
+    if is_launch(world):
+        launch = launch_of(str(world), arguments)
+        if launch.world is None:
+            raise ConfigError([Problem(str(world), None, None, "", "opens no world of Gazebo")])
+        warn_of_losses(launch.report.notes, str(world), stacklevel=4)
+        world, fleet, arguments = launch.world, fleet_of(launch) if fleet is None else fleet, {}
+    if not arguments and (fleet is not None or not is_gazebo_world(world)):
+        return world, fleet
+    if not is_gazebo_world(world):
+        message = "takes no arguments NAME:=VALUE: they are for launch files and for xacro worlds of Gazebo"
+        raise ConfigError([Problem(str(world), None, None, "", message)])
+    found = gazebo_world(path_of("worlds", world), arguments)
+    if not arguments and found.fleet is None:
+        return world, fleet
+    warn_of_losses(found.notes, str(world), stacklevel=4)
+    section = Section({"name": found.name, **found.section}, found.section.place, found.section.entries)
+    return section, found.fleet if fleet is None else fleet
+
+
+@dataclass
+class _Found:
+    """What the launch files of a folder start."""
+
+    launches: dict[Path, Launch] = field(default_factory=dict)
+    """Those that start a world."""
+    others: list[Path] = field(default_factory=list)
+    """Those that start none."""
+    failed: list[str] = field(default_factory=list)
+    """Messages of those that cannot be read."""
+
+
+def file_of_folder(folder: Path, arguments: Mapping[str, str] | None = None) -> Path:
+    """The file of a folder that is meant: its one launch file that starts a world, without any its one world.
+
+    Launch files that another one includes do not count.
+
+    Raises:
+        ChoiceError: there are several.
+        VrxError: there is none, with what there is instead.
+    """
+    found = _launches(folder, arguments or {})
+    tops = {file: launch for file, launch in found.launches.items() if not _is_included(file, found)}
+    if len(tops) == 1:
+        (file,) = tops
+        _warn_of_failures(folder, found)
+        return file
+    if tops:
+        raise _choice(folder, "launch files that open a world", {file: _about(one) for file, one in tops.items()})
+    worlds = [file for file in files_below(folder, WORLD_SUFFIXES) if _has_world(file)]
+    if len(worlds) == 1:
+        _warn_of_failures(folder, found)
+        return worlds[0]
+    if worlds:
+        raise _choice(folder, "worlds", dict.fromkeys(worlds, ""))
+    raise VrxError(_nothing(folder, found))
+
+
+def file_in(folder: str, name: str) -> str:
+    """The file of a name in a folder or a package, as roslaunch finds it.
+
+    Args:
+        folder: a folder, or the name of a package in the current folder's workspace, on ROS_PACKAGE_PATH or of VRX.
+        name: its name, or the end of its path in that folder.
+
+    Raises:
+        UnknownNameError: no such package, or no such file in it.
+        ChoiceError: several files end so.
+    """
+    place = Path(folder) if is_folder(folder) else _package(folder)
+    if place is None:
+        return _of_vrx(folder, name)
+    ends = (*LAUNCH, *WORLD_SUFFIXES, ".yaml")
+    files = list(files_below(place, ends))
+    path = f"/{name}"
+    found = [file for file in files if f"/{file.relative_to(place).as_posix()}".endswith(path)]
+    if not found:
+        raise UnknownNameError(f"launch file or world in {display(place)}", name, short_names(files, place))
+    if len(found) > 1:
+        raise _choice(place, f"files that end in {name}", dict.fromkeys(found, ""), files)
+    return str(found[0])
+
+
+def _around() -> dict[str, Path]:
+    """The packages of the workspace that the current folder is, or is in."""
+    sources = Path.cwd() / SOURCES
+    return workspace_packages(sources if is_folder(sources) else Path.cwd())
+
+
+def _package(name: str) -> Path | None:
+    """The folder of a package, by its name."""
+    found = _around().get(name)
+    below = [folder for path in package_paths() for folder in (path / name, path)]
+    named = (folder for folder in below if is_folder(folder) and name in {folder.name, package_name(folder)})
+    place = found or next(named, None)
+    return None if place is None or is_built_in(place) else place
+
+
+def _of_vrx(package: str, name: str) -> str:
+    """One of VRX's own launch files, whose package is not there; of the package of 2019 a world."""
+    if package not in PACKAGES:
+        raise UnknownNameError("folder or package", package, sorted({*_around(), *PACKAGES}))
+    stock = stock_launch(name)
+    if stock is None:
+        launch_of(name, {})  # raises: it has none of this name
+        return name
+    older = f"{OLDER.replace('_', '')}/{stock.world}"
+    return older if package == OLDER and older in catalogue("worlds") else name
+
+
+def _launches(folder: Path, arguments: Mapping[str, str]) -> _Found:
+    """What the launch files of a folder start, with those of the arguments that each takes."""
+    files = list(files_below(folder, LAUNCH))
+    if len(files) > MOST_LAUNCHES:
+        raise VrxError(f"{len(files)} launch files in {display(folder)}: name one, or a smaller folder")
+    found = _Found()
+    for file in files:
+        try:
+            launch = read_launch(file, arguments, strict=False)
+        except VrxError as error:
+            found.failed += str(error).splitlines()[:1]
+            continue
+        if launch.world is None:
+            found.others.append(file)
+        else:
+            found.launches[file] = launch
+    return found
+
+
+def _is_included(file: Path, found: _Found) -> bool:
+    """Whether another launch file of the folder includes this one."""
+    path = file.resolve()
+    return any(path in launch.included for other, launch in found.launches.items() if other != file)
+
+
+def _about(launch: Launch) -> str:
+    """What a launch file opens, in a few words."""
+    world = launch.world.name if isinstance(launch.world, Path) else str(launch.world)
+    names = [boat.name for boat in launch.boats]
+    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
+    count = f"{len(names)} boat{'s' * (len(names) > 1)}: {', '.join(names[:LISTED])}{more}" if names else "no boat"
+    return f"{world}, {count}"
+
+
+def _choice(folder: Path, kind: str, files: Mapping[Path, str], among: Sequence[Path] = ()) -> ChoiceError:
+    """The error about a folder of which several files may be meant, each with what it opens."""
+    names = short_names([*files, *among], folder)[: len(files)]
+    if among:
+        names = [os.path.relpath(file, folder) for file in files]
+    words = [f"{shell_word(_typed(folder))} {shell_word(name)}" for name in names]
+    return ChoiceError(display(folder), kind, dict(zip(words, files.values(), strict=True)))
+
+
+def _typed(folder: Path) -> str:
+    """A folder as a command line names it."""
+    return "." if folder.absolute() == Path.cwd() else display(folder)
+
+
+def _warn_of_failures(folder: Path, found: _Found) -> None:
+    """One warning of the launch files that could not be read, where one could."""
+    if found.failed:
+        lines = [f"{display(folder)}: launch files that are not read", *found.failed[:LISTED]]
+        more = [f"and {len(found.failed) - LISTED} more"] if len(found.failed) > LISTED else []
+        warnings.warn("\n".join([*lines, *more]), VrxWarning, stacklevel=5)
+
+
+def _has_world(file: Path) -> bool:
+    """Whether there is a world in a file, not the model of an object; of what cannot be read that is not known."""
+    if not file.name.lower().endswith((".sdf", ".sdf.xacro")):
+        return True
+    try:
+        return any(one.tag == "world" for one in read_document(file).walk())
+    except VrxError:
+        return not file.name.startswith("model")
+
+
+def _nothing(folder: Path, found: _Found) -> str:
+    """Why nothing of a folder can be opened, and what to do."""
+    if found.failed:
+        return "\n".join(found.failed)
+    where = shown(display(folder))
+    return f"{where}: {next(_reasons(folder, found), 'no launch file and no world of Gazebo in this folder')}"
+
+
+def _reasons(folder: Path, found: _Found) -> Iterator[str]:
+    """What there is instead of a launch file that opens a world."""
+    if found.others:
+        names = ", ".join(short_names(found.others, folder)[:LISTED])
+        yield f"its launch files open no world: {names}; give one to --fleet, with a world"
+    robots = short_names(list(files_below(folder, ROBOTS)), folder)
+    if robots:
+        yield f"no world, but boats: {', '.join(robots[:LISTED])}; sail one: vrx-mj run example_course --fleet FILE"
+    models = list(files_below(folder, ("model.config", "model.sdf", "model.sdf.erb")))
+    if models:
+        names = ", ".join(dict.fromkeys(file.parent.name for file in models[:LISTED]))
+        yield f"no world, but models: {names}; a world names one in `objects` as model: model://NAME"
+    newer = short_names(list(files_below(folder, ROS2)), folder)
+    if newer:
+        yield f"no world; launch files of ROS 2 are programs, which are not run: {', '.join(newer[:LISTED])}"
+    ours = short_names(list(files_below(folder, (".yaml", ".yml"))), folder)
+    if ours:
+        yield f"no launch file and no world of Gazebo; name one of its YAML files: {', '.join(ours[:LISTED])}"
+    links = links_below(folder)
+    if links:
+        yield f"no world; links are not followed: name the folder that {shown(display(links[0]))} leads to"
