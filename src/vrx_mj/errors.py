@@ -85,7 +85,10 @@ class VrxWarning(UserWarning):
 
 
 class ChoiceError(VrxError):
-    """A folder of which several files may be meant: for each the words of a command line, and what it opens."""
+    """A folder of which several files may be meant.
+
+    `choices` are the words of a command line for each file, with what it opens.
+    """
 
     def __init__(self, folder: str, kind: str, choices: Mapping[str, str]) -> None:
         self.folder = folder

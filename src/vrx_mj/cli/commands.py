@@ -102,10 +102,9 @@ def run(
     """
     from vrx_mj.cli.sailing import sail
 
-    _check_recording(record)
+    _check_outputs(record, summary)
     _check_paired("--record FILE.rrd", record, {"--sensors": sensors, "--follow": follow})
     _check_paired("--bag FILE", bag, {"--topic": topic[0] if topic else None})
-    _check_writable(summary)
     source, given = opened_by(world, arguments)
     result = sail(
         source, fleet, duration=duration, seed=seed, path=record, control=control, thrust=thrust, sensors=sensors,
@@ -118,8 +117,9 @@ def run(
         raise SystemExit(1)
 
 
-def _check_writable(summary: Path | None) -> None:
-    """Check before the run that a summary can be written: it must not fail after an hour of sailing."""
+def _check_outputs(record: Path | None, summary: Path | None) -> None:
+    """Check before the run that its files can be written: it must not fail after an hour of sailing."""
+    _check_recording(record)
     if summary is None:
         return
     with writing("the summary", summary):

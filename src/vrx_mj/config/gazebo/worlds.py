@@ -58,6 +58,9 @@ NEWER = (1, 7)
 """Version of SDF from which a world is one of gz-sim."""
 INCLUDES = "include_all_xacros"
 """VRX's macro that includes the files of the others."""
+NO_MODEL = "is its folder on GAZEBO_MODEL_PATH?"
+MOST_HINTS = 100
+"""Unknown names of models for which a known one is guessed."""
 SHOWN = 6
 """Notes that a warning lists."""
 
@@ -130,6 +133,7 @@ class _Reader:
         self.boats: list[Content] = []
         self.kinds: dict[str, bool] = {}
         self.known = catalogue("objects")
+        self.hints: dict[str, str] = {}
         self.newer = _is_newer(root)
 
     def world(self) -> GazeboWorld:
@@ -216,9 +220,7 @@ class _Reader:
         """Place an object."""
         ours = self.catalogued(name, element)
         if ours is None and not has_model(name, self.file.parent):
-            close = nearest(name, self.known)
-            hint = f"did you mean '{close}'?" if close else "is its folder on GAZEBO_MODEL_PATH?"
-            self.report.note(element, "ignored", f"no model named '{name}'; {hint}")
+            self.report.note(element, "ignored", f"no model named '{name}'; {self.hint(name)}")
             return
         if ours is None and self.has_boat(name):
             self.add_boat(element, element.text("name") or name, f"{SCHEME}{name}")
@@ -240,6 +242,13 @@ class _Reader:
             except VrxError:
                 self.kinds[name] = False
         return self.kinds[name]
+
+    def hint(self, name: str) -> str:
+        """What may be meant by the name of a model that is not there; guesses are slow, and are made of the first."""
+        if name not in self.hints and len(self.hints) < MOST_HINTS:
+            close = nearest(name, self.known)
+            self.hints[name] = f"did you mean '{close}'?" if close else NO_MODEL
+        return self.hints.get(name, NO_MODEL)
 
     def catalogued(self, name: str, include: Element) -> str | None:
         """The model of our catalogue that an include of VRX means; None: it has none.
@@ -407,7 +416,7 @@ def _call(name: str, element: Element) -> Call:
     for block in element.children:
         values[BLOCK + block.tag], places[BLOCK + block.tag] = block.inner_xml(), block.place
     entries = {key: Entry(place, place) for key, place in places.items()}
-    return Call(name, Section(values, element.place, entries), element.place, (element.label,))
+    return Call(name, Section(values, element.place, entries), element.place, (element.label,), in_xml=True)
 
 
 def _same(content: Mapping[str, Any], other: Mapping[str, Any]) -> bool:

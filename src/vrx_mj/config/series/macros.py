@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from vrx_mj.config.base import COLORS
-from vrx_mj.config.series.calls import REQUIRED, At, Block, Call, Given, Tag, included, thing
+from vrx_mj.config.series.calls import BLOCK, REQUIRED, At, Block, Call, Given, Tag, included, thing
 from vrx_mj.config.series.pieces import Piece
 from vrx_mj.errors import UnknownNameError
 
@@ -189,7 +189,7 @@ def _docking(given: Given, kind: str, bays: int, durations: Parameters) -> dict[
 def _needed(given: Given, name: str) -> Block:
     block = given.block(name)
     if block is None:
-        raise given.call.fault(None, f"{given.call.macro} needs the parameter '/**{name}'")
+        raise given.call.needs(BLOCK + name)
     return block
 
 

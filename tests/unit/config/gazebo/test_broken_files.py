@@ -68,6 +68,10 @@ WORLDS = {
         "".join(f"<include><uri>m{i}</uri></include>" for i in range(1000)) + "<gravity>0</gravity>",
         "bay.world:3:33891: <gravity>: expected 3 numbers x y z, got '0'",
     ),
+    "far_too_many_unknown_models": (
+        "".join(f"<include><uri>buoy{i}</uri></include>" for i in range(14_000)) + "<gravity>0</gravity>",
+        "bay.world:3:534891: <gravity>: expected 3 numbers x y z, got '0'",
+    ),
     "name_of_a_million_letters": (
         "<include><name>" + "x" * 1000000 + "</name><uri>surmark46104</uri><pose>1</pose></include>",
         "bay.world:3:1000046: <pose>: expected 6 numbers x y z roll pitch yaw, got '1'",
