@@ -344,5 +344,8 @@ def test_a_boat_joins_a_loaded_world(tmp_path):
 def test_the_example_of_the_docs_runs(tmp_path, monkeypatch, capsys):
     text = (Path(__file__).resolve().parents[2] / "docs" / "spawning.md").read_text(encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    exec(re.search(r"```python\n(.*?)```", text, re.DOTALL)[1], {})  # noqa: S102
+    boats, objects = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    exec(boats, {})  # noqa: S102
     assert capsys.readouterr().out == "['wamv1', 'wamv3', 'guest']\n"
+    exec(objects, {})  # noqa: S102
+    assert capsys.readouterr().out.startswith("('lamp',) [30. 10. ")
