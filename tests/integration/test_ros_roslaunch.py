@@ -1,8 +1,12 @@
 """Debian's roslaunch with the packages of `vrx-mj ros packages`: VRX's own command lines, word by word."""
 
 import os
+import pty
+import re
+import select
 import signal
 import subprocess
+import time
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -22,18 +26,23 @@ def packages(tmp_path_factory):
     return folder
 
 
+def surroundings(home, packages):
+    """The environment of a user of ROS with the packages, and a free port for a rosbridge."""
+    more = {name: os.environ[name] for name in ("VRX_MJ_CACHE",) if name in os.environ}
+    own = {"ROS_PACKAGE_PATH": f"{packages}:{home}", "BRIDGE": str(free_port()), "PWD": str(home)}
+    return {**environment(free_port(), home / "ros"), **more, **own}
+
+
 @contextmanager
 def launched(line, home, packages, *, seconds=60.0):
     """The master's address and the lines so far of a command line of roslaunch that runs in a folder."""
-    port, log = free_port(), home / "roslaunch.txt"
-    more = {name: os.environ[name] for name in ("VRX_MJ_CACHE",) if name in os.environ}
-    path = f"{packages}:{home}"
-    variables = {**environment(port, home / "ros"), **more, "ROS_PACKAGE_PATH": path, "BRIDGE": str(free_port())}
+    log = home / f"roslaunch_{free_port()}.txt"
+    variables = surroundings(home, packages)
     with log.open("w", encoding="utf-8") as out:
         process = subprocess.Popen(["/bin/bash", "-c", f"exec {line}"], cwd=home, env=variables, stdout=out,
                                    stderr=subprocess.STDOUT, start_new_session=True)  # fmt: skip
     try:
-        yield Launched(process, log, port, home)
+        yield Launched(process, log, variables, home)
         if process.poll() is None:
             process.send_signal(signal.SIGINT)
         process.wait(seconds)
@@ -46,8 +55,9 @@ def launched(line, home, packages, *, seconds=60.0):
 class Launched:
     """A roslaunch that runs."""
 
-    def __init__(self, process, log, port, home):
-        self.process, self._log, self.port, self._home = process, log, port, home
+    def __init__(self, process, log, variables, home):
+        self.process, self._log, self.variables, self._home = process, log, variables, home
+        self.port = int(variables["ROS_MASTER_URI"].rpartition(":")[2])
 
     @property
     def text(self):
@@ -199,3 +209,59 @@ def test_boats_of_the_guide_join_a_world_without_boats(packages, tmp_path, team,
             "defender_a cannot join: spawn_urdf_model: invalid boat name 'defender_a': a boat of world sand_island has "
             "this name\n"
         )
+
+
+def pressed(line, home, variables, keys, seconds):
+    """What a command line prints on a terminal on which keys are pressed, and at last Ctrl-C."""
+    own, others = pty.openpty()
+    shell = f"exec setsid --ctty {line}"
+    said = []
+    with subprocess.Popen(["/bin/bash", "-c", shell], cwd=home, env=variables, stdin=others, stdout=others,
+                          stderr=others) as process:  # fmt: skip
+        os.close(others)
+
+        def heard(text, within, pressing=b""):
+            end = time.monotonic() + within
+            while time.monotonic() < end and (not text or text not in b"".join(said).decode("utf-8", "replace")):
+                if select.select([own], [], [], 0.1)[0]:
+                    try:
+                        said.append(os.read(own, 65536))
+                    except OSError:
+                        return  # the terminal is gone
+                else:
+                    os.write(own, pressing)
+
+        heard("quits.", 60.0)
+        heard("", seconds, keys)
+        os.write(own, b"\x03")
+        heard("shutting down processing monitor complete", 30.0)
+        process.wait(30.0)
+    os.close(own)
+    return b"".join(said).decode("utf-8", "replace")
+
+
+KEYDRIVE = """<launch>
+  <arg name="namespace" default="wamv"/>
+  <group ns="$(arg namespace)">
+    <include file="$(find vrx_gazebo)/launch/usv_keydrive.launch">
+      <arg name="namespace" value="$(arg namespace)"/>
+      <arg name="url" value="ws://127.0.0.1:$(env BRIDGE)"/>
+    </include>
+    <node pkg="vrx_gazebo" type="twist2thrust.py" name="twist2thrust" output="screen" args="--keyboard">
+      <remap from="left_cmd" to="thrusters/left_thrust_cmd"/>
+    </node>
+  </group>
+</launch>
+"""
+
+
+def test_keys_in_the_terminal_of_roslaunch_drive(packages, tmp_path, team):
+    (team / "launch" / "defender_keydrive.launch").write_text(KEYDRIVE, encoding="utf-8")
+    with launched(f"roslaunch vrx_gazebo vrx.launch namespace:=defender_a {EXTRA}", tmp_path, packages) as one:
+        one.topics("/defender_a/cmd_vel")
+        line = "roslaunch rxi defender_keydrive.launch namespace:=defender_a"
+        said = pressed(line, tmp_path, one.variables, b"i", 4.0)
+    assert "nothing to do: vrx-mj serve takes cmd_vel" in said
+    assert "boat defender_a  power +0.50" in said, said
+    assert max(float(speed) for speed in re.findall(r"speed ([\d.]+) m/s", said)) > 0.4
+    assert "escalating" not in said

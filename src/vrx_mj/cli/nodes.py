@@ -92,6 +92,12 @@ def _keydrive(words: Sequence[str], _: Path) -> list[Words]:
     return [["teleop", "--boat", given["namespace"], "--url", given["url"]]]
 
 
+def _twist_keyboard(_: Sequence[str], __: Path) -> list[Words]:
+    """Keys for the boat of the node's namespace."""
+    boat = os.environ.get("ROS_NAMESPACE", "").strip("/")
+    return [["teleop", *(("--boat", boat) if boat else ())]]
+
+
 def _joydrive(words: Sequence[str], _: Path) -> list[Words]:
     """A page with a joystick."""
     given = _given(words)
@@ -107,6 +113,15 @@ def _missing(words: Sequence[str], _: Path) -> int:
     """A launch file of VRX that is not there; a line says what to do instead."""
     show_error(f"{words[0]} is not supported: {' '.join(words[1:])}")
     return 1
+
+
+def _idle(_: Sequence[str], __: Path) -> int:
+    """A node of VRX for what `vrx-mj serve` does itself."""
+    from vrx_mj.cli.spawn_model import await_end
+
+    show("nothing to do: vrx-mj serve takes cmd_vel, and vrx-mj teleop sets thrust and angles")
+    await_end()
+    return 0
 
 
 def _xacro(words: Sequence[str], folder: Path) -> int:
@@ -186,6 +201,7 @@ COMMANDS: Mapping[str, Callable[[Sequence[str], Path], list[Words]]] = {
     "generate_wamv": _generate_wamv,
     "generate_worlds": _generate_worlds,
     "keydrive": _keydrive,
+    "teleop_twist_keyboard.py": _twist_keyboard,
     "joydrive": _joydrive,
     "playback": _playback,
 }
@@ -201,6 +217,8 @@ def _spawn_model(words: Sequence[str], folder: Path) -> int:
 
 PROGRAMS: Mapping[str, Callable[[Sequence[str], Path], int]] = {
     "missing": _missing,
+    "twist2thrust.py": _idle,
+    "key2thrust_angle.py": _idle,
     "spawn_model": _spawn_model,
     "xacro": _xacro,
     "xacro.py": _xacro,

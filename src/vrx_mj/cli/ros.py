@@ -58,9 +58,9 @@ def messages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder
 def packages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the packages.")]) -> None:
     """Write ROS 1 packages with VRX's launch files, which start vrx-mj serve, and print the line that has them found.
 
-    The packages are vrx_gazebo, vrx_2019, wave_gazebo, vorc_gazebo, wamv_gazebo, wamv_description, gazebo_ros and
-    xacro. With the line, roslaunch vrx_gazebo sandisland.launch and your own launch files work, with VRX's names and
-    arguments. The scripts run the Python of this vrx-mj: write them again when it has moved.
+    The packages are vrx_gazebo, vrx_2019, wave_gazebo, vorc_gazebo, wamv_gazebo, wamv_description, gazebo_ros,
+    teleop_twist_keyboard and xacro. With the line, roslaunch vrx_gazebo sandisland.launch and your own launch files
+    work, with VRX's names and arguments. The scripts run the Python of this vrx-mj: write them again when it has moved.
 
     In bash, eval "$(vrx-mj ros packages -o FOLDER)" sets it in the current shell.
 

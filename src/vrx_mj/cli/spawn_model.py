@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from vrx_mj.ros.messages import Message
     from vrx_mj.ros.ros1.client import Client
 
-__all__ = ["spawn_model"]
+__all__ = ["await_end", "spawn_model"]
+
+ENDS = (signal.SIGINT, signal.SIGTERM)
 
 FLAGS = ("urdf", "sdf", "stdin", "unpause", "b", "gazebo", "package_to_model")
 """Options without a value."""
@@ -147,6 +149,12 @@ def _number(given: Mapping[str, str], name: str) -> float:
     return value
 
 
+def await_end() -> None:
+    """Wait for Ctrl-C or SIGTERM."""
+    signal.pthread_sigmask(signal.SIG_BLOCK, ENDS)
+    signal.sigwait(ENDS)
+
+
 def _wait_for(client: "Client", gazebo: str, model: str) -> None:
     """Wait for another model."""
     from vrx_mj.ros.messages import new
@@ -163,6 +171,6 @@ def _stay(client: "Client", gazebo: str, model: str) -> None:
     """Wait for Ctrl-C or SIGTERM, and delete the model."""
     from vrx_mj.ros.messages import new
 
-    signal.sigwait({signal.SIGINT, signal.SIGTERM})
+    await_end()
     request = new("gazebo_msgs/DeleteModelRequest", model_name=model)
     show(client.call(f"{gazebo}/delete_model", "gazebo_msgs/DeleteModel", request).status_message)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import select
@@ -122,13 +123,18 @@ def _columns(stream: TextIO) -> int:
 
 
 def _foreground(stream: TextIO | None) -> bool:
-    """Whether `stream` is a terminal whose keys this process may read: a job in the background would be stopped."""
+    """Whether `stream` is a terminal whose keys this process may read: a job in the background would be stopped.
+
+    roslaunch starts its nodes in sessions of their own, with its terminal: none of them is stopped.
+    """
     try:
         if stream is None or not stream.isatty() or not hasattr(os, "tcgetpgrp"):
             return False
         return os.tcgetpgrp(stream.fileno()) == os.getpgrp()
-    except (OSError, ValueError):  # closed, or no file at all
+    except ValueError:  # closed, or no file at all
         return False
+    except OSError as error:
+        return error.errno == errno.ENOTTY  # the terminal of another session
 
 
 HELP = (

@@ -21,13 +21,24 @@ LIST = "vrx_mj_packages.json"
 NODES = {
     "vrx_gazebo": {
         name: f"scripts/{name}"
-        for name in (SERVING, "generate_wamv", "generate_worlds", "keydrive", "joydrive", "playback", "missing")
+        for name in (
+            SERVING,
+            "generate_wamv",
+            "generate_worlds",
+            "keydrive",
+            "joydrive",
+            "playback",
+            "missing",
+            "twist2thrust.py",
+            "key2thrust_angle.py",
+        )
     },
     "gazebo_ros": {name: f"scripts/{name}" for name in ("gzserver", "spawn_model")},
+    "teleop_twist_keyboard": {"teleop_twist_keyboard.py": "scripts/teleop_twist_keyboard.py"},
     "xacro": {"xacro": "xacro", "xacro.py": "xacro.py"},
 }
 """Programs of each package, by the type of a node, and where they are."""
-PACKAGE_NAMES = (*PACKAGES, "wamv_gazebo", "wamv_description", "gazebo_ros", "xacro")
+PACKAGE_NAMES = (*PACKAGES, "wamv_gazebo", "wamv_description", "gazebo_ros", "teleop_twist_keyboard", "xacro")
 DEFAULTS = {
     "gui": "true", "verbose": "false", "extra_gazebo_args": "", "paused": "false", "joy": "false",
     "non_competition_mode": "true", "namespace": "wamv", "thrust_config": "H", "pinger_params": "",

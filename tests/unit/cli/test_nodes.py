@@ -93,6 +93,12 @@ def test_others_are_one_command(node, words, line):
     assert COMMANDS[node](words, HOME) == [line]
 
 
+@pytest.mark.parametrize(("namespace", "words"), [("", []), ("/defender_a/", ["--boat", "defender_a"])])
+def test_keys_of_a_namespace_drive_its_boat(monkeypatch, namespace, words):
+    monkeypatch.setenv("ROS_NAMESPACE", namespace)
+    assert COMMANDS["teleop_twist_keyboard.py"]([], HOME) == [["teleop", *words]]
+
+
 def test_what_is_not_supported_says_what_to_do(capsys):
     assert PROGRAMS["missing"](["pinger.launch", "publish it yourself"], HOME) == 1
     assert capsys.readouterr().err == "pinger.launch is not supported: publish it yourself\n"
