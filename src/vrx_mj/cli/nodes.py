@@ -52,8 +52,11 @@ def _run(line: Words) -> None:
 
 def _serve(words: Sequence[str], folder: Path) -> list[Words]:
     """One of VRX's own launch files."""
+    from vrx_mj.config.gazebo.stock import stock_launch
+
     name, given = words[0], _given(words[1:])
-    options = _options(given)
+    stock = stock_launch(Path(name).name, Path(name).parent.name)
+    options = _options(given) if stock is None or stock.boats else ["--fleet", "none", *_options(given)]
     for key in ("world", "urdf"):
         if key in given:
             given[key] = _absolute(given[key], folder)
