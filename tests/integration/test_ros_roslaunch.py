@@ -7,7 +7,7 @@ import select
 import signal
 import subprocess
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -82,13 +82,16 @@ class Launched:
 
 
 WORLD = '<sdf version="1.6"><world name="bay"></world></sdf>'
-EXTRA = "extra_gazebo_args:='--ros1 --rosbridge '$BRIDGE"
+OPTIONS = "--ros1 --rosbridge $BRIDGE"
+EXTRA = f'extra_gazebo_args:="{OPTIONS}"'
 
 
 def children(pid):
     """Processes that a process has started, and theirs."""
-    listed = subprocess.run(["/bin/ps", "-eo", "pid,ppid"], capture_output=True, text=True, check=True).stdout
-    pairs = [tuple(map(int, line.split())) for line in listed.splitlines()[1:]]
+    pairs = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):  # it has ended
+            pairs.append((int(stat.parent.name), int(stat.read_text(encoding="utf-8").rpartition(")")[2].split()[1])))
     found, waiting = set(), [pid]
     while waiting:
         one = waiting.pop()
@@ -104,7 +107,11 @@ def test_sandisland_with_a_urdf_of_ones_own_and_ctrl_c(packages, tmp_path):
         said = one.text
     assert "my_wamv.urdf: wamv, built from" in said
     assert "compliant: all parts pass" in said
-    with launched(f"roslaunch vrx_gazebo sandisland.launch urdf:=my_wamv.urdf {EXTRA}", tmp_path, packages) as one:
+    with launched(
+        f"roslaunch vrx_gazebo sandisland.launch urdf:=my_wamv.urdf {EXTRA[:-7]}'$BRIDGE' --record run.rrd'",
+        tmp_path,
+        packages,
+    ) as one:
         topics = one.topics("/wamv/thrusters/left_thrust_cmd", "/gazebo/model_states")
         assert "/wamv/sensors/cameras/front_left_camera/image_raw" in topics
         assert "vrx2019/example_course: 1 boat, wamv" in one.text
@@ -115,6 +122,7 @@ def test_sandisland_with_a_urdf_of_ones_own_and_ctrl_c(packages, tmp_path):
         assert one.process.wait(30.0) == 0
         assert "served " in one.text
         assert "escalating" not in one.text
+    assert (tmp_path / "run.rrd").is_file()
     assert not [pid for pid in begun if Path(f"/proc/{pid}").exists()]
 
 

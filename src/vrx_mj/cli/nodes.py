@@ -7,6 +7,7 @@ import os
 import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from vrx_mj.cli.screen import show, show_error
@@ -27,6 +28,8 @@ def main() -> None:
     """Run a node; the exit code is that of the first command that fails."""
     node, *given = sys.argv[1:]
     words, folder = [word for word in given if not word.startswith("__")], Path(os.environ.get(FOLDER) or ".")
+    with suppress(OSError):  # it may have gone since
+        os.chdir(folder)
     try:
         if node in PROGRAMS:
             raise SystemExit(PROGRAMS[node](words, folder))

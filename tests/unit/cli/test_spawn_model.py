@@ -1,7 +1,10 @@
 """`spawn_model`: options as gazebo_ros has them, and what it asks of a served world."""
 
 import math
+import socket
+import threading
 from pathlib import Path
+from xmlrpc.client import ServerProxy
 
 import pytest
 
@@ -132,3 +135,30 @@ def test_a_client_names_what_is_missing_and_what_is_refused(served):
     assert str(refused.value) == "/failing: no boat is named wamv9"
     with pytest.raises(CommandError, match=r"/trigger: .*md5"):
         client.call("/trigger", "std_srvs/Empty", new("std_srvs/EmptyRequest"))
+
+
+@pytest.mark.parametrize(
+    ("answer", "message"),
+    [
+        (b"\xff\xff\xff\x7f", r"an answer of 2147483647 bytes is announced; at most 262144 are taken"),
+        (b"\x10\x00\x00\x00abc", r"the other side closed the connection; 13 of 16 bytes are missing"),
+        (b"\x05\x00\x00\x00abcde", r"a header's field has 1684234849 bytes where 1 are left"),
+    ],
+)
+def test_a_service_that_answers_nonsense_is_an_error(served, answer, message):
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        uri = f"rosrpc://127.0.0.1:{server.getsockname()[1]}"
+        with ServerProxy(served.uri) as master:
+            master.registerService("/nonsense", "/nonsense", uri, served.uri)
+
+        def speak():
+            line, _ = server.accept()
+            with line:
+                line.recv(4096)
+                line.sendall(answer)
+
+        thread = threading.Thread(target=speak)
+        thread.start()
+        with pytest.raises((CommandError, NetworkError), match=message):
+            Client("one").call("/nonsense", "std_srvs/Empty", new("std_srvs/EmptyRequest"))
+        thread.join()
