@@ -44,7 +44,7 @@ BASES = {
 """Terrains of VRX, and the worlds of ours that have them."""
 NEWER_BASES = {"sydney_regatta": "base/vrx2023"}
 """The same for worlds of VRX 3 where it is another one."""
-WATER = {"ocean_waves", "coast_waves", "ocean"}
+WATER = {"ocean_waves", "coast_waves", "ocean", "waves"}
 """Models that are the water, which is everywhere here."""
 SUN = "sun"
 WINDS = {"usvgazebowindplugin", "usvwind"}
