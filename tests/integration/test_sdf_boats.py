@@ -11,6 +11,9 @@ from sdf_boats import BOATS, link, sdf, spinning, thruster
 from urdf_boats import joint
 from urdf_boats import link as urdf_link
 from vrx_mj import Simulation, VrxWarning, compile_world
+from vrx_mj.config.gazebo.importing import import_files
+from vrx_mj.config.urdf.reader import read_urdf
+from vrx_mj.ros.table.boats import description
 
 CALM = {"name": "calm", "sea": {"model": "none"}}
 
@@ -144,8 +147,6 @@ def test_a_boat_is_the_same_in_an_sdf_and_in_a_urdf(steered, engines):
 @pytest.mark.parametrize("name", BOATS)
 def test_an_imported_boat_moves_as_the_one_that_it_is_made_of(name):
     """The URDF that the import writes has every number to the last bit."""
-    from vrx_mj.config.gazebo.importing import import_files
-
     texts = import_files(Path(written(name))).texts
     for path, text in texts.items():
         Path(path).parent.mkdir(parents=True, exist_ok=True)
@@ -184,3 +185,24 @@ def test_boats_in_a_world_of_gazebo_are_its_fleet():
     before = seen["outboard"].position[0]
     sim.step({"outboard": {"main": 60.0}}, duration=5.0)
     assert sim.observe()["outboard"].position[0] > before + 3.0
+
+
+LAUNCH = """<launch>
+<include file="$(find gazebo_ros)/launch/empty_world.launch">
+<arg name="world_name" value="$(find vrx_gazebo)/worlds/example_course.world"/></include>
+<node name="s" pkg="gazebo_ros" type="spawn_model" args="-sdf -file skiff.sdf -model alpha -x -500 -y 180 -z 0.1"/>
+</launch>"""
+
+
+def test_a_launch_file_spawns_a_boat_of_an_sdf_and_programs_get_its_urdf():
+    written("skiff")
+    Path("a.launch").write_text(LAUNCH, encoding="utf-8")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VrxWarning)
+        world = compile_world("a.launch")
+        made = import_files(Path("a.launch")).texts
+    assert list(world.boats) == ["alpha"]
+    assert made.keys() == {"robots/skiff.urdf", "a_fleet.yaml"}
+    robot = read_urdf(description(world, "alpha"), Path("alpha.urdf"))
+    assert list(robot.links) == ["base_link", "motor_port_link", "motor_stbd_link"]
+    assert Simulation(world).observe()["alpha"].position == pytest.approx((-500.0, 180.0, 0.1))

@@ -51,7 +51,7 @@ def _source(source: Source | None) -> tuple[Section, str]:
         if found is None:
             raise ConfigError([Problem(str(source), None, None, "", "spawns no boats")])
         return found, Path(source).stem
-    folder = file_in_folder(str(source))
+    folder = file_in_folder(source)
     if folder is not None:
         return _of_robot(folder), folder.parent.name
     if _is_description(source):

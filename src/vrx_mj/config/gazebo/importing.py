@@ -279,7 +279,10 @@ class _Writer:
             return
         boats = []
         for boat, found in zip(fleet["boats"], launch.boats, strict=True):
-            if isinstance(found.robot, Path):
+            if isinstance(found.robot, Path) and is_gazebo_model(found.robot.name):
+                path = self.add_boat(str(found.robot.absolute()), found.robot)
+                boats.append(Section({**boat, "robot": f"./{path}"}, boat.place, boat.entries))
+            elif isinstance(found.robot, Path):
                 urdf = _urdf(found.robot, found.arguments)
                 path = self.path_of("robots/", boat["name"], urdf, ".urdf")
                 self.made.texts[path] = urdf

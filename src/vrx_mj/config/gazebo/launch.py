@@ -9,8 +9,9 @@ from pathlib import Path, PurePosixPath
 from typing import Any, TypeGuard
 
 from vrx_mj.config.gazebo.document import Element, Report, home_path, is_file, read_document
-from vrx_mj.config.gazebo.models import safe_name
+from vrx_mj.config.gazebo.models import model_element, safe_name
 from vrx_mj.config.gazebo.packages import NOWHERE, PACKAGES, is_nowhere, named_world, robot_named, world_named
+from vrx_mj.config.gazebo.sdf_boats import is_boat
 from vrx_mj.config.gazebo.stock import STOCK_LAUNCHES, StockBoat, StockLaunch, stock_launch
 from vrx_mj.config.search import display, package_paths
 from vrx_mj.config.tree import Entry, File, Items, Place, Section
@@ -312,7 +313,7 @@ class _Run:
         name = options.get("model") or options.get("entity")
         if not name:
             raise element.fault("a spawned model needs -model NAME", "args")
-        if "-sdf" in text.split() or "database" in options:
+        if "database" in options or ("-sdf" in text.split() and not self.spawns_boat(element, options)):
             self.report.note(element, "ignored", "no boat: a model of SDF belongs into the world", f"<node> '{name}'")
             return
         pose = self.pose(element, [options.get(key, "0") for key in POSE])
@@ -323,6 +324,14 @@ class _Run:
         if lost and isinstance(boat.robot, Path):
             text = f"without {lost[0]}:= of its xacro; `vrx-mj import` writes its URDF with it"
             self.report.note(element, "approximated", text, f"<node> '{name}'")
+
+    def spawns_boat(self, element: Element, options: Mapping[str, str]) -> bool:
+        """Whether a node spawns a boat of an SDF; not where its file is missing."""
+        try:
+            file = self.robot_file(element, options["file"]) if "file" in options else ""
+        except ConfigError:
+            return False
+        return isinstance(file, Path) and is_boat(model_element(file)[0])
 
     def serve(self, element: Element, scope: _Scope) -> None:
         """Start what one of VRX's own launch files starts, as `vrx-mj ros packages` writes them."""

@@ -115,13 +115,15 @@ def model_file(text: str, near: Path | None) -> Path:
     return Path(f"{contained(path, base)}{mark}{name}")
 
 
-def file_in_folder(text: str, near: Path | None = None) -> Path | None:
+def file_in_folder(text: object, near: Path | None = None) -> Path | None:
     """The file of the model in a folder that a path leads to; None: it leads to no folder of a model.
 
     In a file the folder must be inside that of the file, `near`; on the command line it may be anywhere.
     """
+    if not isinstance(text, str | Path) or "/" not in str(text):
+        return None
     folder = (near or Path.cwd()) / text
-    if "/" not in text or not os.path.isdir(folder) or not _is_model(folder):  # noqa: PTH112 - too long a name raises
+    if not os.path.isdir(folder) or not _is_model(folder):  # noqa: PTH112 - too long a name raises
         return None
     return folder / _main_file(folder) if near is None or _is_inside(folder, near) else None
 
