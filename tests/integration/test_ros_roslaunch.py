@@ -107,11 +107,8 @@ def test_sandisland_with_a_urdf_of_ones_own_and_ctrl_c(packages, tmp_path):
         said = one.text
     assert "my_wamv.urdf: wamv, built from" in said
     assert "compliant: all parts pass" in said
-    with launched(
-        f"roslaunch vrx_gazebo sandisland.launch urdf:=my_wamv.urdf {EXTRA[:-7]}'$BRIDGE' --record run.rrd'",
-        tmp_path,
-        packages,
-    ) as one:
+    line = "roslaunch vrx_gazebo sandisland.launch urdf:=my_wamv.urdf "
+    with launched(line + EXTRA.replace(OPTIONS, f"{OPTIONS} --record run.rrd"), tmp_path, packages) as one:
         topics = one.topics("/wamv/thrusters/left_thrust_cmd", "/gazebo/model_states")
         assert "/wamv/sensors/cameras/front_left_camera/image_raw" in topics
         assert "vrx2019/example_course: 1 boat, wamv" in one.text
