@@ -7,6 +7,7 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
+from xml.sax.saxutils import escape
 
 from vrx_mj.cli.screen import show
 from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
@@ -84,14 +85,18 @@ def _options(words: Sequence[str]) -> dict[str, str]:
         raise CommandError("spawn_model needs -model NAME")
     sources = [name for name in SOURCES if name in found]
     if len(sources) != 1:
-        raise CommandError(f"spawn_model needs one of -file, -param and -stdin, got {', '.join(sources) or 'none'}")
+        raise CommandError(
+            f"spawn_model needs one of -file, -param, -stdin and -database, got {', '.join(sources) or 'none'}"
+        )
     return found
 
 
 def _description(given: Mapping[str, str], client: "Client", folder: Path) -> str:
     """The text of a model."""
     if "database" in given:
-        raise CommandError("-database is not supported: give -file with the path of its model.sdf, and -sdf")
+        if "sdf" not in given:
+            raise CommandError("-database names a model of SDF: give -sdf too")
+        return f"<sdf><world><include><uri>model://{escape(given['database'])}</uri></include></world></sdf>"
     if "param" in given:
         text = str(client.parameter(given["param"]))
     elif "file" in given:

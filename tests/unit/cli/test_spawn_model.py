@@ -71,6 +71,13 @@ def test_a_file_of_sdf_goes_to_its_service(served, asked, tmp_path):
     assert (name, request.model_name, request.initial_pose.position.x) == ("spawn_sdf_model", "buoy_1", 3.0)
 
 
+def test_a_model_of_the_database_is_included_by_its_name(served, asked):
+    assert spawn_model(["-sdf", "-database", "red&buoy", "-model", "buoy_2"], HERE) == 0
+    ((name, request),) = asked
+    assert name == "spawn_sdf_model"
+    assert request.model_xml == "<sdf><world><include><uri>model://red&amp;buoy</uri></include></world></sdf>"
+
+
 def test_the_namespace_of_the_links_is_the_name(served, asked, capsys):
     assert spawn_model(["-urdf", "-param", "/fleet/robot_description", "-model", "wamv", "-J", "a", "1"], HERE) == 0
     assert asked[0][1].model_name == "cat"
@@ -90,10 +97,10 @@ def test_what_the_world_refuses_is_an_error(served, tmp_path):
 
 WRONG = {
     "-urdf -param a": "spawn_model needs -model NAME",
-    "-urdf -model a": "spawn_model needs one of -file, -param and -stdin, got none",
-    "-urdf -model a -file b -param c": "spawn_model needs one of -file, -param and -stdin, got file, param",
+    "-urdf -model a": "spawn_model needs one of -file, -param, -stdin and -database, got none",
+    "-urdf -model a -file b -param c": "spawn_model needs one of -file, -param, -stdin and -database, got file, param",
     "-urdf -model": "-model needs a value",
-    "-model a -database b": "-database is not supported: give -file with the path of its model.sdf, and -sdf",
+    "-model a -database b": "-database names a model of SDF: give -sdf too",
     "-urdf -model a -file none.urdf": "none.urdf: cannot be read: No such file or directory",
     "-urdf -model a -param /none": "no parameter /none at the master {uri}",
     "-urdf -model a -param /fleet/robot_description -x east": "invalid -x 'east': a number is needed",

@@ -8,7 +8,9 @@ import pytest
 
 from ros_scene import call as service
 from ros_scene import run, served
+from sdf_boats import BOATS
 from trees import partial
+from vrx_mj.errors import VrxWarning
 from vrx_mj.frames import quaternion, rotation
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.table.boats import twist_commands
@@ -185,8 +187,8 @@ DATABASE = '<sdf version="1.4">\n<world name="default"><include>\n<uri>model://{
 """What `spawn_model -database NAME` sends."""
 
 
-def inserted(scene, name, text, x=-500.0, y=235.0, **more):
-    place = {"position": {"x": x, "y": y, "z": 0.2}, "orientation": {"w": 1.0}}
+def inserted(scene, name, text, x=-500.0, y=235.0, z=0.2, **more):
+    place = {"position": {"x": x, "y": y, "z": z}, "orientation": {"w": 1.0}}
     return got(scene, "spawn_sdf_model", "SpawnModel", model_name=name, model_xml=text, initial_pose=place, **more)
 
 
@@ -225,6 +227,20 @@ def test_an_sdf_model_joins_is_seen_everywhere_and_leaves(course, text, message,
     assert list(scene.server.bodies.models) == before
     service(scene, "/gazebo/reset_simulation", "std_srvs/Empty")
     assert list(scene.server.bodies.models) == before
+
+
+def test_a_model_with_thrusters_joins_as_a_boat_with_its_topics(course):
+    scene = served(course)
+    with pytest.warns(VrxWarning, match="sensors of type 'custom' are not simulated"):
+        told = inserted(scene, "cat", BOATS["catamaran"](), z=0.1)
+    assert told.success, told.status_message
+    assert "cat" in scene.sim.boats
+    assert [name for name in scene.network.table.inputs if name.startswith("/cat/thrusters/")]
+    run(scene, 0.2)
+    with pytest.warns(VrxWarning):
+        service(scene, "/gazebo/reset_simulation", "std_srvs/Empty")
+    assert "cat" in scene.sim.boats
+    assert got(scene, "delete_model", "DeleteModel", model_name="cat").success
 
 
 def test_a_place_beside_another_model_is_a_place_of_an_insert(course):
