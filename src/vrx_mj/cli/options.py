@@ -38,7 +38,7 @@ Arguments = Annotated[
     list[str] | None,
     typer.Argument(
         metavar="[FILE] [NAME:=VALUE]...",
-        help="As for roslaunch: a file in that folder or package, and arguments of a launch file.",
+        help="As for roslaunch: a file in that folder or package, and arguments of a launch file or xacro.",
     ),
 ]
 Fleet = Annotated[

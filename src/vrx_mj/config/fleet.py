@@ -37,7 +37,7 @@ from vrx_mj.config.layouts import HEIGHT, Facing, Layout, LayoutName, headings, 
 from vrx_mj.config.loading import Loading, check, problem_at, validated
 from vrx_mj.config.parts.read import load_parts
 from vrx_mj.config.profiles import CLASSIC
-from vrx_mj.config.robots import load_robot
+from vrx_mj.config.robots import Arguments, load_robot
 from vrx_mj.config.search import contained, is_path
 from vrx_mj.config.tree import File, of_python
 from vrx_mj.config.wording import shown
@@ -100,6 +100,8 @@ class Order:
     """VRX's component file."""
     sensors: tuple[str, ...] | None = None
     """Suites or names of sensors; None: the robot's own."""
+    arguments: tuple[tuple[str, str], ...] = ()
+    """Arguments of the robot's xacro, each a name and a value."""
     profile: str = CLASSIC
     """Profile of the world's physics."""
 
@@ -113,6 +115,8 @@ class BoatConfig(Config):
     """Name of the boat."""
     robot: str
     """Kind of boat: a name, or a path relative to `folder`."""
+    arguments: Arguments = Field(default_factory=dict)
+    """Arguments of the robot's xacro."""
     thrusters: str | None
     """Layout of the thrusters, or path of a thruster file; None: the robot has no layouts."""
     components: str | None = None
@@ -138,7 +142,7 @@ class BoatConfig(Config):
         layout = self.thrusters if self.thrusters and not is_path(self.thrusters) else None
         file = contained(self.thrusters, self.thrusters_folder) if self.thrusters and layout is None else None
         parts = contained(self.components, self.components_folder) if self.components else None
-        return Order(self.robot, self.folder, layout, file, parts, self.sensors)
+        return Order(self.robot, self.folder, layout, file, parts, self.sensors, tuple(sorted(self.arguments.items())))
 
 
 class Located(NamedTuple):
@@ -184,6 +188,8 @@ class _Built(Config):
     components_folder: Folder = None
     robot: str | None = None
     """Kind of boat; by default that of the world's spawn."""
+    arguments: Arguments | None = None
+    """Arguments of the robot's xacro, as `{mast_height: 2.5, locked: false}`; a boat's come on top of the fleet's."""
     thrusters: str | None = None
     """Layout of the thrusters, H, T or X, or a thruster file; by default that of the world's spawn."""
     components: str | None = None
@@ -382,6 +388,7 @@ def _boat(fleet: FleetConfig, spawn: SpawnConfig, name: str, pose: Pose, entry: 
         folder=owner.folder,
         name=name,
         robot=robot,
+        arguments=_arguments(levels, spawn),
         thrusters=_layout(levels, robot, owner.folder, spawn),
         components=level_with_parts.components if level_with_parts else None,
         sensors=_sensors(levels, robot, spawn),
@@ -392,6 +399,15 @@ def _boat(fleet: FleetConfig, spawn: SpawnConfig, name: str, pose: Pose, entry: 
         engines=engines or "fixed",
         controller=next((level.controller for level in levels if level.controller), None),
     )
+
+
+def _arguments(levels: Sequence[_Built], spawn: SpawnConfig) -> dict[str, str]:
+    """The arguments of the level that names the robot, and of those before it on top."""
+    owner = next((index for index, level in enumerate(levels) if level.robot), len(levels))
+    found = dict(spawn.arguments) if owner == len(levels) else {}
+    for level in reversed(levels[: owner + 1]):
+        found |= level.arguments or {}
+    return found
 
 
 def _layout(levels: Sequence[_Built], robot: str, folder: Path | None, spawn: SpawnConfig) -> str | None:

@@ -8,11 +8,12 @@ from pathlib import Path
 from vrx_mj.config.docks import Placed
 from vrx_mj.config.fleet import FleetConfig, FleetPosition, Headings, Located, room_faults
 from vrx_mj.config.gazebo.launch import fleet_of, is_launch, launch_of
-from vrx_mj.config.gazebo.models import SCHEME, file_in_folder, is_gazebo_model, kind_name, model_file
-from vrx_mj.config.loading import Loading, Source, file_of, path_of, problem_at, read_source, validated
+from vrx_mj.config.gazebo.models import file_in_folder
+from vrx_mj.config.gazebo.robot_fleets import is_description, robot_fleet
+from vrx_mj.config.loading import Loading, Source, file_of, problem_at, read_source, validated
 from vrx_mj.config.objects import Placement, load_object
-from vrx_mj.config.search import XML_SUFFIXES, catalogue, is_path
-from vrx_mj.config.tree import Entry, File, Place, Section
+from vrx_mj.config.search import catalogue, is_path
+from vrx_mj.config.tree import Section
 from vrx_mj.config.world import FULL_TURN, WorldConfig, check_thrusters, warn_of_degrees
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
 
@@ -53,30 +54,11 @@ def _source(source: Source | None) -> tuple[Section, str]:
         return found, Path(source).stem
     folder = file_in_folder(source)
     if folder is not None:
-        return _of_robot(folder), folder.parent.name
-    if _is_description(source):
-        return _of_robot(source), kind_name(str(source)).partition(".")[0]
+        return robot_fleet(folder, name=folder.parent.name), ""
+    if is_description(source):
+        return robot_fleet(source), ""
     file = file_of("fleets", source)
     return read_source("fleets", file), file.stem
-
-
-def _is_description(source: object) -> bool:
-    """Whether a source, of whatever type, is the path of a URDF or xacro, or a model of Gazebo."""
-    return isinstance(source, str | Path) and (
-        str(source).lower().endswith(XML_SUFFIXES) or is_gazebo_model(str(source))
-    )
-
-
-def _of_robot(source: str | Path) -> Section:
-    """A fleet of one boat, whose description is a URDF or xacro, or a model of Gazebo."""
-    if is_gazebo_model(str(source)):
-        path, mark, name = str(source).partition("#")
-        file = model_file(path, None) if path.startswith(SCHEME) else path_of("robots", path)
-        file = Path(f"{file}{mark}{name}")
-    else:
-        file = file_of("robots", source)
-    place = Place(File(file.name, file.absolute().parent))
-    return Section({"robot": file.name}, place, {"robot": Entry(place, place)})
 
 
 def _name_faults(boats: Sequence[Located], world: WorldConfig) -> Iterator[Fault]:

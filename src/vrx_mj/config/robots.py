@@ -33,6 +33,7 @@ from vrx_mj.config.wording import shown
 from vrx_mj.errors import UnknownNameError, VrxError
 
 __all__ = [
+    "Arguments",
     "HydrodynamicsEntry",
     "ProfileEntry",
     "RobotConfig",
@@ -59,6 +60,7 @@ def _scalars(value: object) -> object:
 
 
 Arguments = Annotated[dict[str, str], BeforeValidator(_scalars)]
+"""Values of xacro arguments by their names."""
 
 
 class ThrusterEntry(ThrusterConfig):

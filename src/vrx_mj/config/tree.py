@@ -13,7 +13,7 @@ APPENDED = ("objects", "docks")
 """Lists that a world adds to those of its base; any other list replaces the base's."""
 REPLACED = ("task",)
 """Mappings that take the place of the base's where they are of another type."""
-ASSEMBLED = {"robot": ("thrusters", "components", "sensors")}
+ASSEMBLED = {"robot": ("arguments", "thrusters", "components", "sensors")}
 """Keys that depend on another one's value: a file with another robot takes none of them from its base."""
 USUAL = {"robot": "wamv"}
 """Default values of such keys."""

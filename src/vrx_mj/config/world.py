@@ -29,7 +29,7 @@ from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world, warn_of_l
 from vrx_mj.config.loading import Loading, Source, check, path_of, read_source, validated
 from vrx_mj.config.objects import FieldConfig, Placement, repeated
 from vrx_mj.config.profiles import CLASSIC, Profile, physics_of_profile, world_of_profile
-from vrx_mj.config.robots import load_robot
+from vrx_mj.config.robots import Arguments, load_robot
 from vrx_mj.config.scene import MarkersConfig, SceneConfig
 from vrx_mj.config.search import find_terrain
 from vrx_mj.config.series.worlds import world_source
@@ -193,6 +193,8 @@ class SpawnConfig(Config):
     """Pose in the world [m, rad]."""
     robot: str = "wamv"
     """Kind of boat: a name, or a path relative to this file. It replaces the base's with its thrusters and sensors."""
+    arguments: Arguments = Field(default_factory=dict)
+    """Arguments of the robot's xacro, as `{mast_height: 2.5, locked: false}`."""
     thrusters: str = "T"
     """Layout of the thrusters: H, T or X; only for a robot that has layouts."""
     sensors: Sensors | None = None

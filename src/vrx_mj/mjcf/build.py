@@ -50,20 +50,20 @@ def build_boat(order: Order) -> Boat:
         UnknownNameError: the robot has no such layout, suite or sensor.
         VrxError: the robot takes no thruster or component file.
     """
-    ours = load_robot(order.robot, order.folder).folder
+    config = load_robot(order.robot, order.folder)
+    ours = config.folder
     if ours is None or not ours.is_relative_to(root() / "assets") or order.thrusters or order.components:
-        return _built(order)
+        return _built(order, config)
     return _kept(order if is_path(order.robot) else replace(order, folder=None), ours)  # a name is found from anywhere
 
 
 @lru_cache(maxsize=64)
 def _kept(order: Order, _folder: Path | None) -> Boat:
     """A boat of the package's own files, which do not change while it runs, from one of its folders."""
-    return _built(order)
+    return _built(order, load_robot(order.robot, order.folder))
 
 
-def _built(order: Order) -> Boat:
-    config = load_robot(order.robot, order.folder)
+def _built(order: Order, config: RobotConfig) -> Boat:
     profile = config.in_profile(order.profile)
     arguments, wanted = _equipment(order, config)
     urdf = _sdf_boat(order, config) if config.is_sdf else _urdf_boat(order, config, arguments)
@@ -91,6 +91,8 @@ def _sdf_boat(order: Order, config: RobotConfig) -> Urdf:
     """What a model of Gazebo describes, which takes nothing of VRX's."""
     if order.thrusters or order.components:
         raise VrxError(f"robot {order.robot} takes no thruster or component file: it is a model of Gazebo")
+    if order.arguments:
+        raise VrxError(f"robot {order.robot} takes no arguments: it is a model of Gazebo")
     return read_boat(config.description_file)
 
 
@@ -123,11 +125,15 @@ def robot_urdf(
     locked: bool = False,
 ) -> str:
     """The URDF of a robot: its xacro expanded, with the thrusters and components of an order."""
-    given = {**config.arguments, **_layout(order, config), **(arguments or {})}
+    given = {**config.arguments, **_layout(order, config), **(arguments or {}), **dict(order.arguments)}
     file = config.description_file
     if not (order.thrusters or order.components):
         named = {**given, **({"namespace": namespace} if namespace else {}), **({"locked": "true"} if locked else {})}
-        text = _plain_urdf(file) or expand(file, arguments=named, package_paths=package_paths())
+        plain = _plain_urdf(file)
+        if plain is not None and order.arguments:
+            raise VrxError(f"robot {order.robot} takes no arguments: its URDF has nothing to expand")
+        needed = dict(order.arguments)
+        text = plain or expand(file, arguments=named, needed=needed, package_paths=package_paths())
         if "<link" not in text:
             check_library(file)
         return text

@@ -262,5 +262,5 @@ def _warn_if_stiff(boat: Boat, timestep: float) -> None:
 
 def spawn_parameters(config: WorldConfig) -> Spawn:
     """What a boat that joins later takes from the world: parts that nobody names, and how the wind acts on it."""
-    parts = config.spawn.model_dump(include={"robot", "thrusters", "sensors"})
+    parts = config.spawn.model_dump(include={"robot", "arguments", "thrusters", "sensors"})
     return Spawn(**parts, wind=newcomer_wind(config.wind, config.physics), quirks=config.physics.quirks)

@@ -71,7 +71,7 @@ def with_boat(world: World, entry: Mapping[str, object], folder: Path | None = N
         CommandError: something has the name already, or the boat would be on land.
         CompileError: the boat cannot be built.
     """
-    spawn = {key: getattr(world.parameters.spawn, key) for key in ("robot", "thrusters", "sensors")}
+    spawn = {key: getattr(world.parameters.spawn, key) for key in ("robot", "arguments", "thrusters", "sensors")}
     own = {key: value for key, value in spawn.items() if value is not None}
     boat = joining_boat(entry, SpawnConfig.model_validate(own), folder)
     _check_name(world, boat.name, "boat")

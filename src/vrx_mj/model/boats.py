@@ -1,5 +1,6 @@
 """Boats of a compiled world: what the loop reads of them, and what others do."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -195,6 +196,8 @@ class Boat:
     """Name of the boat."""
     robot: Text
     """Kind of boat: a name, or the path that the fleet gives."""
+    arguments: Mapping[Text, Text] = field(default_factory=dict, metadata=LEFT_OUT)
+    """Arguments of its xacro."""
     thrusters: Text | None
     """Layout of its thrusters: a name, or the path that the fleet gives."""
     components: Text | None
@@ -233,6 +236,8 @@ class Spawn:
     __pydantic_config__ = STRICT
     robot: Text = "wamv"
     """Kind of boat."""
+    arguments: Mapping[Text, Text] = field(default_factory=dict, metadata=LEFT_OUT)
+    """Arguments of its xacro."""
     thrusters: Text = "T"
     """Layout of its thrusters."""
     sensors: tuple[Text, ...] | None = None

@@ -15,6 +15,7 @@ from vrx_mj.config.gazebo.sdf_boats import is_boat
 from vrx_mj.config.gazebo.stock import STOCK_LAUNCHES, StockBoat, StockLaunch, stock_launch
 from vrx_mj.config.search import display, package_paths
 from vrx_mj.config.tree import Entry, File, Items, Place, Section
+from vrx_mj.config.urdf.expand import declared
 from vrx_mj.config.urdf.expression_values import LONGEST_TEXT, Budget, ExpressionError
 from vrx_mj.config.urdf.xacro_files import Files, Substitutions
 from vrx_mj.config.wording import shown
@@ -317,13 +318,21 @@ class _Run:
             self.report.note(element, "ignored", "no boat: a model of SDF belongs into the world", f"<node> '{name}'")
             return
         pose = self.pose(element, [options.get(key, "0") for key in POSE])
-        boat = SpawnedBoat(name, pose, element.place, *self.spawned(element, options, scope))
+        robot, arguments = self.spawned(element, options, scope)
+        boat = SpawnedBoat(name, pose, element.place, robot, self.known(element, name, robot, arguments))
         self.spawn(element, boat)
         self.report.note(element, "taken over", "a boat of the fleet", f"<node> '{name}'")
-        lost = [key for key in boat.arguments if key not in OWN_ARGUMENTS]
-        if lost and isinstance(boat.robot, Path):
-            text = f"without {lost[0]}:= of its xacro; `vrx-mj import` writes its URDF with it"
-            self.report.note(element, "approximated", text, f"<node> '{name}'")
+
+    def known(self, element: Element, name: str, robot: Path | str, given: dict[str, str]) -> dict[str, str]:
+        """The arguments that the xacro of a boat declares; xacro ignores others."""
+        if not given or not isinstance(robot, Path):
+            return given
+        declares = declared(robot, given, package_paths()) if robot.name.lower().endswith(".xacro") else ()
+        unknown = [key for key in given if key not in declares and key not in OWN_ARGUMENTS]
+        if unknown:
+            listed = ", ".join(f"{key}:=" for key in unknown)
+            self.report.note(element, "ignored", f"{robot.name} declares no {listed}", f"<node> '{name}'")
+        return {key: value for key, value in given.items() if key in declares}
 
     def spawns_boat(self, element: Element, options: Mapping[str, str]) -> bool:
         """Whether a node spawns a boat of an SDF; not where its file is missing."""
@@ -501,6 +510,8 @@ def _boat(boat: SpawnedBoat) -> Section:
     values["robot"] = named
     if isinstance(robot, str):
         values |= _wamv(boat.arguments)
+    elif boat.arguments:
+        values["arguments"] = Section(dict(boat.arguments), place, dict.fromkeys(boat.arguments, Entry(place, place)))
     entries = {key: Entry(place, at if key == "robot" else place) for key in values}
     return Section(values, place, entries)
 

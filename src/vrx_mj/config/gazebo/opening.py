@@ -10,6 +10,7 @@ from vrx_mj.config.gazebo.document import read_document
 from vrx_mj.config.gazebo.folders import files_below, is_folder, links_below, short_names
 from vrx_mj.config.gazebo.launch import Launch, fleet_of, is_launch, launch_of, read_launch
 from vrx_mj.config.gazebo.packages import PACKAGES
+from vrx_mj.config.gazebo.robot_fleets import is_robot_xacro, robot_fleet
 from vrx_mj.config.gazebo.stock import stock_launch
 from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world, warn_of_losses
 from vrx_mj.config.loading import Source, path_of
@@ -24,6 +25,7 @@ from vrx_mj.config.search import (
     workspace_packages,
 )
 from vrx_mj.config.tree import Section
+from vrx_mj.config.urdf.expand import arguments as declared_arguments
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ChoiceError, ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
 from vrx_mj.packages import shell_word
@@ -44,7 +46,7 @@ LISTED = 3
 def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) -> tuple[Source, Source | None]:
     """World and fleet that a source opens: a launch file, a folder, or a world of Gazebo with arguments or boats.
 
-    Other sources stay as they are.
+    Other sources stay as they are. Of a fleet that is a xacro those arguments are the robot's which the world has not.
 
     Raises:
         ConfigError: the file is wrong, or opens no world, or a file without arguments is given some.
@@ -59,10 +61,13 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
             raise ConfigError([Problem(str(world), None, None, "", "opens no world of Gazebo")])
         warn_of_losses(launch.report.notes, str(world), stacklevel=4)
         world, fleet, arguments = launch.world, fleet_of(launch) if fleet is None else fleet, {}
+    if arguments and is_robot_xacro(fleet):
+        arguments, own = _shared(world, arguments)
+        fleet = robot_fleet(fleet, own)
     if not arguments and (fleet is not None or not is_gazebo_world(world)):
         return world, fleet
     if not is_gazebo_world(world):
-        message = "takes no arguments NAME:=VALUE: they are for launch files and for xacro worlds of Gazebo"
+        message = "takes no arguments NAME:=VALUE: they are for launch files and for xacro of worlds and boats"
         raise ConfigError([Problem(str(world), None, None, "", message)])
     found = gazebo_world(path_of("worlds", world), arguments)
     if not arguments and found.fleet is None:
@@ -70,6 +75,17 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
     warn_of_losses(found.notes, str(world), stacklevel=4)
     section = Section({"name": found.name, **found.section}, found.section.place, found.section.entries)
     return section, found.fleet if fleet is None else fleet
+
+
+def _shared(world: Source, arguments: Mapping[str, str]) -> tuple[dict[str, str], dict[str, str]]:
+    """The arguments that a world of Gazebo declares, and the others."""
+    known = (
+        declared_arguments(path_of("worlds", world))
+        if is_gazebo_world(world) and str(world).lower().endswith(".xacro")
+        else {}
+    )
+    theirs = {name: value for name, value in arguments.items() if name in known}
+    return theirs, {name: value for name, value in arguments.items() if name not in known}
 
 
 @dataclass

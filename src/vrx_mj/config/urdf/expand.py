@@ -18,10 +18,10 @@ from vrx_mj.config.urdf.expression_values import Budget, ExpressionError
 from vrx_mj.config.urdf.xacro_document import FileError, parse_document, place_of, written
 from vrx_mj.config.urdf.xacro_engine import Engine
 from vrx_mj.config.urdf.xacro_files import Files, own_packages, read_bytes
-from vrx_mj.errors import ConfigError, Problem, VrxWarning
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
 from vrx_mj.resources import root
 
-__all__ = ["arguments", "check_library", "expand", "expanded_document"]
+__all__ = ["arguments", "check_library", "declared", "expand", "expanded_document"]
 
 ResultT = TypeVar("ResultT")
 
@@ -34,17 +34,32 @@ def expand(
     file: Path,
     *,
     arguments: Mapping[str, str] | None = None,
+    needed: Collection[str] = (),
     packages: Mapping[str, Path] | None = None,
     package_paths: Sequence[Path] = (),
 ) -> str:
     """The URDF that a `.xacro` file (or a `.urdf`, which has little to expand) makes, as XML text.
 
-    `arguments` are the file's `$(arg NAME)`. `$(find NAME)` looks in `packages`, in `package_paths` and beside the
-    file; without `packages`, our own come last, and for our own files first. A file may read only what lies there or in
-    its own folder. Warnings of xacro come as one VrxWarning. Raises ConfigError.
+    `arguments` are the file's `$(arg NAME)`, of which it or the files in it must declare those that are `needed`.
+    `$(find NAME)` looks in `packages`, in `package_paths` and beside the file; without `packages`, our own come last,
+    and for our own files first. A file may read only what lies there or in its own folder. Warnings of xacro come as
+    one VrxWarning. Raises ConfigError, or UnknownNameError for an argument.
     """
     file = Path(file)
-    return _expanded(file, _engine(file, arguments or {}, packages, package_paths), written)
+    engine = _engine(file, arguments or {}, packages, package_paths)
+    text = _expanded(file, engine, written)
+    if unknown := next((name for name in needed if name not in engine.declared), None):
+        raise UnknownNameError("xacro argument", unknown, sorted(engine.declared))
+    return text
+
+
+def declared(file: Path, arguments: Mapping[str, str], package_paths: Sequence[Path] = ()) -> tuple[str, ...]:
+    """Names of the arguments that a `.xacro` and the files in it declare, given some of them. Raises ConfigError."""
+    engine = _engine(Path(file), arguments, None, package_paths)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VrxWarning)  # who builds the robot has them
+        _expanded(Path(file), engine, lambda _: None)
+    return tuple(engine.declared)
 
 
 def expanded_document(

@@ -70,6 +70,8 @@ class Engine:
         self.calls: list[tuple[str, Place]] = []
         """The macros being expanded, and where each is called."""
         self.warnings: dict[str, None] = {}
+        self.declared: dict[str, None] = {}
+        """The arguments that the files declare."""
         self._depth = 0
         self._open: list[str] = []
         """The files being read, each included by the one before it."""
@@ -399,6 +401,7 @@ class Engine:
 
     def _declare(self, node: minidom.Element, _: Scope, symbols: Scope) -> None:
         name, default = self._attributes(node, "name", "default")
+        self.declared[str(name)] = None
         if name not in self.substitutions.arguments:
             self.substitutions.arguments[name] = str(self._expanded(default, symbols))
         self._drop_comments(node)

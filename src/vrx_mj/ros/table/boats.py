@@ -37,7 +37,7 @@ __all__ = [
     "twist_commands",
 ]
 
-ORDERED = ("name", "robot", "thrusters", "components", "sensors", "pose")
+ORDERED = ("name", "robot", "arguments", "thrusters", "components", "sensors", "pose")
 """What of a boat's entry its URDF depends on."""
 ANGLE = "_angle"
 SIDES = (("left", "right"), ("left_rear", "right_rear"))

@@ -5,10 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from vrx_mj.config.gazebo.launch import fleet_of, launch_of, read_launch
+from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.gazebo.launch import fleet_of, launch_of
 from vrx_mj.config.gazebo.stock import STOCK_LAUNCHES
-from vrx_mj.errors import ConfigError
+from vrx_mj.config.world import load_world
+from vrx_mj.errors import ConfigError, VrxError
 from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.mjcf.world import World
+from vrx_mj.ros.table.boats import description
 
 GOLDEN = Path(__file__).parents[3] / "golden" / "launches.csv"
 XACRO = "$(find xacro)/xacro $(find wamv_gazebo)/urdf/wamv_gazebo.urdf.xacro"
@@ -256,19 +260,89 @@ def test_arguments_of_the_xacro_of_a_world_are_given_to_the_world():
     )
     with pytest.raises(ConfigError) as raised:
         compile_world("ocean", arguments={"gain": "0.3"})
-    message = "takes no arguments NAME:=VALUE: they are for launch files and for xacro worlds of Gazebo"
+    message = "takes no arguments NAME:=VALUE: they are for launch files and for xacro of worlds and boats"
     assert str(raised.value) == f"ocean: {message}"
 
 
-def test_arguments_of_a_boats_own_xacro_are_noted():
-    Path("boat.xacro").write_text("<robot name='boat'/>", encoding="utf-8")
-    Path("two.launch").write_text(
-        """<launch>
-      <param name="robot_description" command="xacro $(dirname)/boat.xacro namespace:=a mast:=2"/>
-      <node name="s" pkg="gazebo_ros" type="spawn_model" args="-urdf -param robot_description -model a"/>
-    </launch>""",
-        encoding="utf-8",
-    )
-    notes = read_launch(Path("two.launch"), {}).report.notes
-    lost = [note.ours for note in notes if note.fate == "approximated"]
-    assert lost == ["without mast:= of its xacro; `vrx-mj import` writes its URDF with it"]
+XACRO_BOAT = """<robot name="boat" xmlns:xacro="http://ros.org/wiki/xacro">
+  <xacro:arg name="namespace" default="wamv"/>
+  <xacro:arg name="length" default="2.0"/>
+  <link name="$(arg namespace)/base_link">
+    <inertial><mass value="60"/><inertia ixx="10" iyy="20" izz="25" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><geometry><box size="$(arg length) 1 0.4"/></geometry></collision>
+  </link>
+</robot>"""
+
+
+def spawning(name, arguments):
+    """The elements of a launch file that spawn a boat of the xacro."""
+    args = f"-x {9 * ord(name)} -urdf -param {name} -model {name}"
+    return f"""<param name="{name}" command="xacro $(dirname)/boat.xacro {arguments}"/>
+      <node name="s" pkg="gazebo_ros" type="spawn_model" args="{args}"/>"""
+
+
+@pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
+def test_arguments_of_a_boats_own_xacro_reach_it():
+    Path("boat.xacro").write_text(XACRO_BOAT, encoding="utf-8")
+    both = spawning("a", "namespace:=a length:=4 mast:=2") + spawning("b", "namespace:=b")
+    launch = launched(both)
+    lost = [(note.what, note.ours) for note in launch.report.notes if note.fate == "ignored"]
+    assert lost == [("<node> 'a'", "boat.xacro declares no mast:=")]
+    world = compile_world("ocean", fleet=fleet_of(launch))
+    assert [boat.arguments for boat in world.parameters.boats] == [
+        {"namespace": "a", "length": "4"},
+        {"namespace": "b"},
+    ]
+    longer, shorter = (max(station.length for station in world.parameters.stations[rows]) for rows in rows_of(world))
+    assert longer > shorter
+    world.save("saved")
+    again = World.load("saved")
+    assert (again.sha256, again.parameters.boats[0].arguments) == (world.sha256, {"namespace": "a", "length": "4"})
+    assert ['size="4 1 0.4"' in description(again, boat) for boat in "ab"] == [True, False]
+
+
+def rows_of(world):
+    """Where the stations of each hull are."""
+    return [slice(hull.station_start, hull.station_start + hull.station_count) for hull in world.parameters.hulls]
+
+
+def test_a_boats_arguments_come_on_top_of_its_fleets_and_not_on_another_robot():
+    Path("boat.xacro").write_text(XACRO_BOAT, encoding="utf-8")
+    pose = [0, 0, 0, 0, 0, 0]
+    entries = [
+        {"name": "a", "pose": pose, "arguments": {"namespace": "a"}},
+        {"name": "b", "pose": pose, "robot": "wamv"},
+        {"name": "c", "pose": pose},
+    ]
+    fleet = {"robot": "./boat.xacro", "arguments": {"length": 3, "namespace": True}, "boats": entries}
+    boats = load_fleet(fleet, load_world("ocean")).resolve(load_world("ocean"))
+    assert [boat.arguments for boat in boats] == [
+        {"length": "3", "namespace": "a"}, {}, {"length": "3", "namespace": "true"},
+    ]  # fmt: skip
+
+
+@pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
+def test_arguments_of_a_command_are_the_xacros_of_its_fleet():
+    Path("boat.xacro").write_text(XACRO_BOAT, encoding="utf-8")
+    (boat,) = compile_world("ocean", fleet="boat.xacro", arguments={"length": "3"}).parameters.boats
+    assert (boat.name, boat.arguments) == ("wamv", {"length": "3"})
+    world = {"extends": "ocean", "spawn": {"robot": "./boat.xacro", "arguments": {"length": 3}}}
+    (boat,) = compile_world(world).parameters.boats
+    assert boat.arguments == {"length": "3"}
+    with pytest.raises(ConfigError) as raised:
+        compile_world("ocean", fleet="boat.xacro", arguments={"lenght": "3"})
+    assert str(raised.value) == "boat.xacro: boat wamv: no xacro argument named 'lenght'; did you mean 'length'?"
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "reason"),
+    [
+        ("a.urdf", "<robot name='a'><link name='a'/></robot>", "its URDF has nothing to expand"),
+        ("a.sdf", "<sdf version='1.6'><model name='a'><link name='a'/></model></sdf>", "it is a model of Gazebo"),
+    ],
+)
+def test_what_is_no_xacro_takes_no_arguments(file, text, reason):
+    Path(file).write_text(text, encoding="utf-8")
+    with pytest.raises(VrxError) as raised:
+        compile_world("ocean", fleet={"robot": f"./{file}", "arguments": {"length": 3}})
+    assert str(raised.value) == f"robot ./{file} takes no arguments: {reason}"
