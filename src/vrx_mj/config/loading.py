@@ -12,6 +12,7 @@ from pydantic_core import ErrorDetails
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import Config, fault, keys_of
+from vrx_mj.config.kinds import other_kind
 from vrx_mj.config.search import (
     KINDS,
     WORLD_SUFFIXES,
@@ -21,7 +22,7 @@ from vrx_mj.config.search import (
     display,
     find,
     is_path,
-    other_kind,
+    near_names,
     refuse_foreign,
     vrx_world,
 )
@@ -238,7 +239,7 @@ def path_of(kind: str, source: str | Path) -> Path:
     """The file at a path that the user gave, whatever its format."""
     file = Path(source)
     ours = vrx_world(str(source), catalogue(kind)) if kind == "worlds" else None
-    reason = f"no such file; {ours}" if ours else "no such file"
+    reason = f"no such file; {ours}" if ours else f"no such file{near_names(file)}"
     try:
         if file.is_file():
             return file

@@ -6,11 +6,12 @@ Files are read up to a limit; those of Gazebo and ROS in the place of ours are r
 import os
 import re
 import stat
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Container, Iterator
 from functools import lru_cache
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
-from vrx_mj.errors import UnknownNameError, VrxError, shortened
+from vrx_mj.config.kinds import kind_of
+from vrx_mj.errors import LONGEST_NAME, UnknownNameError, VrxError, nearest, shortened
 from vrx_mj.resources import root
 
 __all__ = [
@@ -31,7 +32,7 @@ __all__ = [
     "foreign_file",
     "is_built_in",
     "is_path",
-    "other_kind",
+    "near_names",
     "package_above",
     "package_name",
     "package_paths",
@@ -85,26 +86,8 @@ def _check(status: os.stat_result) -> int:
     return status.st_size
 
 
-FORMATS = {
-    ".world.xacro": "a world of Gazebo (SDF in xacro)",
-    ".world": "a world of Gazebo (SDF)",
-    ".sdf": "SDF of Gazebo",
-    ".launch": "a launch file of ROS",
-    ".launch.py": "a launch file of ROS",
-    ".launch.xml": "a launch file of ROS",
-    ".urdf": "the description of a robot (URDF)",
-    ".xacro": "a description in xacro",
-    ".xml": "XML",
-    ".dae": "a mesh",
-    ".stl": "a mesh",
-    ".obj": "a mesh",
-    ".rrd": "a recording of rerun",
-}
-"""What a file is, by the end of its name, the longest first."""
-ROOTS = {b"<mujoco": "MJCF of MuJoCo", b"<sdf": "SDF of Gazebo", b"<robot": "the description of a robot (URDF)"}
-"""What an XML file is, by its first tag."""
-MOST_BYTES = 4_000_000
-"""Largest XML file that is looked into."""
+MOST_NAMES = 1000
+"""Files of a folder among which the one that is meant is looked for."""
 NEEDS = {
     "worlds": "a world is a YAML file, which vrx-mj import makes of Gazebo's; VRX's own come with vrx_mj (vrx-mj list "
     "worlds)",
@@ -138,31 +121,6 @@ PLACES = {"sandisland": "sand_island", "sydneyregatta": "sydney_regatta", "nbpar
 ENDINGS = (".launch.py", ".launch.xml", ".launch", ".world.xacro", ".world", ".sdf")
 
 
-MARKS = {
-    "worlds": {"sea", "scene", "spawn", "physics", "task", "terrain", "georeference"},
-    "fleets": {"usv_count", "positions", "boats", "layout", "engines", "components"},
-    "objects": {"mass", "inertia", "buoyancy", "collisions", "visuals", "static"},
-    "robots": {"urdf", "hydrodynamics", "suites", "layouts", "rudders"},
-}
-"""Keys of files of one kind alone."""
-USES = {
-    "worlds": "a world, which commands take as WORLD",
-    "fleets": "a fleet, which commands take with --fleet",
-    "objects": "an object, which a world names in `objects` as `model`",
-    "robots": "a robot, which a fleet or a world's `spawn` names as `robot`",
-}
-"""What a file is, and where it is named."""
-
-
-def other_kind(kind: str, keys: Iterable[str]) -> str | None:
-    """The message about the keys of a file of another kind; None: they may be of this kind."""
-    given = set(keys)
-    if given & MARKS.get(kind, given):
-        return None
-    found = next(((name, key) for name, marks in MARKS.items() for key in sorted(given & marks)), None)
-    return f"the file of {USES[found[0]]}: it has the key '{found[1]}'" if found else None
-
-
 def foreign_file(kind: str, text: str, folder: Path, known: Container[str]) -> str | None:
     """The message about the path of a file that is there, but in another format than its kind's; None: it is not there.
 
@@ -172,28 +130,26 @@ def foreign_file(kind: str, text: str, folder: Path, known: Container[str]) -> s
         folder: where a relative path starts.
         known: names of this kind.
     """
-    file = folder / text
     try:
-        if not file.is_file():
+        found = kind_of(folder / text)
+        if found is None and not (folder / text).is_file():
             return None
     except (OSError, ValueError):
         return None
-    name = file.name.lower()
-    found = next((text for end, text in FORMATS.items() if name.endswith(end)), None)
-    if found in {"XML", None}:
-        found = _by_root(file) or found
-    ending = f"a file that does not end in {'.txt' if kind == 'docks' else '.yaml'}"
     ours = vrx_world(text, known) if kind == "worlds" else None
-    return f"'{shortened(text)}' is {found or ending}, which is not read: {ours or NEEDS[kind]}"
+    name, use = found or (f"a file that does not end in {'.txt' if kind == 'docks' else '.yaml'}", "")
+    advice = ours or use.replace("FILE", text if len(text) < LONGEST_NAME else "FILE") or NEEDS[kind]
+    return f"'{shortened(text)}' is {name}, not {'an' if kind == 'objects' else 'a'} {KINDS[kind]}: {advice}"
 
 
-def _by_root(file: Path) -> str | None:
-    """Kind of an XML file, by its root; None for other kinds, and for what is not XML."""
+def near_names(file: Path) -> str:
+    """The file beside it that a path which leads nowhere may mean, as the end of a message; nothing without one."""
     try:
-        text = read_limited(file, MOST_BYTES)
-    except ReadingError:
-        return None
-    return next((name for tag, name in ROOTS.items() if tag in text[:4000]), None)
+        names = [entry.name for entry in sorted(file.parent.iterdir())[:MOST_NAMES]]
+    except (OSError, ValueError):
+        return "; there is no such folder" if file.parent != Path() else ""
+    close = nearest(file.name, names) or next((name for name in names if Path(name).stem == file.name), None)
+    return f"; did you mean '{display(file.with_name(close))}'?" if close else ""
 
 
 def vrx_world(name: str, known: Container[str]) -> str | None:
@@ -421,6 +377,8 @@ def find(kind: str, name: str, near: Path | None = None, skip: Path | None = Non
                     return file
     known = catalogue(kind, near)
     refuse_foreign(kind, name, near or Path.cwd(), known)
+    if name.startswith(("./", "../", "/", "~")):
+        raise VrxError(f"no such file: '{shortened(name)}'{near_names((near or Path.cwd()) / name)}")
     raise UnknownNameError(KINDS[kind], name, known, vrx_world(name, known) if kind == "worlds" else None)
 
 

@@ -7,17 +7,54 @@ import pytest
 from vrx_mj.config.base import keys_of
 from vrx_mj.config.fleet import FleetConfig
 from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.kinds import FORMATS, MARKS, USES
 from vrx_mj.config.objects import ObjectConfig
+from vrx_mj.config.parts.read import load_parts
 from vrx_mj.config.robots import RobotConfig
-from vrx_mj.config.search import FORMATS, KINDS, LAUNCHED, MARKS, NEEDS, PLACES, catalogue
+from vrx_mj.config.search import KINDS, LAUNCHED, NEEDS, PLACES, catalogue
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import UnknownNameError, VrxError
+from vrx_mj.mjcf.compile import compile_world
 
 SDF = '<?xml version="1.0"?>\n<sdf version="1.6"><world name="mine"/></sdf>\n'
 WORLD = (
-    "which is not read: a world is a YAML file, which vrx-mj import makes of Gazebo's; VRX's own come with vrx_mj "
+    "not a world: a world is a YAML file, which vrx-mj import makes of Gazebo's; VRX's own come with vrx_mj "
     "(vrx-mj list worlds)"
 )
+ROBOT = "vrx-mj run example_course --fleet {file} sails it"
+ROS2 = "it is a program, which is not run: name its world and its boat, vrx-mj run WORLD --fleet BOAT.urdf"
+BAG = "it is played beside vrx-mj serve, by rosbag play or ros2 bag play"
+IN_SDF = (
+    "a world in it is sailed by vrx-mj run {file}, a boat by --fleet {file}; a model is named in a world's `objects`"
+)
+SAILED = "vrx-mj run {file} sails it, vrx-mj import {file} -o FOLDER writes it as YAML"
+FOREIGN = [
+    ("my.xml", SDF, "SDF of Gazebo", IN_SDF),
+    ("scene.xml", "<mujoco/>", "MJCF of MuJoCo", "python -m mujoco.viewer --mjcf={file} shows it"),
+    (
+        "start.launch",
+        "<launch/>",
+        "a launch file of ROS",
+        "vrx-mj run {file} sails it; --fleet {file} takes its boats alone",
+    ),
+    ("start.launch.py", "", "a launch file of ROS 2", ROS2),
+    ("start.launch.xml", "<launch/>", "a launch file of ROS 2", ROS2.partition(": ")[2].replace("its boat", "boat")),
+    ("boat.urdf", "<robot/>", "the description of a robot (URDF)", ROBOT),
+    ("boat.urdf.xacro", "<robot/>", "a description in xacro", ROBOT),
+    ("model.sdf.erb", "", "a template of Gazebo", "vrx-mj import {file} -o FOLDER reads the layout of a dock from it"),
+    ("package.xml", "<package/>", "the package.xml of a ROS package", "vrx-mj run takes the folder that it is in"),
+    ("model.config", "<model/>", "the model.config of a model of Gazebo", "a world names its folder, as model://NAME"),
+    ("hull.dae", "", "a mesh", "a robot or an object names it"),
+    ("run.bag", "", "a bag of ROS 1", BAG),
+    ("run.mcap", "", "a bag", BAG),
+    ("run.rrd", "", "a recording of rerun", "vrx-mj replay {file} opens it"),
+    ("follow.py", "", "a program in Python", "--control module:function takes a controller"),
+    ("scene.json", "", "a part of a saved world", "vrx_mj.Simulation.load takes its folder"),
+    ("other.xml", "<x/>", "XML", ""),
+    ("map.png", "", "a picture", ""),
+    ("state.json", "{}", "JSON", ""),
+    ("noise.bin", "\0\1", "a file that does not end in .yaml", ""),
+]
 
 
 @pytest.fixture(autouse=True)
@@ -32,21 +69,76 @@ def message(load):
     return str(raised.value)
 
 
-@pytest.mark.parametrize(("file", "text", "what"), [
-    ("my.xml", SDF, "SDF of Gazebo"),
-    ("scene.xml", "<mujoco/>", "MJCF of MuJoCo"),
-    ("other.xml", "<x/>", "XML"),
-    ("start.launch", "<launch/>", "a launch file of ROS"),
-    ("start.launch.py", "", "a launch file of ROS"),
-    ("boat.urdf", "<robot/>", "the description of a robot (URDF)"),
-    ("boat.urdf.xacro", "<robot/>", "a description in xacro"),
-    ("my_bay", "sea: {gain: 1}", "a file that does not end in .yaml"),
-])  # fmt: skip
-def test_a_file_that_is_no_world_is_called_by_its_format(here, file, text, what):
+@pytest.mark.parametrize(("file", "text", "what", "use"), FOREIGN)
+def test_a_file_that_is_no_world_is_called_by_its_format(here, file, text, what, use):
     (here / file).write_text(text, encoding="utf-8")
-    assert message(lambda: load_world(file)) == f"'{file}' is {what}, {WORLD}"
+    said = f"not a world: {use.format(file=file)}" if use else WORLD
     (here / "mine.yaml").write_text(f"extends: {file}\n", encoding="utf-8")
-    assert message(lambda: load_world("mine.yaml")) == f"mine.yaml:1:10: extends: '{file}' is {what}, {WORLD}"
+    assert message(lambda: load_world("mine.yaml")) == f"mine.yaml:1:10: extends: '{file}' is {what}, {said}"
+    if not file.endswith(".launch"):
+        assert message(lambda: compile_world(file)) == f"'{file}' is {what}, {said}"
+
+
+def yaml_kinds(here):
+    """A YAML file of each kind."""
+    texts = {"worlds": "sea: {gain: 0.2}", "fleets": "usv_count: 2", "objects": "mass: 5", "robots": "suites: {}",
+             "thrusters": "engine: []", "components": "wamv_gps: []"}  # fmt: skip
+    for kind, text in texts.items():
+        (here / f"{kind}.yaml").write_text(text, encoding="utf-8")
+    return texts
+
+
+def slots():
+    """What takes a file, by its kind, each in the words of its messages."""
+    ocean = load_world("ocean")
+    return {
+        "worlds": load_world,
+        "fleets": lambda file: load_fleet(file, ocean),
+        "robots": lambda file: load_fleet({"usv_count": 1, "robot": file}, ocean),
+        "objects": lambda file: load_world({"objects": [{"name": "a", "model": file}]}),
+        "thrusters": lambda file: load_parts(file, "thrusters"),
+        "components": lambda file: load_parts(file, "components"),
+    }
+
+
+def test_a_file_in_the_place_of_another_is_called_by_its_kind(here):
+    kinds = yaml_kinds(here)
+    for slot, load in slots().items():
+        for kind, text in kinds.items():
+            if kind == slot or {kind, slot} == {"thrusters", "components"}:
+                continue
+            key = text.partition(":")[0]
+            said = f"{kind}.yaml: the file of {USES[kind]}: it has the key '{key}'"
+            assert message(lambda load=load, kind=kind: load(f"{kind}.yaml")) == said, slot
+
+
+def test_no_file_that_is_there_is_called_a_name(here):
+    (here / "folder").mkdir()
+    for file, text, *_ in FOREIGN:
+        (here / file).write_text(text, encoding="utf-8")
+    for slot, load in slots().items():
+        for file in (*(row[0] for row in FOREIGN), "folder"):
+            try:
+                load(file)
+            except VrxError as error:
+                said = str(error)
+                assert "named" not in said.replace("is named in", ""), (slot, said)
+                assert file in said or slot == "robots", (slot, said)
+
+
+@pytest.mark.parametrize(("given", "said"), [
+    ("./my_bay", "no such file: './my_bay'; did you mean 'my_bay.yaml'?"),
+    ("./my_bya.yaml", "./my_bya.yaml: no such file; did you mean 'my_bay.yaml'?"),
+    ("my_bya.world", "my_bya.world: no such file"),
+    ("./sub/my_lake.world", "./sub/my_lake.world: no such file; did you mean 'sub/my_like.world'?"),
+    ("./other/my_lake.world", "./other/my_lake.world: no such file; there is no such folder"),
+    ("./galleon.world", "./galleon.world: no such file"),
+])  # fmt: skip
+def test_of_a_path_that_leads_nowhere_near_names_are_said(here, given, said):
+    (here / "sub").mkdir()
+    (here / "my_bay.yaml").write_text("extends: ocean", encoding="utf-8")
+    (here / "sub" / "my_like.world").write_text(SDF, encoding="utf-8")
+    assert message(lambda: load_world(given)) == said
 
 
 @pytest.mark.parametrize(("file", "what"), [
@@ -58,7 +150,10 @@ def test_a_world_of_gazebo_is_read_but_not_extended(here, file, what):
     (here / file).write_text(SDF, encoding="utf-8")
     assert load_world(file).name == "mine"
     (here / "mine.yaml").write_text(f"extends: {file}\n", encoding="utf-8")
-    assert message(lambda: load_world("mine.yaml")) == f"mine.yaml:1:10: extends: '{file}' is {what}, {WORLD}"
+    use = (IN_SDF if file == "my.sdf" else SAILED).format(file=file)
+    assert (
+        message(lambda: load_world("mine.yaml")) == f"mine.yaml:1:10: extends: '{file}' is {what}, not a world: {use}"
+    )
 
 
 def test_a_file_that_is_no_object_or_dock(here):
@@ -71,8 +166,8 @@ def test_a_file_that_is_no_object_or_dock(here):
     (here / "mine.yaml").write_text("\n".join(lines), encoding="utf-8")
     what, robot = "'./my.sdf' is SDF of Gazebo", "'./my.urdf' is the description of a robot (URDF)"
     assert message(lambda: load_world("mine.yaml")).splitlines() == [
-        f"mine.yaml:1:28: objects[0].model: {robot}, which is not read: {NEEDS['objects']}",
-        f"mine.yaml:2:27: docks[0].layout: {what}, which is not read: {NEEDS['docks']}",
+        f"mine.yaml:1:28: objects[0].model: {robot}, not an object model: {ROBOT.format(file='./my.urdf')}",
+        f"mine.yaml:2:27: docks[0].layout: {what}, not a dock layout: {IN_SDF.format(file='./my.sdf')}",
     ]
     assert NEEDS.keys() == KINDS.keys()
 
@@ -94,8 +189,9 @@ def test_a_file_of_another_kind_is_called_by_its_kind(here):
 
 def test_the_keys_that_tell_a_kind_are_of_one_kind_alone():
     models = {"worlds": WorldConfig, "fleets": FleetConfig, "objects": ObjectConfig, "robots": RobotConfig}
-    for kind, marks in MARKS.items():
-        assert marks <= set(keys_of(models[kind]))
+    for kind, own in models.items():
+        marks = MARKS[kind]
+        assert marks <= set(keys_of(own))
         assert [name for name, model in models.items() if name != kind and marks & set(keys_of(model))] == []
 
 

@@ -27,7 +27,7 @@ from vrx_mj.config.search import (
 from vrx_mj.config.tree import Section
 from vrx_mj.config.urdf.expand import arguments as declared_arguments
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ChoiceError, ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.errors import ChoiceError, ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, shortened
 from vrx_mj.packages import shell_word
 
 __all__ = ["file_in", "file_of_folder", "opened"]
@@ -58,7 +58,8 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
     if is_launch(world):
         launch = launch_of(str(world), arguments)
         if launch.world is None:
-            raise ConfigError([Problem(str(world), None, None, "", "opens no world of Gazebo")])
+            text = f"opens no world of Gazebo; its boats sail in one: vrx-mj run WORLD --fleet {shortened(world)}"
+            raise ConfigError([Problem(str(world), None, None, "", text)])
         warn_of_losses(launch.report.notes, str(world), stacklevel=4)
         world, fleet, arguments = launch.world, fleet_of(launch) if fleet is None else fleet, {}
     if arguments and is_robot_xacro(fleet):

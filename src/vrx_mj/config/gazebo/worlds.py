@@ -114,7 +114,8 @@ def _no_world(file: Path, root: Element) -> Any:
     kinds = {"model": "a model", "robot": "the description of a robot", "launch": "a launch file", "mujoco": "MJCF"}
     inside = next((child.tag for child in root.children if child.tag in kinds), root.tag)
     empty = "this <sdf> has none" if root.tag == "sdf" else f"got <{root.tag}>"
-    found = f"this is {kinds[inside]}" if inside in kinds else empty
+    uses = {"model": "; a world names it in `objects`; a boat is given to --fleet", "robot": "; give it to --fleet"}
+    found = f"this is {kinds[inside]}{uses.get(inside, '')}" if inside in kinds else empty
     return root.fault(f"expected <sdf> with a <world>; {found}").problems[0]
 
 

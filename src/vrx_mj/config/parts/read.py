@@ -3,12 +3,13 @@
 import math
 import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from vrx_mj.config.base import MAX_COORDINATE
+from vrx_mj.config.kinds import MARKS, other_kind, wrong_kind
 from vrx_mj.config.parts.catalogue import (
     ELSEWHERE,
     FIXED,
@@ -254,7 +255,11 @@ def load_parts(path: Path | str, kind: Kind) -> PartsFile:
         ConfigError: the file cannot be read or is wrong; every problem with its line, column and key.
     """
     file, reading = Path(path), _Reading(kind)
-    section = _content(file)
+    said = wrong_kind(file, f"a {FILES[kind]}")
+    section = None if said else _content(file)
+    said = said or _of_another_kind(kind, section or ())
+    if said:
+        raise ConfigError([Problem(display(file), None, None, "", said)])
     if section is not None:
         for key in section:
             _read_type(reading, section, key)
@@ -266,6 +271,12 @@ def load_parts(path: Path | str, kind: Kind) -> PartsFile:
             place = reading.places.get((*loc, key), instance.place)
             warnings.warn(str(_problem(place, (*loc, key), message)), VrxWarning, stacklevel=2)
     return PartsFile(file, kind, tuple(part for _, part in reading.parts), tuple(map(str, reading.stops)))
+
+
+def _of_another_kind(kind: Kind, keys: Iterable[str]) -> str | None:
+    """The message about the file of a world, a fleet or the like; of the other file of parts each key has its own."""
+    parts = MARKS["thrusters"] | MARKS["components"]
+    return None if parts & set(keys) else other_kind(kind, keys)
 
 
 @dataclass
