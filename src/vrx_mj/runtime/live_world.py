@@ -283,7 +283,7 @@ class LiveWorld:
         """Set the pose or the velocity of a floating object or dock, and let the water have it there."""
         there = self.world.parameters
         still = [item.name for item in there.objects if item.kind == "static"]
-        if str(name) in (*still, *(dock.name for dock in there.docks if not dock.dynamic)):
+        if name in (*still, *(dock.name for dock in there.docks if not dock.dynamic)):
             raise CommandError(f"{name} cannot be moved: it is fixed; remove it, and spawn it elsewhere")
         check_name("floating object", name, self.bodies.afloat)
         with self.undone_if_crowded():
