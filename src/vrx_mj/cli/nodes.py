@@ -125,7 +125,7 @@ def _idle(_: Sequence[str], __: Path) -> int:
     """A node of VRX for what `vrx-mj serve` does itself."""
     from vrx_mj.cli.spawn_model import await_end
 
-    show("nothing to do: vrx-mj serve takes cmd_vel, and vrx-mj teleop sets thrust and angles")
+    show("nothing to do: vrx-mj serve takes cmd_vel and shows the beacon, and vrx-mj teleop sets thrust and angles")
     await_end()
     return 0
 
@@ -221,9 +221,17 @@ def _spawn_model(words: Sequence[str], folder: Path) -> int:
     return spawn_model(words, folder)
 
 
+def _spawn_wamv(words: Sequence[str], folder: Path) -> int:
+    """A boat that joins as VRX spawns it without services: `--urdf FILE --model NAME` and a pose."""
+    names = {"--urdf": "-file", "--model": "-model"}
+    return _spawn_model(["-urdf", *(names.get(word, word) for word in words)], folder)
+
+
 PROGRAMS: Mapping[str, Callable[[Sequence[str], Path], int]] = {
     "missing": _missing,
+    "spawn_wamv.bash": _spawn_wamv,
     "twist2thrust.py": _idle,
+    "pinger_visualization.py": _idle,
     "key2thrust_angle.py": _idle,
     "spawn_model": _spawn_model,
     "xacro": _xacro,

@@ -101,6 +101,8 @@ def _description(given: Mapping[str, str], client: "Client", folder: Path) -> st
         text = str(client.parameter(given["param"]))
     elif "file" in given:
         file = folder / given["file"]
+        if file.suffix == ".xacro":
+            return _expanded(file)
         try:
             text = file.read_bytes()[:MOST_CHARACTERS].decode("utf-8", "replace")
         except OSError as error:
@@ -112,13 +114,21 @@ def _description(given: Mapping[str, str], client: "Client", folder: Path) -> st
     return text
 
 
+def _expanded(file: Path) -> str:
+    """The URDF of a xacro file, without arguments."""
+    from vrx_mj.config.search import package_paths
+    from vrx_mj.config.urdf.expand import expand
+
+    return expand(file, package_paths=package_paths())
+
+
 def _name(given: Mapping[str, str], text: str) -> str:
-    """The name of the model here: the namespace of its links, which is that of its topics."""
+    """The name of the model here: its namespace, which is that of its links and topics."""
     from vrx_mj.config.urdf.xml_text import namespace_of
 
-    own = "" if "sdf" in given else namespace_of(text)
+    own = given.get("robot_namespace", "").strip("/") or ("" if "sdf" in given else namespace_of(text))
     if own and own != given["model"]:
-        show(f"-model {given['model']}: the model is called {own} here, as its links and topics are", "yellow")
+        show(f"-model {given['model']}: the model is called {own} here, as its topics are", "yellow")
     return own or given["model"]
 
 

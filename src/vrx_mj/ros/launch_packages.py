@@ -31,6 +31,8 @@ NODES = {
             "missing",
             "twist2thrust.py",
             "key2thrust_angle.py",
+            "pinger_visualization.py",
+            "spawn_wamv.bash",
         )
     },
     "gazebo_ros": {name: f"scripts/{name}" for name in ("gzserver", "spawn_model")},

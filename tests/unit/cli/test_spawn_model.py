@@ -9,6 +9,7 @@ from xmlrpc.client import ServerProxy
 import pytest
 
 from ros1_served import Served, free_port, small_table
+from vrx_mj.cli.nodes import PROGRAMS
 from vrx_mj.cli.spawn_model import spawn_model
 from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
 from vrx_mj.ros.interface import Service
@@ -83,9 +84,23 @@ def test_the_namespace_of_the_links_is_the_name(served, asked, capsys):
     assert asked[0][1].model_name == "cat"
     assert capsys.readouterr().err == (
         "-J a 1 is ignored: joints begin at 0\n"
-        "-model wamv: the model is called cat here, as its links and topics are\n"
+        "-model wamv: the model is called cat here, as its topics are\n"
         "cat joins\n"
     )
+
+
+def test_the_namespace_of_the_options_is_the_name(served, asked):
+    words = "-urdf -param /fleet/robot_description -model wamv -robot_namespace /defender_a"
+    assert spawn_model(words.split(), HERE) == 0
+    assert (asked[0][1].model_name, asked[0][1].robot_namespace) == ("defender_a", "/defender_a")
+
+
+def test_a_boat_of_a_xacro_joins_as_vrx_spawns_it_without_services(served, asked, tmp_path):
+    (tmp_path / "cat.urdf.xacro").write_text(URDF, encoding="utf-8")
+    words = "-x 1 -y 2 -z 0.1 -R 0 -P 0 -Y 3 --urdf cat.urdf.xacro --model wamv"
+    assert PROGRAMS["spawn_wamv.bash"](words.split(), tmp_path) == 0
+    assert asked[0][1].model_name == "cat"
+    assert '<link name="cat/base_link"/>' in asked[0][1].model_xml
 
 
 def test_what_the_world_refuses_is_an_error(served, tmp_path):
