@@ -18,14 +18,14 @@ __all__ = ["import_"]
 
 
 def import_(
-    source: Annotated[Path, typer.Argument(help="A world, launch file or model of Gazebo, or a folder of them.")],
+    source: Annotated[Path, typer.Argument(help="A world, launch file, boat or model, or a folder of them.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for our files.")],
     arguments: Arguments = None,
 ) -> None:
     """Write files of Gazebo and VRX as files of ours. The file import.md has a table of what became of each part.
 
-    It reads .world, .world.xacro, .sdf, .launch, model folders and the docks' .sdf.erb, and runs none of them. Commands
-    take worlds of Gazebo as they are, too: vrx-mj run my_course.world
+    It reads .world, .world.xacro, .sdf, .launch, .urdf, .xacro, model folders and the docks' .sdf.erb, and runs none of
+    them. Commands take worlds of Gazebo as they are, too: vrx-mj run my_course.world
 
     Example: vrx-mj import my_course.world.xacro -o my_course
     """

@@ -3,8 +3,11 @@
 import html
 import os
 import warnings
-from collections.abc import Mapping
+from collections import ChainMap
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -24,18 +27,21 @@ from vrx_mj.config.gazebo.sdf_boats import is_boat, read_boat
 from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world
 from vrx_mj.config.loading import Loading, read_source, validated
 from vrx_mj.config.objects import ObjectConfig
-from vrx_mj.config.search import display, package_paths
+from vrx_mj.config.robots import load_robot, robot_section
+from vrx_mj.config.search import XML_SUFFIXES, display, package_paths
 from vrx_mj.config.series.worlds import section_text
 from vrx_mj.config.shapes import Shape
-from vrx_mj.config.tree import Entry, Items, Section
+from vrx_mj.config.tree import Entry, File, Items, Place, Section
 from vrx_mj.config.urdf.expand import arguments as declared_arguments
-from vrx_mj.config.urdf.expand import expand
+from vrx_mj.config.urdf.expand import check_library, declared, expand
 from vrx_mj.config.urdf.expression_values import ExpressionError
 from vrx_mj.config.urdf.gazebo import read_gazebo
+from vrx_mj.config.urdf.meshes import MeshFiles, with_mesh_names
 from vrx_mj.config.urdf.writing import urdf_text
-from vrx_mj.config.urdf.xacro_files import read_bytes
+from vrx_mj.config.urdf.xacro_files import own_packages, read_bytes
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, shortened
+from vrx_mj.resources import root
 
 __all__ = ["HEAD", "TABLE", "TITLE", "Imported", "import_files"]
 
@@ -45,8 +51,14 @@ TITLE = "# What became of each part\n"
 """How that file begins: what is in a folder with one may be written over."""
 HEAD = "# Made by vrx-mj import from "
 """How each file that is written begins, so that a later import may write over it."""
-KINDS = (".world", ".world.xacro", ".launch", ".sdf", ".sdf.erb")
+ROBOTS = (".urdf", ".urdf.xacro")
+"""Ends of names of files of boats."""
+KINDS = (".world", ".world.xacro", ".launch", ".sdf", ".sdf.erb", *ROBOTS)
 """Ends of names of files that a folder is searched for."""
+MARKS = ("<xacro:", "${", "$(")
+"""Text by which a description with something to expand is recognized."""
+EXPANDED = {"urdf", "arguments", "layouts", "suites"}
+"""Keys of a robot's YAML that are about its xacro."""
 FATES: tuple[Fate, ...] = ("taken over", "approximated", "ignored")
 
 
@@ -80,9 +92,9 @@ def import_files(source: Path, arguments: Mapping[str, str] | None = None) -> Im
     """What a file of Gazebo or ROS, or all such files of a folder, become here.
 
     Args:
-        source: a world (`.world`, `.world.xacro`, `.sdf`), a launch file, a model or its folder, a dock's template
-            (`.sdf.erb`), or a folder of them.
-        arguments: arguments of the launch file or of the world's xacro.
+        source: a world (`.world`, `.world.xacro`, `.sdf`), a launch file, a boat (`.urdf`, `.xacro`), a model or its
+            folder, a dock's template (`.sdf.erb`), or a folder of them.
+        arguments: arguments of the launch file or of the xacro.
 
     Raises:
         ConfigError: the file is wrong; of a folder wrong files are listed in `failed` instead.
@@ -99,13 +111,15 @@ def import_files(source: Path, arguments: Mapping[str, str] | None = None) -> Im
     files = list(files_below(source, KINDS))
     if not files:
         raise VrxError(f"no file to import in {display(source)}: none ends in {', '.join(KINDS)}")
-    for file in files:
+    for file in sorted(files, key=lambda file: file.name.lower().endswith(ROBOTS)):  # launch files bring boats
         try:
-            writer.add(file, {})
+            writer.add_unless_known(file)
         except VrxError as error:
             made.failed += str(error).splitlines()
     if not made.texts and made.failed:
         raise VrxError("\n".join(made.failed))
+    if not (made.texts or made.notes or made.sails):
+        raise VrxError(f"no file to import in {display(source)}: its boats are only macros for other files")
     return made
 
 
@@ -113,7 +127,9 @@ def _check_arguments(file: Path, arguments: Mapping[str, str]) -> None:
     """Raise a VrxError where a file that is no launch file does not declare what it is given."""
     if not arguments or file.name.lower().endswith(".launch"):
         return
-    known = declared_arguments(file) if file.name.lower().endswith(".xacro") and is_file(file) else {}
+    known: Collection[str] = ()
+    if file.name.lower().endswith(".xacro") and is_file(file):
+        known = declared_arguments(file) if is_gazebo_world(file) else declared(file, arguments, package_paths())
     name = next((name for name in arguments if name not in known), None)
     if name is not None:
         raise ConfigError(
@@ -132,6 +148,8 @@ class _Writer:
         self.made = made
         self.paths: dict[tuple[str, str], str] = {}
         """Paths of what is written, by its folder and what it is made from."""
+        self.robots: set[Path] = set()
+        """Files of boats that are written."""
 
     def path_of(self, folder: str, name: str, source: str, ending: str = ".yaml") -> str:
         """The path in the folder of what is made from a source: two of one name are numbered."""
@@ -142,6 +160,11 @@ class _Writer:
             self.paths[folder, source] = next(path for path in paths if path not in taken)
         return self.paths[folder, source]
 
+    def add_unless_known(self, file: Path) -> None:
+        """Import a file of a folder, unless it is a boat that a launch file has brought, or only macros for boats."""
+        if not file.name.lower().endswith(ROBOTS) or (file.resolve() not in self.robots and _has_links(file)):
+            self.add(file, {})
+
     def add(self, file: Path, arguments: dict[str, str]) -> None:
         """Import a file by its kind."""
         name = file.name.lower()
@@ -151,6 +174,8 @@ class _Writer:
             self.add_world(file, arguments)
         elif name.endswith(".sdf") and is_boat(model_element(file)[0]):
             self.add_boats(file)
+        elif name.endswith(XML_SUFFIXES) and is_file(file):
+            self.add_fleet_of(file, self.add_robot(safe_name(file.name.partition(".")[0]), file, arguments))
         elif is_gazebo_model(file.name) or name.endswith(".erb"):
             self.add_object(safe_name(_model_stem(file)), file, str(file))
         else:
@@ -187,10 +212,13 @@ class _Writer:
         return path
 
     def add_boats(self, file: Path) -> None:
-        """Write a boat, and a fleet of it alone."""
-        robot = self.add_boat(str(file.absolute()), file)
+        """Write a boat of SDF, and a fleet of it alone."""
+        self.add_fleet_of(file, self.add_boat(str(file.absolute()), file))
+
+    def add_fleet_of(self, file: Path, robot: str) -> None:
+        """Write a fleet of one boat, by the path of its URDF."""
         stem = robot.rpartition("/")[2].removesuffix(".urdf")
-        place = model_element(file)[0].place
+        place = Place(File(display(file), file.absolute().parent))
         fleet = Section({"robot": f"./{robot}"}, place, {"robot": Entry(place, place)})
         self.made.texts[self.path_of("", f"{stem}_fleet", f"fleet of {file.resolve()}")] = self.text(file, fleet)
 
@@ -220,6 +248,42 @@ class _Writer:
 
         self.made.texts[path] = urdf_text(boat, mesh)
         return path
+
+    def add_robot(self, name: str, file: Path, arguments: Mapping[str, str]) -> str:
+        """Write the URDF of a boat, with its meshes and what the YAML beside it says, and return its path."""
+        where = f"./{file.name}", file.absolute().parent
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", VrxWarning)
+            config, section = load_robot(*where), robot_section(*where)
+            chosen = (*islice(config.layouts.values(), 1), config.suites.get("vrx", {}))
+            given = ChainMap(dict(arguments), *map(dict, reversed(chosen)), config.arguments)
+            text = _urdf(config.description_file, given)
+        if "<link" not in text:
+            check_library(config.description_file)
+        path = self.path_of("robots/", name, f"{text}{section}", ".urdf")
+        self.robots.add(file.resolve())
+        if path in self.made.texts:
+            return path
+        stem = path.removeprefix("robots/").removesuffix(".urdf")
+        files = MeshFiles(config.description_file.absolute().parent, own_packages(), package_paths())
+        self.made.texts[path] = with_mesh_names(text, files, partial(self.add_mesh, stem))
+        place = Place(File(display(file), file.absolute().parent))
+        self.made.notes.append(Note(place, "<robot>", "taken over", f"`{path}`, a boat"))
+        if section is not None:
+            kept = {key: value for key, value in section.items() if key not in EXPANDED}
+            self.made.texts[f"robots/{stem}.yaml"] = self.text(file, Section(kept, section.place, section.entries))
+        return path
+
+    def add_mesh(self, robot: str, folder: Path, name: str) -> str | None:
+        """Copy a mesh of a boat, and return its path beside the URDF; None: it is one of ours, which are everywhere."""
+        source = (folder / name).resolve()
+        if source.is_relative_to((root() / "assets").resolve()):
+            return None
+        copies = self.made.copies
+        names = (f"meshes/{robot}/{number}{name}" for number in ("", *(f"{count}/" for count in range(2, 1000))))
+        own = next(own for own in names if copies.get(f"robots/{own}", source) == source)
+        copies[f"robots/{own}"] = source
+        return own
 
     def with_objects(self, section: Section, folder: Path, here: str = "") -> Section:
         """A section, to be written to a folder, whose models of Gazebo are objects of ours, which are written too."""
@@ -283,10 +347,9 @@ class _Writer:
                 path = self.add_boat(str(found.robot.absolute()), found.robot)
                 boats.append(Section({**boat, "robot": f"./{path}"}, boat.place, boat.entries))
             elif isinstance(found.robot, Path):
-                urdf = _urdf(found.robot, found.arguments)
-                path = self.path_of("robots/", boat["name"], urdf, ".urdf")
-                self.made.texts[path] = urdf
-                boats.append(Section({**boat, "robot": f"./{path}"}, boat.place, boat.entries))
+                path = self.add_robot(boat["name"], found.robot, found.arguments)
+                whole = {key: value for key, value in boat.items() if key != "arguments"}  # its URDF is expanded
+                boats.append(Section({**whole, "robot": f"./{path}"}, boat.place, boat.entries))
             else:
                 boats.append(boat)
         path = self.path_of("", f"{safe_name(file.name.partition('.')[0])}_fleet", f"fleet of {file.resolve()}")
@@ -301,12 +364,21 @@ class _Writer:
 
 
 def _urdf(file: Path, arguments: Mapping[str, str]) -> str:
-    """The URDF of a description, expanded if it is a xacro."""
-    if not file.name.lower().endswith(".xacro"):
-        return _text(file).decode("utf-8", errors="replace")
+    """The URDF of a description, expanded if there is something to expand."""
+    text = _text(file).decode("utf-8", errors="replace")
+    if not any(mark in text for mark in MARKS):
+        return text
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", VrxWarning)
         return expand(file, arguments=arguments, package_paths=package_paths())
+
+
+def _has_links(file: Path) -> bool:
+    """Whether a file describes a boat, and does not only define macros for others; one that cannot be read does."""
+    try:
+        return "<link" in _urdf(file, {})
+    except VrxError:
+        return True
 
 
 def _is_model_alone(file: Path) -> bool:

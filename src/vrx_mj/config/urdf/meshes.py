@@ -37,6 +37,7 @@ __all__ = [
     "obj_text",
     "read_mesh",
     "with_file_uris",
+    "with_mesh_names",
 ]
 
 _PACKAGE = re.compile(r"(package|model)://([^/]*)/(.*)", re.DOTALL)
@@ -143,15 +144,23 @@ class MeshFiles:
 
 def with_file_uris(text: str, files: MeshFiles) -> str:
     """A URDF's text with the place of each mesh that is found, as `file:///...`; the others stay as they are."""
+    return with_mesh_names(text, files, lambda folder, name: (folder / name).resolve().as_uri())
 
-    def with_uri(found: re.Match[str]) -> str:
+
+def with_mesh_names(text: str, files: MeshFiles, named: Callable[[Path, str], str | None]) -> str:
+    """A URDF's text in which each mesh that is found is called as `named` says, by its folder and path in that.
+
+    Those for which it gives None, and those that are not found, stay as they are.
+    """
+
+    def renamed(found: re.Match[str]) -> str:
         try:
-            folder, name = files.find(unescape(found[2][1:-1], _QUOTES))
+            name = named(*files.find(unescape(found[2][1:-1], _QUOTES)))
         except VrxError:
-            return found[0]
-        return found[1] + quoteattr((folder / name).resolve().as_uri())
+            name = None
+        return found[0] if name is None else found[1] + quoteattr(name)
 
-    return _MESH.sub(with_uri, text)
+    return _MESH.sub(renamed, text)
 
 
 def _contains(base: Path, file: Path) -> bool:

@@ -1,6 +1,7 @@
 """`vrx-mj import`: what is written loads, compiles and sails as the original does, and nothing else is touched."""
 
 import os
+import shutil
 import warnings
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from gazebo_files import classic_text, newer_text
 from vrx_mj.cli.importing import import_
 from vrx_mj.config.gazebo.importing import HEAD, TITLE, import_files
 from vrx_mj.config.world import load_world
-from vrx_mj.errors import VrxError, VrxWarning
+from vrx_mj.errors import ConfigError, VrxError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.model.world import json_of
 from vrx_mj.runtime.simulation import Simulation
@@ -297,3 +298,115 @@ def test_a_workspace_sails_as_it_is_and_imported_alike():
             ends.append({name: boats[name].position.tolist() for name in sim.world.boats})
         assert ends[0] == ends[1]
         assert not Path("owned").exists()
+
+
+BOAT = """<robot name="tug" xmlns:xacro="http://ros.org/wiki/xacro">
+  <xacro:include filename="parts.xacro"/>
+  <xacro:hull length="$(arg length)"/>
+</robot>"""
+PARTS = """<robot xmlns:xacro="http://ros.org/wiki/xacro">
+  <xacro:arg name="length" default="2"/>
+  <xacro:macro name="hull" params="length">
+    <link name="base_link">
+      <inertial><mass value="60"/><inertia ixx="10" iyy="20" izz="25" ixy="0" ixz="0" iyz="0"/></inertial>
+      <collision><geometry><box size="${length} 1 0.4"/></geometry></collision>
+      <visual><geometry><mesh filename="package://tugs/meshes/deck.obj"/></geometry></visual>
+      <visual><geometry><mesh filename="../others/meshes/deck.obj"/></geometry></visual>
+    </link>
+  </xacro:macro>
+</robot>"""
+LAUNCH = """<launch>
+  <include file="$(find gazebo_ros)/launch/empty_world.launch">
+    <arg name="world_name" value="$(find wave_gazebo)/worlds/ocean.world"/></include>
+  <param name="one" command="xacro $(find tugs)/urdf/tug.urdf.xacro length:=4 namespace:=a"/>
+  <param name="two" command="xacro $(find tugs)/urdf/tug.urdf.xacro"/>
+  <node name="s1" pkg="gazebo_ros" type="spawn_model" args="-y 0 -urdf -param one -model a"/>
+  <node name="s2" pkg="gazebo_ros" type="spawn_model" args="-y 9 -urdf -param two -model b"/>
+</launch>"""
+
+
+def tetrahedron(size):
+    """A mesh."""
+    corners = ["v 0 0 0", f"v {size} 0 0", f"v 0 {size} 0", f"v 0 0 {size}"]
+    return "\n".join([*corners, "f 1 3 2", "f 1 2 4", "f 2 3 4", "f 1 4 3", ""])
+
+
+def write_tugs():
+    """A package with a boat, its macros, its YAML, and a mesh in each of two folders."""
+    package = "<package><name>tugs</name></package>"
+    files = {"package.xml": package, "urdf/tug.urdf.xacro": BOAT, "urdf/parts.xacro": PARTS,
+             "launch/two.launch": LAUNCH,
+             "urdf/tug.yaml": "hydrodynamics: {drag_linear: [50, 60, 70, 80, 90, 100]}\narguments: {length: 3}\n",
+             "meshes/deck.obj": tetrahedron(1), "others/meshes/deck.obj": tetrahedron(2)}  # fmt: skip
+    for name, text in files.items():
+        path = Path("tugs") / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+
+
+def moved(folder):
+    """The folder elsewhere, without what it was made from."""
+    shutil.move(folder, "elsewhere")
+    shutil.rmtree("tugs")
+    return Path("elsewhere")
+
+
+def test_an_imported_boat_brings_its_macros_meshes_and_yaml_and_needs_nothing_else():
+    write_tugs()
+    before = compile_world("ocean", fleet="tugs/urdf/tug.urdf.xacro", arguments={"length": "4"})
+    imported("tugs/urdf/tug.urdf.xacro", arguments=["length:=4"])
+    after = compile_world("ocean", fleet=str(moved("out") / "tug_fleet.yaml"))
+    assert (after.parameters.hulls, after.parameters.stations) == (before.parameters.hulls, before.parameters.stations)
+    assert after.parameters.hulls[0].drag_linear == (50, 60, 70, 80, 90, 100)
+    meshes = {path.relative_to("elsewhere").as_posix() for path in Path("elsewhere").rglob("*.obj")}
+    assert meshes == {"robots/meshes/tug/meshes/deck.obj", "robots/meshes/tug/others/meshes/deck.obj"}
+    positions = [_sailed(world) for world in (before, after)]
+    assert positions[0] == positions[1]
+
+
+def _sailed(world):
+    """Where a boat is after 10 s, by every digit."""
+    sim = Simulation(world)
+    sim.reset()
+    return sim.step(duration=10.0)["wamv"].position.tolist()
+
+
+def test_two_boats_of_a_launch_file_of_one_xacro_are_two_urdfs():
+    write_tugs()
+    before = compile_world("ocean", fleet="tugs/launch/two.launch")
+    folder = imported("tugs")
+    assert sorted(path.name for path in (folder / "robots").iterdir()) == [
+        "a.urdf",
+        "a.yaml",
+        "b.urdf",
+        "b.yaml",
+        "meshes",
+    ]
+    table = (folder / "import.md").read_text(encoding="utf-8")
+    assert "namespace" not in table
+    after = compile_world("ocean", fleet=str(moved("out") / "two_fleet.yaml"))
+    assert after.parameters.stations == before.parameters.stations
+    assert not any(boat.arguments for boat in after.parameters.boats)
+
+
+def test_arguments_that_an_imported_boat_does_not_declare_are_refused():
+    write_tugs()
+    with pytest.raises(ConfigError) as raised:
+        import_files(Path("tugs/urdf/tug.urdf.xacro"), {"lenght": "4"})
+    assert str(raised.value) == (
+        "tugs/urdf/tug.urdf.xacro: lenght:=: no argument named 'lenght'; did you mean 'length'?"
+    )
+
+
+def test_a_file_of_macros_alone_is_no_boat():
+    write_tugs()
+    with pytest.raises(ConfigError) as raised:
+        import_files(Path("tugs/urdf/parts.xacro"))
+    message = "has no links, only macros: 'hull'; name the file that calls them"
+    assert str(raised.value) == f"tugs/urdf/parts.xacro: robot: {message}"
+    Path("tugs/urdf/parts.xacro").rename("tugs/urdf/parts.urdf.xacro")
+    Path("tugs/urdf/tug.urdf.xacro").unlink()
+    Path("tugs/launch/two.launch").unlink()
+    with pytest.raises(VrxError) as raised:
+        import_files(Path("tugs"))
+    assert str(raised.value) == "no file to import in tugs: its boats are only macros for other files"
