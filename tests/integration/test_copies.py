@@ -220,7 +220,7 @@ def test_a_simulation_goes_to_another_process_and_an_error_comes_back(world):
     sim.step(AHEAD, duration=1.0)
     with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
         there = pool.submit(vrx_mj.run, sim, 1.0).result()
-        with pytest.raises(UnknownNameError, match=r"^no boat named 'c'; known: a, b$"):
+        with pytest.raises(UnknownNameError, match=r"^no boat, object or dock named 'c'; known: a, b, buoy$"):
             pool.submit(sim.remove, "c").result()
     assert there.state_sha256 == vrx_mj.run(sim, 1.0).state_sha256
 

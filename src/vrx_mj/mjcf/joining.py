@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from vrx_mj.arguments import check_name
+from vrx_mj.arguments import as_text, check_name
 from vrx_mj.arrays import BoolArray
 from vrx_mj.config.docks import DockPlacement
 from vrx_mj.config.fleet import BoatConfig, joining_boat
@@ -168,11 +168,11 @@ def without(world: World, name: str) -> World:
 
     Raises:
         UnknownNameError: nothing has that name.
-        CommandError: the task needs it, or it is a part of another object.
+        CommandError: the task needs it, it is a part of another object, or the name is not text.
     """
     old = world.parameters
     parts = {item.name for item in old.objects} | {dock.name for dock in old.docks}
-    if str(name) in parts - {*things(old)}:
+    if as_text("name", name) in parts - {*things(old)}:
         raise CommandError(f"{name} cannot be removed: it is a part of {owner_of(name)}, which goes as a whole")
     check_name("boat, object or dock", name, things(old))
     if old.task and old.task.boat == name:

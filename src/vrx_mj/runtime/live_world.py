@@ -9,7 +9,7 @@ from functools import cache, partial
 
 import mujoco
 
-from vrx_mj.arguments import check_name
+from vrx_mj.arguments import as_text, check_name
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, DivergedError, StateError
 from vrx_mj.libmujoco import untimed
@@ -283,7 +283,7 @@ class LiveWorld:
         """Set the pose or the velocity of a floating object or dock, and let the water have it there."""
         there = self.world.parameters
         still = [item.name for item in there.objects if item.kind == "static"]
-        if name in (*still, *(dock.name for dock in there.docks if not dock.dynamic)):
+        if as_text("name", name) in (*still, *(dock.name for dock in there.docks if not dock.dynamic)):
             raise CommandError(f"{name} cannot be moved: it is fixed; remove it, and spawn it elsewhere")
         check_name("floating object", name, self.bodies.afloat)
         with self.undone_if_crowded():
