@@ -247,6 +247,7 @@ def test_errors(kind, copied):
     made = {
         UnknownNameError: lambda: kind("boat", "b", ["a", "c"]),
         errors.ConfigError: lambda: kind([Problem("f.yaml", 1, 2, "sea.gain", "wrong")]),
+        errors.ChoiceError: lambda: kind("folder", "world", {"a.world": "a world"}),
     }.get(kind, lambda: kind("what is wrong"))()
     other = copied(made)
     assert (type(other), str(other), vars(other)) == (type(made), str(made), vars(made))
