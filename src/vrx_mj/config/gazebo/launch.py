@@ -189,15 +189,21 @@ class _Run:
     def argument(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
         """Declare an argument."""
         name = self.needed(element, "name", scope)
-        scope.arguments.setdefault(name, "")  # what needs it says no second time that it is wrong
+        try:
+            scope.arguments[name] = self.argument_value(element, name, scope, given)
+        except ConfigError:
+            scope.arguments.setdefault(name, "")  # what needs it says no second time that it is wrong
+            raise
+
+    def argument_value(self, element: Element, name: str, scope: _Scope, given: dict[str, str]) -> str:
+        """The value of an argument: its own, the one from outside, or its default."""
         if "value" in element.attributes:
-            scope.arguments[name] = self.worked_out(element, element.attributes["value"], scope)
-        elif name in given:
-            scope.arguments[name] = given[name]
-        elif "default" in element.attributes:
-            scope.arguments[name] = self.worked_out(element, element.attributes["default"], scope)
-        else:
-            raise element.fault(f"has no value: add {name}:=VALUE")
+            return self.worked_out(element, element.attributes["value"], scope)
+        if name in given:
+            return given[name]
+        if "default" in element.attributes:
+            return self.worked_out(element, element.attributes["default"], scope)
+        raise element.fault(f"has no value: add {name}:=VALUE")
 
     def group(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
         """Go through a group; its arguments are its own."""
@@ -362,7 +368,10 @@ class _Run:
             )
             text = f"a model named '{boat.name}' is spawned on {here} already: each needs -model NAME of its own"
             raise element.fault(text, "args")
-        if len(self.boats) >= MOST and element is not None:
+        if len(self.boats) > MOST:
+            return
+        if len(self.boats) == MOST and element is not None:
+            self.boats.append(boat)  # the next one says no second time that they are too many
             raise element.fault(f"more than {MOST} boats")
         self.places[safe_name(boat.name)] = boat.place
         self.boats.append(boat)
@@ -433,7 +442,7 @@ class _Run:
                 raise ExpressionError(f"a text of more than {LONGEST_TEXT} characters is too long")
             self.budget.write(found)
         except ExpressionError as error:
-            raise element.fault(f"{shown(text)}: {error}") from None
+            raise element.fault(f"{shown(text)}: {error}".replace("a robot file", "a launch file")) from None
         return found
 
     def allowed(self, element: Element, path: str) -> Path:

@@ -163,6 +163,8 @@ def _is_name(name: str) -> bool:
 
 
 def _missing(path: str) -> str:
+    if os.path.lexists(path):
+        return f"'{_shown(path)}' is not a file"
     folder = Path(path).parent
     try:
         names = [entry.name for entry in folder.iterdir()][:1000]

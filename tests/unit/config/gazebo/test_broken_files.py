@@ -96,6 +96,19 @@ XACRO = {
     ),
 }
 LAUNCHES = {
+    "a_hundred_thousand_boats": (
+        '<node type="spawn_model"/>\n' * 100_000,
+        "bay.launch:25001:1: <node>: more than 50000 elements and attributes in a file",
+    ),
+    "a_million_elements": (
+        "<a/>" * 900_000,
+        "bay.launch:2:199997: <a>: more than 50000 elements and attributes in a file",
+    ),
+    "boats_beyond_the_limit": (
+        '<param name="d" textfile="$(find wamv_gazebo)/urdf/wamv_gazebo.urdf"/>\n'
+        + "".join(f'<node type="spawn_model" name="s{i}" args="-param d -model b{i}"/>\n' for i in range(3000)),
+        "bay.launch:1003:1: <node> 's1000': more than 1000 boats",
+    ),
     "arguments_that_double": (
         '<arg name="a0" value="'
         + "x" * 100
@@ -391,7 +404,8 @@ def listed(name):
 WORLDS |= {key: (case["body"], case["says"]) for key, case in listed("worlds").items()}
 XACRO |= {key: (case["body"], case["says"]) for key, case in listed("xacro").items()}
 LAUNCHES |= {key: (case["body"], case["says"]) for key, case in listed("launch").items()}
-TREES |= {key: (case["files"], case["given"], case["says"]) for key, case in listed("folders").items()}
+for name in ("folders", "hostile"):
+    TREES |= {key: (case["files"], case["given"], case["says"]) for key, case in listed(name).items()}
 CASES = {
     **{key: ({"bay.world": world(body)}, "bay.world", None, said) for key, (body, said) in WORLDS.items()},
     **{key: ({"bay.world.xacro": xacro(body)}, "bay.world.xacro", None, said) for key, (body, said) in XACRO.items()},
