@@ -137,3 +137,43 @@ def test_the_score_of_a_run_with_a_newcomer_is_read_back(tmp_path):
     status = rescore(tmp_path / "run.rrd").status
     assert (status.score, status.collisions) == (told["score"], told["num_collisions"])
     assert status.collisions > 0
+
+
+@pytest.mark.slow
+def test_objects_and_docks_appear_and_disappear(tmp_path):
+    """A light, a floating dock with a placard and a fixed object are there from 1 to 2 s."""
+    path, guests = tmp_path / "run.rrd", ("lamp", "pier", "post")
+    sim = simulation({"boats": [ONE], "sensors": "none"}, objects=[BUOY], seed=3)
+    with vrx_mj.record(sim, path, sea=False):
+        sim.step({"one": AHEAD}, duration=1.0)
+        sim.spawn_object("lamp", model="robotx_light_buoy", pose=[60, 0, 0.3, 0, 0, 0])
+        sim.spawn_object("post", model="post", pose=[60, 20, 0, 0, 0, 0])
+        sim.spawn_dock(
+            "pier", layout="X X\nXXX", dynamic=True, bays=[{"symbol": "red_cross"}], pose=[60, 40, 0, 0, 0, 0]
+        )
+        sim.set_light("lamp", ("red", "green", "blue"))
+        there = sim.get_state().sha256
+        sim.step({"one": AHEAD}, duration=1.0)
+        for name in guests:
+            sim.remove(name)
+        sim.step({"one": AHEAD}, duration=1.0)
+    record = vrx_mj.read_record(path, whole=True)
+    lamp = record.time[np.isfinite(record.objects["lamp"].position[:, 0])]
+    assert (lamp.min(), lamp.max()) == pytest.approx((1.0, 1.95))
+    assert np.isfinite(record.objects["buoy"].position).all()
+    assert len(record.companies) == 7
+    assert [len(one.world.parameters.lights) for one in record.companies] == [1, 2, 2, 2, 1, 1, 1]
+    for entity in ("objects/lamp", "docks/pier", "objects/post"):
+        shapes = [times for _, times, _ in chunks(path, f"/world/{entity}/shape")]
+        ends = [times for _, times, names in chunks(path, f"/world/{entity}") if "Clear:is_recursive" in names]
+        assert (shapes, ends) == ([[1.0]], [[2.0]]), entity
+    resumed = vrx_mj.resume(path, 1.5)
+    assert {*guests} <= {name.partition("/")[0] for name in (*names_of(resumed), *resumed.lights)}
+    assert resumed.get_state().sha256 != there  # a light was set after the last of them joined
+    resumed.step(duration=0.1)
+    assert vrx_mj.resume(path, 2.5).lights == ("buoy",)
+
+
+def names_of(sim):
+    there = sim.world.parameters
+    return [*(item.name for item in there.objects), *(dock.name for dock in there.docks)]
