@@ -14,6 +14,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.config.base import COLORS
 from vrx_mj.config.gazebo.document import Element, Report, is_file, read_document
 from vrx_mj.config.gazebo.erb_docks import is_template, template_content
+from vrx_mj.config.gazebo.model_frames import in_usual_frames
 from vrx_mj.config.search import catalogue, contained, display, package_paths, workspace_packages
 from vrx_mj.config.series.calls import At, located
 from vrx_mj.config.shapes import MESH_SUFFIXES
@@ -345,7 +346,7 @@ class _Model:
     """A model being read: all its links are one rigid body here."""
 
     def __init__(self, model: Element, folder: Path, report: Report) -> None:
-        self.model = model
+        self.model = model = in_usual_frames(model)
         self.folder = folder
         self.report = report
         self.links = [(link, _pose(link)) for link in model.all("link")]

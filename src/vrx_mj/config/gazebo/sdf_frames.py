@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -42,7 +43,15 @@ class Given:
     """[m, rad]"""
     relative_to: str
     """Name of the frame that it is in; empty: the usual one."""
-    node: Node
+    node: "Faulty"
+    """What a fault of it is at."""
+
+
+class Faulty(Protocol):
+    """What a message can be about."""
+
+    def fault(self, message: str, key: str = "") -> None:
+        """Note or raise what is wrong with it."""
 
 
 def given_pose(node: Node) -> Given:

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from vrx_mj.config.gazebo.document import Report, read_document
 from vrx_mj.config.gazebo.models import kind_name, model_section, pose_of, safe_name
+from vrx_mj.errors import ConfigError
 from vrx_mj.frames import compose, rotation
 
 HERE = (0.0,) * 6
@@ -243,3 +244,43 @@ def test_no_pose_is_the_origin():
 ])  # fmt: skip
 def test_a_kind_is_called_by_its_name_however_it_is_given(model, kind):
     assert kind_name(model) == kind
+
+
+FRAMED = """<sdf version="1.9"><model name="m"><static>true</static>
+  <frame name="mast"><pose>1 2 3 0 0 1.5707963267948966</pose></frame>
+  <frame name="top" attached_to="mast"><pose>0 0 4 0 0 0</pose></frame>
+  <link name="hull"><pose>5 0 0 0 0 0</pose>
+    <collision name="c"><pose relative_to="top">1 0 0 0 0 0</pose>
+      <geometry><box><size>1 1 1</size></box></geometry></collision></link>
+  <link name="lamp"><pose relative_to="{lamp}">2 0 0 0 0 0</pose>
+    <collision name="c"><geometry><box><size>2 1 1</size></box></geometry></collision></link>
+  <model name="inner"><pose relative_to="lamp">0 0 1 0 0 0</pose>
+    <link name="l"><collision name="c"><geometry><box><size>3 1 1</size></box></geometry></collision></link></model>
+</model></sdf>"""
+
+
+def framed(tmp_path, lamp):
+    file = tmp_path / "m.sdf"
+    file.write_text(FRAMED.format(lamp=lamp), encoding="utf-8")
+    return model_section(file)
+
+
+def test_poses_relative_to_frames_are_where_the_frames_are(tmp_path):
+    """A quarter turn about z at (1, 2, 3): x of the frame is y of the model."""
+    places = [shape["pose"] for shape in framed(tmp_path, "top")["collisions"]]
+    expected = [(1, 3, 7), (1, 4, 7), (1, 4, 8)]
+    assert [tuple(place[:3]) for place in places] == [pytest.approx(xyz) for xyz in expected]
+    assert [place[5] for place in places] == pytest.approx([math.pi / 2] * 3)
+
+
+@pytest.mark.parametrize(
+    ("lamp", "message"),
+    [
+        ("tpo", "no frame named 'tpo'; did you mean 'top'?"),
+        ("inner", "the poses are relative to each other: 'lamp' > 'inner::__model__' > 'lamp'"),
+    ],
+)
+def test_poses_relative_to_nothing_or_to_themselves_are_refused(tmp_path, lamp, message):
+    with pytest.raises(ConfigError) as raised:
+        framed(tmp_path, lamp)
+    assert str(raised.value).endswith(f"m.sdf:7:21: <pose>: {message}")

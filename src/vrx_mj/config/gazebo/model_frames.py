@@ -1,0 +1,115 @@
+"""Poses of the model of an object that are relative to its frames, links or joints, as poses in the usual frames."""
+
+import math
+from dataclasses import dataclass, replace
+
+from vrx_mj.config.gazebo.document import Element
+from vrx_mj.config.gazebo.sdf_frames import HERE, MODEL, NESTED, Frames, Given, Scope, relative
+from vrx_mj.frames import Pose, compose
+
+__all__ = ["in_usual_frames"]
+
+
+@dataclass(frozen=True)
+class _Raising:
+    """An element whose faults are raised."""
+
+    element: Element
+
+    def fault(self, message: str, key: str = "") -> None:
+        """Raise a ConfigError at the element."""
+        raise self.element.fault(message, key)
+
+
+def in_usual_frames(model: Element) -> Element:
+    """A model with the pose of each link in the frame of its model, and of each thing on a link in that of the link.
+
+    Raises:
+        ConfigError: a pose is relative to what is not there, or to itself.
+    """
+    if not any(one.tag == "pose" and _frame(one) for one in model.walk()):
+        return model
+    frames = Frames()
+    _gather(frames, model, Scope())
+    return _rewritten(frames, model, Scope())
+
+
+def _frame(pose: Element | None) -> str:
+    """The frame that a pose names; empty for the usual one."""
+    found = pose.attributes if pose else {}
+    name = found.get("relative_to") or found.get("frame") or ""
+    return "" if name == "world" else name
+
+
+def _given(element: Element) -> Given:
+    pose = element.child("pose")
+    own: Pose = HERE
+    if pose is not None and pose.own_text:
+        x, y, z, *turn = pose.read_numbers("x y z roll pitch yaw")
+        degrees = pose.attributes.get("degrees", "").lower() in {"true", "1"}
+        roll, pitch, yaw = (math.radians(angle) for angle in turn) if degrees else turn
+        own = x, y, z, roll, pitch, yaw
+    return Given(own, _frame(pose), _Raising(pose or element))
+
+
+def _gather(frames: Frames, model: Element, scope: Scope) -> None:
+    """Take in the frames of a model, and of the models in it."""
+    for child in model.children:
+        name = scope.name(child.attributes.get("name", ""))
+        if child.tag == "link":
+            frames.add(name, _given(child), scope, scope.model)
+        elif child.tag == "frame":
+            frames.add(name, _given(child), scope, scope.name(child.attributes.get("attached_to") or MODEL))
+        elif child.tag == "joint":
+            frames.add(name, _given(child), scope, scope.name(child.text("child")))
+        elif child.tag in {"model", "include"}:
+            inner = _scope(scope, child)
+            frames.add(inner.model, _given(child), scope, scope.model)
+            _gather(frames, child, inner)
+
+
+def _scope(scope: Scope, model: Element) -> Scope:
+    """The scope of a model in another."""
+    name = model.attributes.get("name") or model.text("name") or model.text("uri").rpartition("/")[2]
+    prefix = f"{scope.prefix}{name}{NESTED}"
+    return Scope(prefix, f"{prefix}{MODEL}")
+
+
+def _rewritten(frames: Frames, model: Element, scope: Scope) -> Element:
+    children = []
+    for child in model.children:
+        made = child
+        if child.tag == "link":
+            name = scope.name(child.attributes.get("name", ""))
+            parts = tuple(_posed(part, _on_link(frames, part, name, scope)) for part in child.children)
+            made = _posed(replace(child, children=parts), _inside(frames, child, name, scope))
+        elif child.tag in {"model", "include"}:
+            inner = _scope(scope, child)
+            made = _posed(_rewritten(frames, child, inner), _inside(frames, child, inner.model, scope))
+        children.append(made)
+    return replace(model, children=tuple(children))
+
+
+def _inside(frames: Frames, element: Element, name: str, scope: Scope) -> Pose | None:
+    """The pose of a link or a model in its model; None: the file gives it so."""
+    if not _frame(element.child("pose")):
+        return None
+    return relative(frames.pose(scope.model), frames.pose(name))
+
+
+def _on_link(frames: Frames, part: Element, link: str, scope: Scope) -> Pose | None:
+    """The pose of a thing on a link in the link's frame; None: the file gives it so."""
+    if not _frame(part.child("pose")):
+        return None
+    given = _given(part)
+    frame = frames.known(scope.name(given.relative_to), given)
+    return compose(relative(frames.pose(link), frames.pose(frame)), given.pose)
+
+
+def _posed(element: Element, pose: Pose | None) -> Element:
+    """The element with another pose."""
+    if pose is None:
+        return element
+    text = " ".join(map(repr, pose))
+    children = (replace(one, attributes={}, own_text=text) if one.tag == "pose" else one for one in element.children)
+    return replace(element, children=tuple(children))
