@@ -251,6 +251,7 @@ class _Writer:
 
     def add_robot(self, name: str, file: Path, arguments: Mapping[str, str]) -> str:
         """Write the URDF of a boat, with its meshes and what the YAML beside it says, and return its path."""
+        _text(file)  # what cannot be read is refused
         where = f"./{file.name}", file.absolute().parent
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", VrxWarning)

@@ -276,7 +276,7 @@ def test_poses_relative_to_frames_are_where_the_frames_are(tmp_path):
 @pytest.mark.parametrize(
     ("lamp", "message"),
     [
-        ("tpo", "no frame named 'tpo'; did you mean 'top'?"),
+        ("tpo", "no frame named 'tpo'; known: mast, top, hull, lamp, inner::l"),
         ("inner", "the poses are relative to each other: 'lamp' > 'inner::__model__' > 'lamp'"),
     ],
 )
