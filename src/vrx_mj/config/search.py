@@ -130,6 +130,8 @@ def foreign_file(kind: str, text: str, folder: Path, known: Container[str]) -> s
         folder: where a relative path starts.
         known: names of this kind.
     """
+    if not text:
+        return None
     try:
         found = kind_of(folder / text)
         if found is None and not (folder / text).is_file():
@@ -147,7 +149,7 @@ def near_names(file: Path) -> str:
     try:
         names = [entry.name for entry in sorted(file.parent.iterdir())[:MOST_NAMES]]
     except (OSError, ValueError):
-        return "; there is no such folder" if file.parent != Path() else ""
+        return f"; there is no folder '{display(file.parent)}'" if file.parent != Path() else ""
     close = nearest(file.name, names) or next((name for name in names if Path(name).stem == file.name), None)
     return f"; did you mean '{display(file.with_name(close))}'?" if close else ""
 

@@ -131,7 +131,7 @@ def test_no_file_that_is_there_is_called_a_name(here):
     ("./my_bya.yaml", "./my_bya.yaml: no such file; did you mean 'my_bay.yaml'?"),
     ("my_bya.world", "my_bya.world: no such file"),
     ("./sub/my_lake.world", "./sub/my_lake.world: no such file; did you mean 'sub/my_like.world'?"),
-    ("./other/my_lake.world", "./other/my_lake.world: no such file; there is no such folder"),
+    ("./other/my_lake.world", "./other/my_lake.world: no such file; there is no folder 'other'"),
     ("./galleon.world", "./galleon.world: no such file"),
 ])  # fmt: skip
 def test_of_a_path_that_leads_nowhere_near_names_are_said(here, given, said):

@@ -127,10 +127,26 @@ def test_names_are_found_along_the_search_path(here, ours, tmp_path, monkeypatch
 
 
 @pytest.mark.usefixtures("here")
-@pytest.mark.parametrize("name", ["", "..", "../ball", "a/../ball", "/ball", "c:ball", "a\\b", "a\0b", "x" * 300, "."])
+@pytest.mark.parametrize("name", ["", "a/../ball", "c:ball", "a\\b", "a\0b", "x" * 300])
 def test_odd_names_are_only_unknown(name):
     with pytest.raises(UnknownNameError):
         find("objects", name)
+
+
+@pytest.mark.usefixtures("here")
+@pytest.mark.parametrize(
+    ("path", "message"),
+    [
+        (".", "'.' is a folder, not an object model: name a file in it"),
+        ("..", "'..' is a folder, not an object model: name a file in it"),
+        ("../ball", "no such file: '../ball'"),
+        ("/ball", "no such file: '/ball'"),
+    ],
+)
+def test_paths_that_are_no_models(path, message):
+    with pytest.raises(VrxError) as error:
+        find("objects", path)
+    assert str(error.value) == message
 
 
 def test_errors_survive_pickling():

@@ -146,7 +146,10 @@ def test_an_unknown_world_names_the_nearest(here):
 
 
 @pytest.mark.usefixtures("ours")
-@pytest.mark.parametrize(("source", "reason"), [("no/such.yaml", "no such file"), ("a.yaml", "a folder, not a file")])
+@pytest.mark.parametrize(
+    ("source", "reason"),
+    [("no/such.yaml", "no such file; there is no folder 'no'"), ("a.yaml", "a folder, not a file")],
+)
 def test_a_path_without_a_file_is_an_error(source, reason, here):
     (here / "a.yaml").mkdir()
     with pytest.raises(ConfigError) as caught:
