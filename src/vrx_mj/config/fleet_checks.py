@@ -7,7 +7,8 @@ from pathlib import Path
 
 from vrx_mj.config.docks import Placed
 from vrx_mj.config.fleet import FleetConfig, FleetPosition, Headings, Located, room_faults
-from vrx_mj.config.gazebo.launch import fleet_of, is_launch, launch_of
+from vrx_mj.config.gazebo.launch import is_launch, launch_of
+from vrx_mj.config.gazebo.launched import fleet_of
 from vrx_mj.config.gazebo.models import file_in_folder
 from vrx_mj.config.gazebo.robot_fleets import is_description, robot_fleet
 from vrx_mj.config.loading import Loading, Source, file_of, problem_at, read_source, validated
@@ -15,7 +16,7 @@ from vrx_mj.config.objects import Placement, load_object
 from vrx_mj.config.search import catalogue, is_path
 from vrx_mj.config.tree import Section
 from vrx_mj.config.world import FULL_TURN, WorldConfig, check_thrusters, warn_of_degrees
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, shortened
 
 __all__ = ["far_from_all", "load_fleet"]
 
@@ -48,9 +49,14 @@ def _source(source: Source | None) -> tuple[Section, str]:
     if source is None or isinstance(source, Mapping):
         return read_source("fleets", source or {}), "fleet" if source else "single"
     if is_launch(source):
-        found = fleet_of(launch_of(str(source), {}))
+        launch = launch_of(str(source), {})
+        found = fleet_of(launch)
         if found is None:
             raise ConfigError([Problem(str(source), None, None, "", "spawns no boats")])
+        if launch.objects:
+            names = shortened(", ".join(thing.name for thing in launch.objects))
+            text = f"{source}: a fleet has its boats alone; it spawns other models too: {names}"
+            warnings.warn(f"{text}; vrx-mj run {source} has them, where it opens a world", VrxWarning, stacklevel=3)
         return found, Path(source).stem
     folder = file_in_folder(source)
     if folder is not None:

@@ -18,7 +18,7 @@ from vrx_mj.config.urdf.xacro_files import read_bytes
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem
 
-__all__ = ["MACRO", "Element", "Note", "Report", "home_path", "is_file", "read_document"]
+__all__ = ["MACRO", "Element", "Fate", "Note", "Report", "home_path", "is_file", "read_document"]
 
 MACRO = "xacro:"
 """Beginning of the tag of a macro of VRX that is called."""

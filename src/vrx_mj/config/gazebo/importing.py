@@ -13,7 +13,8 @@ from typing import Any
 
 from vrx_mj.config.gazebo.document import Fate, Note, Report, is_file
 from vrx_mj.config.gazebo.folders import files_below, is_folder
-from vrx_mj.config.gazebo.launch import Launch, fleet_of, launch_of
+from vrx_mj.config.gazebo.launch import launch_of
+from vrx_mj.config.gazebo.launched import Launch, SpawnedObject, fleet_of, objects_of
 from vrx_mj.config.gazebo.models import (
     SCHEME,
     is_gazebo_model,
@@ -338,9 +339,12 @@ class _Writer:
         """Write the world and the fleet of a launch file."""
         self.made.notes += launch.report.notes
         world = self.add_world(launch.world, {}) if isinstance(launch.world, Path) else launch.world
+        if launch.objects and world is not None:
+            world = self.add_joined(file, launch, world)
         fleet = fleet_of(launch)
         if fleet is None:
-            self.made.sails += [(world, None)] if world is not None and world not in self.made.texts else []
+            known = {name for name, _ in self.made.sails}
+            self.made.sails += [(world, None)] if world is not None and world not in known else []
             return
         boats = []
         for boat, found in zip(fleet["boats"], launch.boats, strict=True):
@@ -358,6 +362,23 @@ class _Writer:
         self.made.texts[path] = self.text(file, Section({**fleet, "boats": items}, fleet.place, fleet.entries))
         if world is not None:
             self.made.sails.append((world, path))
+
+    def add_joined(self, file: Path, launch: Launch, world: str) -> str:
+        """Write a world that has the objects of a launch file besides those of another, and return its path."""
+
+        def named(thing: SpawnedObject) -> tuple[str, Path | None]:
+            if isinstance(thing.model, str):
+                return thing.model, None
+            name = safe_name(_model_stem(thing.model))
+            return f"./{self.add_object(name, thing.model, str(thing.model))}", None
+
+        items = objects_of(launch, named)
+        place = items.places[0]
+        base = f"./{world}" if world in self.made.texts else world
+        values = {"extends": base, "objects": items}
+        path = self.path_of("", f"{safe_name(file.name.partition('.')[0])}_world", f"world of {file.resolve()}")
+        self.made.texts[path] = self.text(file, Section(values, place, dict.fromkeys(values, Entry(place, place))))
+        return path
 
     def text(self, source: Path, section: Section) -> str:
         """A file of ours."""

@@ -1,34 +1,52 @@
-"""Launch files of ROS 1 that open a world of Gazebo and spawn boats: which world, and which boats where."""
+"""Launch files of ROS 1 that open a world of Gazebo: which world, and which boats and objects they spawn where."""
 
 import math
 import os
 import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from typing import Any, TypeGuard
 
-from vrx_mj.config.gazebo.document import Element, Report, home_path, is_file, read_document
-from vrx_mj.config.gazebo.models import model_element, safe_name
-from vrx_mj.config.gazebo.packages import NOWHERE, PACKAGES, is_nowhere, named_world, robot_named, world_named
+from vrx_mj.config.gazebo.document import Element, Fate, Note, Report, home_path, is_file, read_document
+from vrx_mj.config.gazebo.erb_docks import is_template
+from vrx_mj.config.gazebo.launched import ENDING, Launch, SpawnedBoat, SpawnedObject
+from vrx_mj.config.gazebo.models import (
+    NO_MODEL,
+    SCHEME,
+    has_model,
+    is_gazebo_model,
+    model_element,
+    model_file,
+    pose_of,
+    safe_name,
+)
+from vrx_mj.config.gazebo.packages import (
+    NOWHERE,
+    PACKAGES,
+    is_nowhere,
+    named_world,
+    object_named,
+    robot_named,
+    world_named,
+)
 from vrx_mj.config.gazebo.sdf_boats import is_boat
 from vrx_mj.config.gazebo.stock import STOCK_LAUNCHES, StockBoat, StockLaunch, stock_launch
-from vrx_mj.config.search import display, package_paths
-from vrx_mj.config.tree import Entry, File, Items, Place, Section
+from vrx_mj.config.search import catalogue, display, package_paths
+from vrx_mj.config.tree import File, Place
 from vrx_mj.config.urdf.expand import declared
 from vrx_mj.config.urdf.expression_values import LONGEST_TEXT, Budget, ExpressionError
 from vrx_mj.config.urdf.xacro_files import Files, Substitutions
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError
-from vrx_mj.frames import Pose
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, shortened
+from vrx_mj.frames import Pose, compose
 
-__all__ = ["SERVING", "Launch", "SpawnedBoat", "fleet_of", "is_launch", "launch_of", "read_launch"]
+__all__ = ["SERVING", "is_launch", "launch_of", "read_launch"]
 
-ENDING = ".launch"
 DEEPEST = 20
 """Launch files that may include each other."""
 MOST = 1000
-"""Boats that launch files may spawn."""
+"""Models that launch files may spawn."""
 MOST_FILES = 200
 """Launch files that one includes altogether."""
 FLAGS = {"urdf", "sdf", "gazebo", "unpause", "wait", "b", "package_to_model", "h", "help"}
@@ -44,34 +62,6 @@ _LAUNCHES_WORLDS = {"empty_world.launch", "willowgarage_world.launch"}
 
 Description = tuple[Path | str, dict[str, str]]
 """The file of a robot's description or the name of one of ours, and the arguments of its xacro."""
-
-
-@dataclass(frozen=True)
-class SpawnedBoat:
-    """A boat that a launch file spawns."""
-
-    name: str
-    """Its name in Gazebo."""
-    pose: Pose
-    """Pose in the world [m, rad]."""
-    place: Place
-    """What spawns it."""
-    robot: Path | str = "wamv"
-    """File of its description, or the name of one of our robots."""
-    arguments: Mapping[str, str] = field(default_factory=dict)
-    """Arguments of its xacro."""
-
-
-@dataclass(frozen=True)
-class Launch:
-    """What a launch file starts, as far as it is a simulation."""
-
-    world: Path | str | None
-    """File of the world, or the name of one of ours; None: it opens none."""
-    boats: tuple[SpawnedBoat, ...]
-    report: Report
-    included: tuple[Path, ...] = ()
-    """The launch files that it includes."""
 
 
 def launch_of(source: str, arguments: Mapping[str, str]) -> Launch:
@@ -128,6 +118,7 @@ class _Run:
         self.count = 0
         self.world: Path | str | None = None
         self.boats: list[SpawnedBoat] = []
+        self.objects: list[SpawnedObject] = []
         self.places: dict[str, Place] = {}
         self.descriptions: dict[str, Description] = {}
         self.open: list[Path] = []
@@ -136,7 +127,12 @@ class _Run:
     def result(self) -> Launch:
         """What they start."""
         self.report.settle()
-        return Launch(self.world, tuple(self.boats), self.report, tuple(self.included))
+        joins = self.world is not None
+        fate: Fate = "taken over" if joins else "ignored"
+        ours = "`objects` of the world" if joins else "no world to join: this launch file opens none"
+        for thing in self.objects:
+            self.report.notes.append(Note(thing.place, f"<node> '{thing.name}'", fate, ours))
+        return Launch(self.world, tuple(self.boats), tuple(self.objects), self.report, tuple(self.included))
 
     def read(self, file: Path, given: dict[str, str], scope: _Scope) -> set[str]:
         """Go through a file with arguments from outside, and return the names of those that it declares."""
@@ -252,9 +248,13 @@ class _Run:
                 return world_named(path)
             except UnknownNameError as error:
                 raise element.fault(f"{error} (or add its package's folder to VRX_MJ_PACKAGE_PATH)") from None
+        return self.allowed(element, self.made_from(path, ".xacro"))
+
+    def made_from(self, path: str, *endings: str) -> str:
+        """A path; where there is no such file, that of the one with another ending that catkin makes it from."""
         whole = str(self.open[0].parent / path)
-        made = not is_file(Path(whole)) and is_file(Path(f"{whole}.xacro"))  # what catkin makes the world of
-        return self.allowed(element, f"{path}.xacro" if made else path)
+        found = (f"{path}{ending}" for ending in ("", *endings) if is_file(Path(f"{whole}{ending}")))
+        return next(found, path)
 
     def open_stock(self, stock: StockLaunch, given: dict[str, str], element: Element | None) -> None:
         """Start what one of VRX's own launch files starts."""
@@ -301,11 +301,11 @@ class _Run:
         return self.robot_file(element, words[1]), arguments
 
     def robot_file(self, element: Element, path: str) -> Path | str:
-        """The file of a description; the name of ours for VRX's own."""
-        named = robot_named(path)
+        """The file of a description or a model of SDF; the name of ours for VRX's own."""
+        named = robot_named(path) or object_named(path)
         if named is None and path.startswith(NOWHERE):
             raise element.fault(f"no package for {path.removeprefix(NOWHERE)}: add its folder to VRX_MJ_PACKAGE_PATH")
-        return named or self.allowed(element, path)
+        return named or self.allowed(element, self.made_from(path, ".xacro", ".erb") if _is_sdf(path) else path)
 
     def node(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
         """Spawn a boat; other nodes are not of the simulation."""
@@ -320,14 +320,53 @@ class _Run:
         name = options.get("model") or options.get("entity")
         if not name:
             raise element.fault("a spawned model needs -model NAME", "args")
-        if "database" in options or ("-sdf" in text.split() and not self.spawns_boat(element, options)):
-            self.report.note(element, "ignored", "no boat: a model of SDF belongs into the world", f"<node> '{name}'")
-            return
         pose = self.pose(element, [options.get(key, "0") for key in POSE])
-        robot, arguments = self.spawned(element, options, scope)
+        if "database" in options or "-sdf" in text.split():
+            found = self.sdf_model(element, name, options, scope)
+            if found is None:
+                return
+            robot, arguments = found, dict[str, str]()
+        else:
+            robot, arguments = self.spawned(element, options, scope)
+        if robot in catalogue("objects") or (isinstance(robot, Path) and _is_object(robot)):
+            self.spawn_object(element, SpawnedObject(name, pose, element.place, robot))
+            return
         boat = SpawnedBoat(name, pose, element.place, robot, self.known(element, name, robot, arguments))
         self.spawn(element, boat)
         self.report.note(element, "taken over", "a boat of the fleet", f"<node> '{name}'")
+
+    def sdf_model(self, element: Element, name: str, options: Mapping[str, str], scope: _Scope) -> Path | str | None:
+        """The file of a model of SDF, or its name in the catalogue; None, with a note: there is no such model."""
+        what = f"<node> '{name}'"
+        if "database" in options:
+            model, folder = options["database"], self.open[0].parent
+            if model in catalogue("objects"):
+                return model
+            if has_model(model, folder):
+                return model_file(f"{SCHEME}{model}", folder)
+            self.report.note(element, "ignored", f"no model named '{shortened(model)}'; {NO_MODEL}", what)
+            return None
+        try:
+            robot, arguments = self.spawned(element, options, scope)
+        except ConfigError as error:
+            if "file" not in options:
+                raise
+            self.report.note(element, "ignored", error.problems[0].message, what)
+            return None
+        if arguments:
+            self.report.note(element, "ignored", f"arguments of the xacro of an SDF: {' '.join(arguments)}", what)
+        return robot
+
+    def spawn_object(self, element: Element, thing: SpawnedObject) -> None:
+        """Add an object, whose name no other model has; a pose in its own file is in the frame of the spawned one."""
+        self.claim(element, thing.name)
+        if isinstance(thing.model, Path) and not is_template(thing.model):
+            x, y, z, roll, pitch, yaw = own = pose_of(model_element(thing.model)[0]).value
+            if any(own):
+                thing = replace(thing, pose=compose(thing.pose, (x, y, z, roll, pitch, yaw)))
+        if len(self.objects) == MOST:
+            raise element.fault(f"more than {MOST} objects")
+        self.objects.append(thing)
 
     def known(self, element: Element, name: str, robot: Path | str, given: dict[str, str]) -> dict[str, str]:
         """The arguments that the xacro of a boat declares; xacro ignores others."""
@@ -340,14 +379,6 @@ class _Run:
             self.report.note(element, "ignored", f"{robot.name} declares no {listed}", f"<node> '{name}'")
         return {key: value for key, value in given.items() if key in declares}
 
-    def spawns_boat(self, element: Element, options: Mapping[str, str]) -> bool:
-        """Whether a node spawns a boat of an SDF; not where its file is missing."""
-        try:
-            file = self.robot_file(element, options["file"]) if "file" in options else ""
-        except ConfigError:
-            return False
-        return isinstance(file, Path) and is_boat(model_element(file)[0])
-
     def serve(self, element: Element, scope: _Scope) -> None:
         """Start what one of VRX's own launch files starts, as `vrx-mj ros packages` writes them."""
         name, *words = self.words(element, self.worked_out(element, element.attributes.get("args", ""), scope)) or [""]
@@ -358,23 +389,25 @@ class _Run:
         self.open_stock(stock, {key: value for key, value in given.items() if value}, element)
 
     def spawn(self, element: Element | None, boat: SpawnedBoat) -> None:
-        """Add a boat, whose name no other has."""
-        first = self.places.get(safe_name(boat.name))
-        if first is not None and element is not None:
-            here = (
-                f"line {first.line}"
-                if first.file.name == element.place.file.name
-                else f"{first.file.name}:{first.line}"
-            )
-            text = f"a model named '{boat.name}' is spawned on {here} already: each needs -model NAME of its own"
-            raise element.fault(text, "args")
+        """Add a boat, whose name no other model has."""
+        self.claim(element, boat.name)
         if len(self.boats) > MOST:
             return
         if len(self.boats) == MOST and element is not None:
             self.boats.append(boat)  # the next one says no second time that they are too many
             raise element.fault(f"more than {MOST} boats")
-        self.places[safe_name(boat.name)] = boat.place
         self.boats.append(boat)
+
+    def claim(self, element: Element | None, name: str) -> None:
+        """Keep the name of a model; that of another one is an error."""
+        first = self.places.get(safe_name(name))
+        if first is not None and element is not None:
+            same = first.file.name == element.place.file.name
+            here = f"line {first.line}" if same else f"{first.file.name}:{first.line}"
+            text = f"a model named '{name}' is spawned on {here} already: each needs -model NAME of its own"
+            raise element.fault(text, "args")
+        if element is not None:
+            self.places[safe_name(name)] = element.place
 
     def spawned(self, element: Element, options: Mapping[str, str], scope: _Scope) -> Description:
         """File and arguments of the description that a node spawns."""
@@ -469,6 +502,15 @@ class _Known(Substitutions):
         return super().argument(name)
 
 
+def _is_sdf(path: str) -> bool:
+    return path.lower().endswith(".sdf")
+
+
+def _is_object(file: Path) -> bool:
+    """Whether a file is a model of SDF without thrusters, or the template of a dock."""
+    return is_gazebo_model(file.name) and (is_template(file) or not is_boat(model_element(file)[0]))
+
+
 def _pose(values: Sequence[str]) -> Pose | None:
     """Six numbers; None: they are others."""
     try:
@@ -496,41 +538,6 @@ def _stock_boat(boat: StockBoat, given: Mapping[str, str], place: Place, *, alon
     arguments = {key: given.get(key, value) for key, value in boat.arguments.items() if alone or key != "thrust_config"}
     own = {} if alone else {key: value for key, value in boat.arguments.items() if key == "thrust_config"}
     return SpawnedBoat(moved.get("namespace", boat.name), pose, place, boat.robot, arguments | own)
-
-
-def fleet_of(launch: Launch) -> Section | None:
-    """The boats of a launch file as a fleet's file says them; None: it spawns none."""
-    if not launch.boats:
-        return None
-    place = Place(launch.boats[0].place.file, 1)
-    boats = [_boat(boat) for boat in launch.boats]
-    items = Items.of(boats, [boat.place for boat in launch.boats])
-    name = PurePosixPath(place.file.name).name.removesuffix(ENDING)
-    return Section({"name": name, "boats": items}, place, dict.fromkeys(("name", "boats"), Entry(place, place)))
-
-
-def _boat(boat: SpawnedBoat) -> Section:
-    """One boat of a fleet's file; the path of a robot begins where its file is."""
-    place, robot = boat.place, boat.robot
-    values: dict[str, Any] = {"name": safe_name(boat.name), "pose": Items.of(boat.pose, [place] * 6)}
-    at, named = place, str(robot)
-    if isinstance(robot, Path):
-        named, at = robot.name, Place(File(place.file.name, robot.absolute().parent, place.file.lines), *place[1:])
-    values["robot"] = named
-    if isinstance(robot, str):
-        values |= _wamv(boat.arguments)
-    elif boat.arguments:
-        values["arguments"] = Section(dict(boat.arguments), place, dict.fromkeys(boat.arguments, Entry(place, place)))
-    entries = {key: Entry(place, at if key == "robot" else place) for key in values}
-    return Section(values, place, entries)
-
-
-def _wamv(arguments: Mapping[str, str]) -> dict[str, Any]:
-    """Thrusters and sensors of VRX's WAM-V, by the arguments of its description or of a launch file."""
-    layout = arguments.get("thruster_config") or arguments.get("thrust_config")
-    on = [key for key, value in arguments.items() if key.endswith("_enabled") and value.lower() in {"true", "1"}]
-    suites = [key.removesuffix("_enabled").replace("vrx_sensors", "vrx") for key in on]
-    return {**({"thrusters": layout} if layout else {}), "sensors": suites or "none"}
 
 
 def _substituted(text: str, resolve: Callable[[str], str]) -> str:

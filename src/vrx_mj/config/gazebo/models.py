@@ -25,6 +25,7 @@ from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, shor
 from vrx_mj.frames import Pose, compose, rotation
 
 __all__ = [
+    "NO_MODEL",
     "PATHS",
     "SCHEME",
     "buoyancy_of",
@@ -51,6 +52,8 @@ TEMPLATE = "model.sdf.erb"
 """What VRX makes the model of a dock from."""
 PATHS = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH")
 """Environment variables with folders in which models are."""
+NO_MODEL = "is its folder on GAZEBO_MODEL_PATH?"
+"""What to do where a model is not found."""
 HERE: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 DRAG = 25.0, 2.0
 """Linear and angular drag [1/s] of what floats without VRX's buoyancy plugin: those of VRX's buoys."""

@@ -8,12 +8,13 @@ from pathlib import Path
 
 from vrx_mj.config.gazebo.document import read_document
 from vrx_mj.config.gazebo.folders import files_below, is_folder, links_below, short_names
-from vrx_mj.config.gazebo.launch import Launch, fleet_of, is_launch, launch_of, read_launch
+from vrx_mj.config.gazebo.launch import is_launch, launch_of, read_launch
+from vrx_mj.config.gazebo.launched import Launch, fleet_of, with_objects
 from vrx_mj.config.gazebo.packages import PACKAGES
 from vrx_mj.config.gazebo.robot_fleets import is_robot_xacro, robot_fleet
 from vrx_mj.config.gazebo.stock import stock_launch
 from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world, warn_of_losses
-from vrx_mj.config.loading import Source, path_of
+from vrx_mj.config.loading import Source, file_of, path_of, read_source
 from vrx_mj.config.search import (
     SOURCES,
     WORLD_SUFFIXES,
@@ -61,7 +62,10 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
             text = f"opens no world of Gazebo; its boats sail in one: vrx-mj run WORLD --fleet {shortened(world)}"
             raise ConfigError([Problem(str(world), None, None, "", text)])
         warn_of_losses(launch.report.notes, str(world), stacklevel=4)
-        world, fleet, arguments = launch.world, fleet_of(launch) if fleet is None else fleet, {}
+        fleet = fleet_of(launch) if fleet is None else fleet
+        if launch.objects:
+            return _joined(launch.world, launch, fleet)
+        world, arguments = launch.world, {}
     if arguments and is_robot_xacro(fleet):
         arguments, own = _shared(world, arguments)
         fleet = robot_fleet(fleet, own)
@@ -74,8 +78,24 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
     if not arguments and found.fleet is None:
         return world, fleet
     warn_of_losses(found.notes, str(world), stacklevel=4)
-    section = Section({"name": found.name, **found.section}, found.section.place, found.section.entries)
-    return section, found.fleet if fleet is None else fleet
+    return _named(found.section, found.name), found.fleet if fleet is None else fleet
+
+
+def _joined(world: Path | str, launch: Launch, fleet: Source | None) -> tuple[Section, Source | None]:
+    """The world of a launch file with the objects that it spawns, and the fleet, by default that in the world."""
+    if is_gazebo_world(world):
+        found = gazebo_world(path_of("worlds", world))
+        warn_of_losses(found.notes, str(world), stacklevel=5)
+        name, section, own = found.name, found.section, found.fleet
+    else:
+        file = file_of("worlds", world)
+        name, section, own = file.stem, read_source("worlds", file), None
+    return with_objects(_named(section, name), launch), own if fleet is None else fleet
+
+
+def _named(section: Section, name: str) -> Section:
+    """A world with a name, unless it has one."""
+    return Section({"name": name, **section}, section.place, section.entries)
 
 
 def _shared(world: Source, arguments: Mapping[str, str]) -> tuple[dict[str, str], dict[str, str]]:

@@ -6,7 +6,7 @@ from vrx_mj.config.gazebo.document import LIBRARIES, home_path
 from vrx_mj.config.search import PLACES, catalogue, is_built_in
 from vrx_mj.errors import UnknownNameError
 
-__all__ = ["NOWHERE", "PACKAGES", "is_nowhere", "named_world", "robot_named", "world_named"]
+__all__ = ["NOWHERE", "PACKAGES", "is_nowhere", "named_world", "object_named", "robot_named", "world_named"]
 
 PACKAGES = LIBRARIES | {
     "gazebo_ros",
@@ -60,3 +60,10 @@ def robot_named(path: str) -> str | None:
     """The name here of a description of VRX's that is not at hand; None: it is another."""
     name = PurePosixPath(path).name
     return next((robot for start, robot in OURS.items() if name.startswith(start) and is_nowhere(path)), None)
+
+
+def object_named(path: str) -> str | None:
+    """The name here of a model of VRX's that is not at hand, by the folder of its file; None: it is another."""
+    file = PurePosixPath(path)
+    name = file.parent.name
+    return name if is_nowhere(path) and file.name == "model.sdf" and name in catalogue("objects") else None

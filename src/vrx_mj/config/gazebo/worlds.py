@@ -8,6 +8,7 @@ from typing import Any, TypeGuard
 
 from vrx_mj.config.gazebo.document import MACRO, Element, Note, Report, read_document
 from vrx_mj.config.gazebo.models import (
+    NO_MODEL,
     SCHEME,
     buoyancy_of,
     follow_path,
@@ -58,7 +59,6 @@ NEWER = (1, 7)
 """Version of SDF from which a world is one of gz-sim."""
 INCLUDES = "include_all_xacros"
 """VRX's macro that includes the files of the others."""
-NO_MODEL = "is its folder on GAZEBO_MODEL_PATH?"
 MOST_HINTS = 100
 """Unknown names of models for which a known one is guessed."""
 SHOWN = 6

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from vrx_mj.config.fleet_checks import load_fleet
-from vrx_mj.config.gazebo.launch import fleet_of, launch_of
+from vrx_mj.config.gazebo.launch import launch_of
+from vrx_mj.config.gazebo.launched import fleet_of
 from vrx_mj.config.gazebo.stock import STOCK_LAUNCHES
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError, VrxError
@@ -243,12 +244,12 @@ def test_what_is_no_simulation_is_ignored():
     ]
 
 
-def test_a_spawned_model_of_sdf_is_no_boat():
+def test_a_spawned_model_of_sdf_whose_file_is_missing_is_no_boat():
     node = '<node pkg="gazebo_ros" type="spawn_model" name="s" args="-sdf -file a.sdf -model buoy -x -5"/>'
     launch = launched(node)
     assert not launch.boats
     (note,) = launch.report.notes
-    assert (note.fate, note.ours) == ("ignored", "no boat: a model of SDF belongs into the world")
+    assert (note.fate, note.ours) == ("ignored", "no file 'a.sdf' in the current folder")
 
 
 def test_arguments_of_the_xacro_of_a_world_are_given_to_the_world():

@@ -1,0 +1,130 @@
+"""What a launch file starts, as a world's and a fleet's file of ours say it."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from vrx_mj.config.gazebo.document import Report
+from vrx_mj.config.gazebo.models import safe_name
+from vrx_mj.config.tree import Entry, File, Items, Place, Section, merged
+from vrx_mj.frames import Pose
+
+__all__ = ["ENDING", "Launch", "SpawnedBoat", "SpawnedObject", "fleet_of", "objects_of", "with_objects"]
+
+ENDING = ".launch"
+"""How the names of launch files end."""
+
+
+@dataclass(frozen=True)
+class SpawnedBoat:
+    """A boat that a launch file spawns."""
+
+    name: str
+    """Its name in Gazebo."""
+    pose: Pose
+    """Pose in the world [m, rad]."""
+    place: Place
+    """What spawns it."""
+    robot: Path | str = "wamv"
+    """File of its description, or the name of one of our robots."""
+    arguments: Mapping[str, str] = field(default_factory=dict)
+    """Arguments of its xacro."""
+
+
+@dataclass(frozen=True)
+class SpawnedObject:
+    """An object of SDF that a launch file spawns into the world."""
+
+    name: str
+    """Its name in Gazebo."""
+    pose: Pose
+    """Pose in the world [m, rad]."""
+    place: Place
+    """What spawns it."""
+    model: Path | str
+    """File of its model, or its name in the catalogue."""
+
+
+@dataclass(frozen=True)
+class Launch:
+    """What a launch file starts, as far as it is a simulation."""
+
+    world: Path | str | None
+    """File of the world, or the name of one of ours; None: it opens none."""
+    boats: tuple[SpawnedBoat, ...]
+    objects: tuple[SpawnedObject, ...]
+    report: Report
+    included: tuple[Path, ...] = ()
+    """The launch files that it includes."""
+
+
+def fleet_of(launch: Launch) -> Section | None:
+    """The boats of a launch file as a fleet's file says them; None: it spawns none."""
+    if not launch.boats:
+        return None
+    place = Place(launch.boats[0].place.file, 1)
+    boats = [_boat(boat) for boat in launch.boats]
+    items = Items.of(boats, [boat.place for boat in launch.boats])
+    name = PurePosixPath(place.file.name).name.removesuffix(ENDING)
+    return Section({"name": name, "boats": items}, place, dict.fromkeys(("name", "boats"), Entry(place, place)))
+
+
+def _boat(boat: SpawnedBoat) -> Section:
+    """One boat of a fleet's file; the path of a robot begins where its file is."""
+    place, robot = boat.place, boat.robot
+    values: dict[str, Any] = {"name": safe_name(boat.name), "pose": Items.of(boat.pose, [place] * 6)}
+    at, named = place, str(robot)
+    if isinstance(robot, Path):
+        named, at = robot.name, Place(File(place.file.name, robot.absolute().parent, place.file.lines), *place[1:])
+    values["robot"] = named
+    if isinstance(robot, str):
+        values |= _wamv(boat.arguments)
+    elif boat.arguments:
+        values["arguments"] = Section(dict(boat.arguments), place, dict.fromkeys(boat.arguments, Entry(place, place)))
+    entries = {key: Entry(place, at if key == "robot" else place) for key in values}
+    return Section(values, place, entries)
+
+
+def _wamv(arguments: Mapping[str, str]) -> dict[str, Any]:
+    """Thrusters and sensors of VRX's WAM-V, by the arguments of its description or of a launch file."""
+    layout = arguments.get("thruster_config") or arguments.get("thrust_config")
+    on = [key for key, value in arguments.items() if key.endswith("_enabled") and value.lower() in {"true", "1"}]
+    suites = [key.removesuffix("_enabled").replace("vrx_sensors", "vrx") for key in on]
+    return {**({"thrusters": layout} if layout else {}), "sensors": suites or "none"}
+
+
+def with_objects(world: Section, launch: Launch) -> Section:
+    """A world with the objects that a launch file spawns into it."""
+    items = objects_of(launch, _beside)
+    if not items:
+        return world
+    place = items.places[0]
+    return merged(world, Section({"objects": items}, place, {"objects": Entry(place, place)}))
+
+
+def objects_of(launch: Launch, named: Callable[[SpawnedObject], tuple[str, Path | None]]) -> Items:
+    """The objects of a launch file as a world's file says them.
+
+    Args:
+        launch: what starts them.
+        named: gives what the model of one is called, and the folder in which its path starts.
+    """
+    return Items.of((_object(one, *named(one)) for one in launch.objects), [one.place for one in launch.objects])
+
+
+def _beside(thing: SpawnedObject) -> tuple[str, Path | None]:
+    """The model of an object by its folder and file, as a file beside the folder names it."""
+    if isinstance(thing.model, str):
+        return thing.model, None
+    folder = thing.model.absolute().parent
+    return f"./{folder.name}/{thing.model.name}", folder.parent
+
+
+def _object(thing: SpawnedObject, model: str, folder: Path | None) -> Section:
+    """One object of a world's file."""
+    place = thing.place
+    where = Place(File(place.file.name, folder or place.file.folder, place.file.lines), *place[1:])
+    values = {"name": safe_name(thing.name), "model": model, "pose": Items.of(thing.pose, [place] * 6)}
+    entries = {key: Entry(place, where if key == "model" else place) for key in values}
+    return Section(values, where, entries)
