@@ -96,7 +96,7 @@ def _wind_problems(world: WorldConfig, boats: Sequence[Located]) -> list[Problem
     known = {name for item in boats for name in (item.boat.name, item.boat.robot)} | set(catalogue("robots"))
     known |= {*_names(world.objects, ""), *(dock.name for dock in world.docks)}
     return [
-        Problem(f"world {world.name}", None, None, f"wind.objects[{index}].model", str(error))
+        problem_at(world.section, ("wind", "objects", index, "model"), str(error))
         for index, thing in enumerate(listed)
         if thing.model not in known
         for error in [UnknownNameError("boat, object, dock or robot", thing.model, sorted(known))]

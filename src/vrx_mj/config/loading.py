@@ -63,7 +63,22 @@ def fault_text(error: ValidationError) -> str:
 def problem_at(section: Section, loc: tuple[str | int, ...], message: str) -> Problem:
     """A problem with the value at `loc`."""
     place, path = locate(section, loc)
-    return Problem(place.file.name, place.line, place.column, key_path(path), message)
+    return Problem(place.file.name, place.line, place.column, _shown_key(place, path), message)
+
+
+_TAG = re.compile(r"<(?:xacro:)?([A-Za-z_][\w.-]*)")
+
+
+def _shown_key(place: Place, path: tuple[str | int, ...]) -> str:
+    """The key of a value as its file has it: in XML the element that it comes from, and the last key."""
+    name, line = place.file.name.lower(), place.line or 0
+    if name.endswith((".yaml", ".yml")) or not 0 < line <= len(place.file.lines):
+        return key_path(path)
+    tag = _TAG.match(place.file.lines[line - 1], (place.column or 1) - 1)
+    if tag is None:
+        return key_path(path)
+    key = next((step for step in reversed(path) if isinstance(step, str)), tag[1])
+    return f"<{tag[1]}>" if key == tag[1] else f"<{tag[1]}> / {key}"
 
 
 def _problem(details: ErrorDetails, model: type[Config], section: Section) -> Problem:
@@ -76,7 +91,7 @@ def _problem(details: ErrorDetails, model: type[Config], section: Section) -> Pr
         key = str(loc[-1])
         message = unknown_key(key, _keys(model, section, loc[:-1]))
         place = _owner(section, loc).entries[key].key
-    return Problem(place.file.name, place.line, place.column, key_path(path), message)
+    return Problem(place.file.name, place.line, place.column, _shown_key(place, path), message)
 
 
 def _owner(section: Section, loc: tuple[str | int, ...]) -> Section:

@@ -212,7 +212,7 @@ def test_wind_on_nothing_is_an_error(here):
     with pytest.raises(ConfigError) as caught:
         load_fleet({"positions": [{"x": 0, "y": 0}]}, world)
     assert str(caught.value) == (
-        "world world: wind.objects[4].model: no boat, object, dock or robot named 'wamv2'; did you mean 'wamv'?"
+        "<world>: wind.objects[4].model: no boat, object, dock or robot named 'wamv2'; did you mean 'wamv'?"
     )
 
 

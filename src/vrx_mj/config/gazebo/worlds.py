@@ -132,6 +132,7 @@ class _Reader:
         self.scoring: list[Element] = []
         self.terrain: Element | None = None
         self.boats: list[Content] = []
+        self.afloat: list[tuple[Element, str]] = []
         self.kinds: dict[str, bool] = {}
         self.known = catalogue("objects")
         self.hints: dict[str, str] = {}
@@ -159,6 +160,7 @@ class _Reader:
 
     def add_boat(self, element: Element, name: str, robot: str) -> None:
         """Add a boat of the fleet."""
+        self.afloat.append((element, safe_name(name)))
         self.boats.append({"name": safe_name(name), "pose": pose_of(element), "robot": At(robot, element.place)})
         self.report.note(element, "taken over", "a boat, unless a fleet is given")
 
@@ -366,10 +368,27 @@ class _Reader:
                 objects.remove(content)
             else:
                 self.report.note(element, "taken over", "`objects`")
+        self.check_names(objects, base)
         if objects:
             self.pieces.append(Piece("objects", "objects", self.root.place, ("objects",), {"objects": objects}))
         if self.scoring:
             self.add_task(objects)
+
+    def check_names(self, objects: Sequence[Content], base: Sequence[Section]) -> None:
+        """Keep the problem of each model whose name another one has already, in the world or in its base."""
+        first: dict[str, str] = {}
+        if self.terrain is not None:
+            where = f"is part of the terrain on line {self.terrain.place.line}"
+            first = {str(one["name"]): where for one in base if "name" in one}
+        labels = {id(content): element for element, content in self.placed}
+        things = [(labels[id(content)], content["name"]) for content in objects]
+        for element, said in sorted([*things, *self.afloat], key=lambda one: one[0].place.line or 0):
+            name = str(_plain(said))
+            if name in first:
+                text = f"a model named '{name}' {first[name]} already: give one another {_naming(element)}"
+                self.report.problems += element.fault(text).problems
+            verb = "included" if element.tag == "include" else "defined"
+            first.setdefault(name, f"is {verb} on line {element.place.line}")
 
     def base(self) -> list[Section]:
         """Extend the world that has this one's terrain, and return the objects that it brings."""
@@ -426,6 +445,11 @@ def _same(content: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
         return False
     ours, theirs = _plain(content["pose"]), other.get("pose", (0.0,) * 6)
     return all(abs(a - b) <= CLOSE for a, b in zip(ours, theirs, strict=True))
+
+
+def _naming(element: Element) -> str:
+    """Where an element has the name of its model."""
+    return "<name>" if element.tag == "include" else "name"
 
 
 def _plain(value: Any) -> Any:

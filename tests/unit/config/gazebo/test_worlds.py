@@ -7,11 +7,12 @@ from pathlib import Path
 import pytest
 
 from gazebo_files import classic_text, newer_text
+from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.gazebo.worlds import gazebo_world
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.series.macros import MACROS
 from vrx_mj.config.world import load_world
-from vrx_mj.errors import VrxWarning
+from vrx_mj.errors import ConfigError, VrxWarning
 
 BLOCKS = {
     "wind_objs": "<wind_obj><name>wamv</name><link_name>wamv/base_link</link_name>"
@@ -223,3 +224,57 @@ def test_nothing_of_a_world_of_vrx_is_lost(name):
     text = newer_text(name) if "2023" in name else classic_text(name)
     Path("bay.world").write_text(text, encoding="utf-8")
     assert set(losses(gazebo_world(Path("bay.world")))) <= EXPECTED_LOSSES
+
+
+BUOY = "<include><uri>model://mb_marker_buoy_red</uri><name>{}</name><pose>{} 0 0 0 0 0</pose></include>"
+CRATE = '<model name="{}"><static>true</static><link name="l"/></model>'
+FIRST = "bay.world:4:1: {}: a model named 'a' is {} on line 3 already: give one another {}"
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        (BUOY.format("a", 1) + "\n" + BUOY.format("a", 2), FIRST.format("<include> 'a'", "included", "<name>")),
+        (CRATE.format("a") + "\n" + BUOY.format("a", 2), FIRST.format("<include> 'a'", "defined", "<name>")),
+        (BUOY.format("a", 2) + "\n" + CRATE.format("a"), FIRST.format("<model> 'a'", "included", "name")),
+        (
+            "<include><uri>model://sandisland</uri></include>\n"
+            + BUOY.format("post_0", 2).replace("mb_marker_buoy_red", "post"),
+            "bay.world:4:1: <include> 'post_0': a model named 'post_0' is part of the terrain on line 3 already: "
+            "give one another <name>",
+        ),
+    ],
+)
+def test_two_models_of_one_name_are_refused_with_both_lines(body, message):
+    with pytest.raises(ConfigError) as error:
+        said(body)
+    assert str(error.value) == message
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ('<xacro:ocean_waves period="-3"/>', "<ocean_waves> / period: must be above 0, got -3"),
+        ('<xacro:usv_wind_gazebo mean_vel="-3"/>', "<usv_wind_gazebo> / mean_velocity: must be at least 0, got -3"),
+        (BUOY.format("a", "1e9"), "<pose>: must be at most 1000000, got 1000000000"),
+        ('<xacro:insert_model uri="post" x="1e9"/>', "<insert_model> / pose: must be at most 1000000, got 1000000000"),
+        ("<scene><fog><density>-1</density></fog></scene>", "<scene> / density: must be at least 0, got -1"),
+    ],
+)
+def test_a_value_out_of_range_names_the_element_of_the_file(body, message):
+    said(body, file="bay.world.xacro")
+    with pytest.raises(ConfigError) as error:
+        load_world("bay.world.xacro")
+    assert str(error.value).partition(": ")[2] == message
+    assert str(error.value).startswith("bay.world.xacro:3:")
+
+
+def test_wind_on_nothing_names_the_line_of_the_file():
+    block = (
+        "<wind_objs><wind_obj><name>ghost</name><link_name>l</link_name><coeff_vector>1 1 1</coeff_vector></wind_obj>"
+    )
+    said(f"<xacro:usv_wind_gazebo>{block}</wind_objs></xacro:usv_wind_gazebo>", file="bay.world.xacro")
+    with pytest.raises(ConfigError) as error:
+        load_fleet(None, load_world("bay.world.xacro"))
+    assert str(error.value).startswith("bay.world.xacro:3:")
+    assert "no boat, object, dock or robot named 'ghost'" in str(error.value)
