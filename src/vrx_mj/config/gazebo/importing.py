@@ -24,6 +24,7 @@ from vrx_mj.config.gazebo.models import (
     model_section,
     safe_name,
 )
+from vrx_mj.config.gazebo.opening import joined
 from vrx_mj.config.gazebo.sdf_boats import is_boat, read_boat
 from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world
 from vrx_mj.config.loading import Loading, read_source, validated
@@ -340,6 +341,11 @@ class _Writer:
         self.made.notes += launch.report.notes
         world = self.add_world(launch.world, {}) if isinstance(launch.world, Path) else launch.world
         if launch.objects and world is not None:
+            assert launch.world is not None, "a launch file that opens a world"
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", VrxWarning)
+                section, _ = joined(launch.world, launch, None)
+                validated(WorldConfig, read_source("worlds", section), Loading())
             world = self.add_joined(file, launch, world)
         fleet = fleet_of(launch)
         if fleet is None:

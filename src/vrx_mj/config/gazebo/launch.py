@@ -5,6 +5,7 @@ import os
 import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path, PurePosixPath
 from typing import Any, TypeGuard
 
@@ -123,6 +124,11 @@ class _Run:
         self.descriptions: dict[str, Description] = {}
         self.open: list[Path] = []
         self.included: list[Path] = []
+
+    @cached_property
+    def known_objects(self) -> Mapping[str, Path]:
+        """Objects of the catalogue, which is searched once."""
+        return catalogue("objects")
 
     def result(self) -> Launch:
         """What they start."""
@@ -328,7 +334,7 @@ class _Run:
             robot, arguments = found, dict[str, str]()
         else:
             robot, arguments = self.spawned(element, options, scope)
-        if robot in catalogue("objects") or (isinstance(robot, Path) and _is_object(robot)):
+        if robot in self.known_objects or (isinstance(robot, Path) and _is_object(robot)):
             self.spawn_object(element, SpawnedObject(name, pose, element.place, robot))
             return
         boat = SpawnedBoat(name, pose, element.place, robot, self.known(element, name, robot, arguments))
@@ -340,7 +346,7 @@ class _Run:
         what = f"<node> '{name}'"
         if "database" in options:
             model, folder = options["database"], self.open[0].parent
-            if model in catalogue("objects"):
+            if model in self.known_objects:
                 return model
             if has_model(model, folder):
                 return model_file(f"{SCHEME}{model}", folder)

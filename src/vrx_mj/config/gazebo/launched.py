@@ -8,6 +8,7 @@ from typing import Any
 from vrx_mj.config.gazebo.document import Report
 from vrx_mj.config.gazebo.models import safe_name
 from vrx_mj.config.tree import Entry, File, Items, Place, Section, merged
+from vrx_mj.errors import ConfigError, Problem
 from vrx_mj.frames import Pose
 
 __all__ = ["ENDING", "Launch", "SpawnedBoat", "SpawnedObject", "fleet_of", "objects_of", "with_objects"]
@@ -95,12 +96,25 @@ def _wamv(arguments: Mapping[str, str]) -> dict[str, Any]:
 
 
 def with_objects(world: Section, launch: Launch) -> Section:
-    """A world with the objects that a launch file spawns into it."""
+    """A world with the objects that a launch file spawns into it. Raises ConfigError for names that it has already."""
     items = objects_of(launch, _beside)
     if not items:
         return world
+    there = [one for one in world.get("objects") or () if isinstance(one, Section) and "name" in one]
+    first = {thing["name"]: thing.entries["name"].value for thing in there}
+    problems = [_is_there(thing, first[thing["name"]]) for thing in items if thing["name"] in first]
+    if problems:
+        raise ConfigError(problems)
     place = items.places[0]
     return merged(world, Section({"objects": items}, place, {"objects": Entry(place, place)}))
+
+
+def _is_there(thing: Section, first: Place) -> Problem:
+    """The problem of an object whose name one of the world has."""
+    name, place = thing["name"], thing.place
+    where = f"{first.file.name}:{first.line}"
+    text = f"a model named '{name}' is in the world already ({where}): each needs -model NAME of its own"
+    return Problem(place.file.name, place.line, place.column, f"<node> '{name}' / args", text)
 
 
 def objects_of(launch: Launch, named: Callable[[SpawnedObject], tuple[str, Path | None]]) -> Items:

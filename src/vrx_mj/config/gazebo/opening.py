@@ -31,7 +31,7 @@ from vrx_mj.config.wording import shown
 from vrx_mj.errors import ChoiceError, ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, shortened
 from vrx_mj.packages import shell_word
 
-__all__ = ["file_in", "file_of_folder", "opened"]
+__all__ = ["file_in", "file_of_folder", "joined", "opened"]
 
 LAUNCH = (".launch",)
 ROS2 = (".launch.py", ".launch.xml")
@@ -64,7 +64,7 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
         warn_of_losses(launch.report.notes, str(world), stacklevel=4)
         fleet = fleet_of(launch) if fleet is None else fleet
         if launch.objects:
-            return _joined(launch.world, launch, fleet)
+            return joined(launch.world, launch, fleet)
         world, arguments = launch.world, {}
     if arguments and is_robot_xacro(fleet):
         arguments, own = _shared(world, arguments)
@@ -81,8 +81,12 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
     return _named(found.section, found.name), found.fleet if fleet is None else fleet
 
 
-def _joined(world: Path | str, launch: Launch, fleet: Source | None) -> tuple[Section, Source | None]:
-    """The world of a launch file with the objects that it spawns, and the fleet, by default that in the world."""
+def joined(world: Path | str, launch: Launch, fleet: Source | None) -> tuple[Section, Source | None]:
+    """The world of a launch file with the objects that it spawns, and the fleet, by default that in the world.
+
+    Raises:
+        ConfigError: the world is wrong, or has a model of the name of an object.
+    """
     if is_gazebo_world(world):
         found = gazebo_world(path_of("worlds", world))
         warn_of_losses(found.notes, str(world), stacklevel=5)

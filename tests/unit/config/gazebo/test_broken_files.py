@@ -186,7 +186,7 @@ TREES = {
         {f"a{i}/model.sdf": mod(f"<include><uri>model://a{i + 1}</uri></include>", f"a{i}") for i in range(40)}
         | {"a40/model.sdf": mod(LINK), "bay.world": WORLD % "<include><uri>model://a0</uri></include>"},
         "bay.world",
-        "a7/model.sdf:3:1: objects[0].model: more than 8 levels of objects in objects",
+        "a7/model.sdf:3:1: <include> / model: more than 8 levels of objects in objects",
     ),
     "model_config_of_a_long_name": (
         {

@@ -146,6 +146,17 @@ def test_two_models_of_one_name_are_refused():
     assert str(error.value) == f"bay.launch:5:1: <node> 's' / args: {said}"
 
 
+@pytest.mark.parametrize("read", [world_of, lambda: import_files(Path("bay.launch"))])
+def test_a_name_that_the_world_has_already_is_refused(read):
+    own = "<include><uri>model://crate</uri><name>a</name></include>"
+    Path("bay.world").write_text(f'<sdf version="1.6"><world name="bay">\n{own}</world></sdf>', encoding="utf-8")
+    write(node("-sdf -file crate/model.sdf -model a"), world="bay.world")
+    with pytest.raises(ConfigError) as error:
+        read()
+    said = "a model named 'a' is in the world already (bay.world:2): each needs -model NAME of its own"
+    assert str(error.value) == f"bay.launch:4:1: <node> 'a' / args: {said}"
+
+
 def test_without_a_world_an_object_has_none_to_join():
     write(node("-sdf -file crate/model.sdf -model a"), world="")
     (note,) = launch_of("bay.launch", {}).report.notes
