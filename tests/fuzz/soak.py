@@ -86,7 +86,7 @@ def resident() -> int:
 
 def trips(worlds: Sequence[str], boat_steps: float, seed: int) -> Iterator[Trip]:
     """A trip of each kind in each world, with the fleets in turn."""
-    fleets = itertools.cycle([GRID, *catalogue("fleets")])
+    fleets = itertools.cycle([GRID, *(name for name in catalogue("fleets") if name != "none")])
     share = max(int(boat_steps / (2 * len(worlds))), 1)
     for world, fleet in zip(worlds, fleets, strict=False):
         for kind in ("simulation", "batch"):
