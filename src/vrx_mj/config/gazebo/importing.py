@@ -280,12 +280,15 @@ class _Writer:
     def add_mesh(self, robot: str, folder: Path, name: str) -> str | None:
         """Copy a mesh of a boat, and return its path beside the URDF; None: it is one of ours, which are everywhere."""
         source = (folder / name).resolve()
-        if source.is_relative_to((root() / "assets").resolve()):
-            return None
+        ours = source.is_relative_to((root() / "assets").resolve())
+        return None if ours else self.copied("robots", robot, source, name)
+
+    def copied(self, area: str, owner: str, source: Path, name: str) -> str:
+        """Copy a mesh, and return its path beside the file of what it belongs to: others of its name are numbered."""
         copies = self.made.copies
-        names = (f"meshes/{robot}/{number}{name}" for number in ("", *(f"{count}/" for count in range(2, 1000))))
-        own = next(own for own in names if copies.get(f"robots/{own}", source) == source)
-        copies[f"robots/{own}"] = source
+        names = (f"meshes/{owner}/{number}{name}" for number in ("", *(f"{count}/" for count in range(2, 1000))))
+        own = next(own for own in names if copies.get(f"{area}/{own}", source) == source)
+        copies[f"{area}/{own}"] = source
         return own
 
     def with_objects(self, section: Section, folder: Path, here: str = "") -> Section:
@@ -328,9 +331,8 @@ class _Writer:
         if isinstance(value, Section):
             inside = {key: self.with_meshes(item, folder, name) for key, item in value.items()}
             if value.get("type") == "mesh" and "file" in value:
-                target = f"meshes/{name}/{value['file']}"
-                self.made.copies[f"objects/{target}"] = folder / value["file"]
-                inside["file"] = target
+                source = ((value.folder or folder) / value["file"]).resolve()
+                inside["file"] = self.copied("objects", name, source, value["file"])
             return Section(inside, value.place, value.entries)
         if isinstance(value, Items):
             return Items.of((self.with_meshes(item, folder, name) for item in value), value.places)

@@ -18,7 +18,8 @@ from vrx_mj.config.gazebo.model_frames import in_usual_frames
 from vrx_mj.config.search import catalogue, contained, display, package_paths, workspace_packages
 from vrx_mj.config.series.calls import At, located
 from vrx_mj.config.shapes import MESH_SUFFIXES
-from vrx_mj.config.tree import Section
+from vrx_mj.config.tree import File, Section
+from vrx_mj.config.urdf.meshes import MeshFiles
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import WATER_DENSITY
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, shortened
@@ -281,15 +282,19 @@ def _folder(name: str, near: Path) -> Path | None:
     """The folder of a model: beside the file, in `models` there or one above, or along the path."""
     if not re.fullmatch(r"\w[\w.-]{0,99}", name):
         return None
-    entries = [Path(entry) for key in PATHS for entry in os.environ.get(key, "").split(os.pathsep) if entry]
     near = near.absolute()
     around = workspace_packages(near).values()
     packages = [below for path in (*package_paths(), *around) for below in (path, path / "models")]
     beside = [near, near / "models", near.parent / "models", near.parent]
-    found = next((place / name for place in (*beside, *entries, *packages) if _is_model(place / name)), None)
+    found = next((place / name for place in (*beside, *_model_paths(), *packages) if _is_model(place / name)), None)
     if found is not None and found.parent in beside and not _is_inside(found, near.parent):
         raise VrxError(f"model '{name}' is a link that leads out of {display(near.parent)}")
     return found
+
+
+def _model_paths() -> list[Path]:
+    """Folders of the environment's variables in which models are."""
+    return [Path(entry) for key in PATHS for entry in os.environ.get(key, "").split(os.pathsep) if entry]
 
 
 def _is_model(folder: Path) -> bool:
@@ -416,7 +421,8 @@ class _Model:
         inertial = self.inertial()
         drag = _drag(plugins[0]) if plugins else {"linear_drag": DRAG[0], "angular_drag": DRAG[1]}
         if not elements:
-            elements = [dict(shape) for shape in shapes["collisions"] if shape["type"] in {"box", "sphere", "cylinder"}]
+            solids = [shape for shape in shapes["collisions"] if not isinstance(shape, At)]
+            elements = [dict(shape) for shape in solids if shape["type"] in {"box", "sphere", "cylinder"}]
             volume = sum(map(_volume, elements))
             if inertial.mass >= volume * WATER_DENSITY:
                 text = f"without buoyancy plugin it sinks ({inertial.mass:g} kg, {volume:.3g} m3): `static: true`"
@@ -467,41 +473,60 @@ class _Model:
             self.report.note(self.model, "approximated", text)
         return [float(moment) for moment in moments]
 
-    def shapes(self, tag: str) -> Iterator[Content]:
-        """The collisions or visuals of all links."""
+    def shapes(self, tag: str) -> Iterator[Content | At]:
+        """The collisions or visuals of all links; that with a mesh of another folder is at a place in that."""
         for link, pose in self.links:
             for part in link.all(tag):
                 shape = self.shape(part, pose)
-                if shape is not None and tag == "visual":
-                    color = _color(part)
-                    yield shape | ({"color": color} if color else {})
-                elif shape is not None:
-                    yield shape
+                if shape is None:
+                    continue
+                color = _color(part) if tag == "visual" else None
+                folder = shape.pop("folder", None)
+                whole = shape | ({"color": color} if color else {})
+                file = File(part.place.file.name, folder, part.place.file.lines)
+                yield whole if folder is None else At(whole, part.place._replace(file=file))
 
     def shape(self, part: Element, link: Pose) -> Content | None:
         """A shape in the frame of the model; None: ours has none like it."""
         kind = part.child("geometry", "mesh")
         if kind is None:
             return _shape(part, link, self.report)
-        file = self.mesh(kind)
+        found = self.mesh(kind)
+        if found is None:
+            return None
         scale = kind.numbers("scale", "x y z", (1.0, 1.0, 1.0))
-        return file and {"type": "mesh", "file": At(file, kind.place), "scale": scale, **_placed(part, link)}
+        folder, file = found
+        other = {} if folder is None else {"folder": folder}
+        return {"type": "mesh", "file": At(file, kind.place), "scale": scale, **_placed(part, link), **other}
 
-    def mesh(self, mesh: Element) -> Any:
-        """The path of a mesh relative to the model's folder; None if it is not there."""
+    def mesh(self, mesh: Element) -> tuple[Path | None, str] | None:
+        """The folder of a mesh, None if it is the model's, and its path in it; None, with a note: it is not there."""
         uri = mesh.text("uri")
         rest = uri.removeprefix(SCHEME)
         own = uri.startswith(SCHEME) and rest.partition("/")[0] in {self.folder.name, self.model.attributes.get("name")}
         path = rest.partition("/")[2] if own else uri.removeprefix("file://")
         if "://" in path or PurePosixPath(path).is_absolute() or ".." in PurePosixPath(path).parts:
-            self.report.note(mesh, "ignored", f"a mesh outside the model's folder: {shown(uri)}", "<mesh>")
-        elif not path.lower().endswith(MESH_SUFFIXES) or not is_file(self.folder / path):
+            return self.mesh_elsewhere(mesh, uri)
+        if not path.lower().endswith(MESH_SUFFIXES) or not is_file(self.folder / path):
             self.report.note(mesh, "ignored", f"no such mesh: {shown(uri)}", "<mesh>")
         elif not _is_inside(self.folder / path, self.folder) and not _is_installed(self.folder / path):
             self.report.note(mesh, "ignored", f"a link that leads out of the model's folder: {shown(uri)}", "<mesh>")
         else:
-            return path
+            return None, path
         return None
+
+    def mesh_elsewhere(self, mesh: Element, uri: str) -> tuple[Path, str] | None:
+        """Folder and path of a mesh of another model, or in the model's package or along the paths of either."""
+        try:
+            if not uri.lower().endswith(MESH_SUFFIXES):
+                raise VrxError(f"no such mesh: {shown(uri)}")
+            name = uri.removeprefix(SCHEME).partition("/")[0] if uri.startswith(SCHEME) else ""
+            place = _folder(name, self.folder)
+            files = MeshFiles(self.folder, {name: place} if place else {}, (*package_paths(), *_model_paths()))
+            return files.find(uri)
+        except VrxError as error:
+            self.report.note(mesh, "ignored", str(error), "<mesh>")
+            return None
 
 
 _SHAPES: Mapping[str, Callable[[Element], Content]] = {

@@ -343,14 +343,17 @@ IGNORED = {
             '<model name="wall"><static>true</static><link name="l"><visual name="v"><geometry><m'
             "esh><uri>file:///etc/passwd.stl</uri></mesh></geometry></visual></link></model>"
         ),
-        "bay.world:3: <mesh> ignored: a mesh outside the model's folder: 'file:///etc/passwd.stl'",
+        (
+            "bay.world:3: <mesh> ignored: 'file:///etc/passwd.stl' is outside the folders that may be read: "
+            "the current folder"
+        ),
     ),
     "mesh_upwards": (
         (
             '<model name="wall"><static>true</static><link name="l"><visual name="v"><geometry><m'
             "esh><uri>../../a.stl</uri></mesh></geometry></visual></link></model>"
         ),
-        "bay.world:3: <mesh> ignored: a mesh outside the model's folder: '../../a.stl'",
+        "bay.world:3: <mesh> ignored: '../../a.stl' is outside the folders that may be read: the current folder",
     ),
     "mesh_missing": (
         (

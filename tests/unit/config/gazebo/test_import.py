@@ -120,6 +120,37 @@ def test_meshes_are_copied():
     assert found["visuals"][0]["file"] == "meshes/hull/meshes/a.stl"
 
 
+@pytest.mark.slow
+def test_meshes_of_other_folders_are_copied_and_sail_alike(monkeypatch):
+    uris = ("meshes/a.obj", "model://crate/meshes/a.obj", "../../meshes/a.obj", "package://ports/meshes/a.obj")
+    mesh = '<{0} name="{1}"><geometry><mesh><uri>{2}</uri></mesh></geometry></{0}>'
+    tags = ("visual", "visual", "collision", "visual")
+    shapes = "".join(mesh.format(tag, index, uri) for index, (tag, uri) in enumerate(zip(tags, uris, strict=True)))
+    body = f'<static>true</static><link name="l">{shapes}</link>'
+    written(ws__ports__package_dot_xml="<package><name>ports</name></package>",
+            ws__ports__models__hull__model_dot_sdf=model("hull", body),
+            ws__ports__models__hull__meshes__a_dot_obj=tetrahedron(1), ws__ports__meshes__a_dot_obj=tetrahedron(2),
+            shelf__crate__model_dot_sdf=model("crate", RAFT), shelf__crate__meshes__a_dot_obj=tetrahedron(3),
+            ws__ports__bay_dot_world=sdf("<include><uri>model://hull</uri></include>"))  # fmt: skip
+    monkeypatch.setenv("GAZEBO_MODEL_PATH", str(Path("shelf").absolute()))
+    first = compiled("ws/ports/bay.world")
+    imported("ws/ports/bay.world")
+    copies = {path.read_text(encoding="utf-8") for path in Path("out/objects/meshes").rglob("*.obj")}
+    assert copies == {tetrahedron(size) for size in (1, 2, 3)}
+    monkeypatch.delenv("GAZEBO_MODEL_PATH")
+    shutil.rmtree("ws")
+    shutil.rmtree("shelf")
+    second = compiled("out/bay.yaml")
+    ends = []
+    for world in (first, second):
+        simulation = Simulation(world)
+        simulation.reset(seed=7)
+        simulation.step({world.boats[0]: {"left": 0.5, "right": 0.4}}, duration=2.0)
+        sizes = sorted(simulation.model.mesh_vertnum.tolist())
+        ends.append((simulation.data.qpos.tobytes(), sizes, simulation.model.geom_size.sum()))
+    assert ends[0] == ends[1]
+
+
 def test_a_mesh_that_is_a_link_out_of_the_folder_is_not_copied(tmp_path):
     mesh = '<visual name="v"><geometry><mesh><uri>a.stl</uri></mesh></geometry></visual>'
     written(ws__hull__model_dot_sdf=model("hull", f'<static>true</static><link name="l">{mesh}</link>'),

@@ -170,6 +170,77 @@ def test_meshes_of_the_folder_of_the_model(uri):
     assert dict(found["visuals"][0]) == {"type": "mesh", "file": "meshes/a.stl", "scale": (1.0, 2.0, 3.0)}
 
 
+def mesh_model(uri):
+    """A model with a mesh, in a package of a search path."""
+    mesh = f'<visual name="v"><geometry><mesh><uri>{uri}</uri></mesh></geometry></visual>'
+    return f'<static>true</static><link name="l">{mesh}</link>'
+
+
+@pytest.fixture
+def ports(tmp_path, monkeypatch):
+    """A package with a model and meshes beside it, another model on the path, and a mesh that nothing may read."""
+    files = ("ports/meshes/a.stl", "ports/models/wall/b.stl", "shelf/crate/meshes/a.stl", "secret/a.stl", "a.stl")
+    for name in files:
+        (tmp_path / "ws" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "ws" / name).write_bytes(b"")
+    (tmp_path / "ws/ports/package.xml").write_text("<package><name>ports</name></package>", encoding="utf-8")
+    (tmp_path / "ws/shelf/crate/model.sdf").write_text("<sdf/>", encoding="utf-8")
+    monkeypatch.setenv("GAZEBO_MODEL_PATH", str(tmp_path / "ws/shelf"))
+    monkeypatch.chdir(tmp_path / "ws")
+    return tmp_path / "ws"
+
+
+@pytest.mark.parametrize(
+    ("uri", "file"),
+    [
+        ("model://crate/meshes/a.stl", "shelf/crate/meshes/a.stl"),
+        ("package://ports/meshes/a.stl", "ports/meshes/a.stl"),
+        ("../../meshes/a.stl", "ports/meshes/a.stl"),
+        ("file://../../meshes/a.stl", "ports/meshes/a.stl"),
+        ("file://@/ports/meshes/a.stl", "ports/meshes/a.stl"),
+        ("@/shelf/crate/meshes/a.stl", "shelf/crate/meshes/a.stl"),
+        ("../wall/b.stl", "ports/models/wall/b.stl"),
+    ],
+)
+def test_meshes_elsewhere_in_the_package_and_along_the_paths(uri, file, ports):
+    found, notes = read(mesh_model(uri.replace("@", str(ports))), "ports/models/wall/model.sdf", "wall")
+    (shape,) = found["visuals"]
+    assert (shape.folder / shape["file"]).resolve() == (ports / file).resolve()
+    assert not notes
+
+
+@pytest.mark.parametrize(
+    "uri",
+    [
+        "../../../a.stl",
+        "../../../secret/a.stl",
+        "model://secret/a.stl",
+        "model://../secret/a.stl",
+        "model://crate/../../secret/a.stl",
+        "model://crate/../../../../../../../../etc/passwd.stl",
+        "package://ports/../secret/a.stl",
+        "package://secret/a.stl",
+        "file:///etc/passwd.stl",
+        "/etc/passwd.stl",
+        "https://example.org/a.stl",
+        "model://crate/meshes/../../../secret/a.stl",
+        "model://crate/linked.stl",
+        "model://linked/a.stl",
+        "%2e%2e/../../secret/a.stl",
+        "..\\..\\a.stl",
+        "model:///a.stl",
+        "model://" + "../" * 2000 + "a.stl",
+        "file://\x7f/../a.stl",
+    ],
+)
+def test_no_mesh_outside_of_package_and_paths_is_read(uri, ports):
+    (ports / "shelf/crate/linked.stl").symlink_to(ports / "secret/a.stl")
+    (ports / "shelf/linked").symlink_to(ports / "secret")
+    found, notes = read(mesh_model(uri), "ports/models/wall/model.sdf", "wall")
+    assert not found["visuals"]
+    assert [one.fate for one in notes] == ["ignored"]
+
+
 def test_angles_may_be_in_degrees():
     body = '<static>true</static><link name="l"><pose degrees="true">1 2 3 0 0 90</pose>' + SPHERE + "</link>"
     assert list(read(body)[0]["collisions"][0]["pose"]) == pytest.approx([1, 2, 3, 0, 0, math.pi / 2])
