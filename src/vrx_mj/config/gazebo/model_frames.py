@@ -1,4 +1,4 @@
-"""Poses of the model of an object that are relative to its frames, links or joints, as poses in the usual frames."""
+"""Poses of objects that are relative to frames, links, joints or other models, as poses in the usual frames."""
 
 import math
 from dataclasses import dataclass, replace
@@ -7,7 +7,12 @@ from vrx_mj.config.gazebo.document import Element
 from vrx_mj.config.gazebo.sdf_frames import HERE, MODEL, NESTED, Frames, Given, Scope, relative
 from vrx_mj.frames import Pose, compose
 
-__all__ = ["in_usual_frames"]
+__all__ = ["in_usual_frames", "in_world_frame"]
+
+MODELS = {"include", "model"}
+"""Tags of models in a model or a world."""
+WORLD = "world"
+"""Name of the frame of the world."""
 
 
 @dataclass(frozen=True)
@@ -34,11 +39,28 @@ def in_usual_frames(model: Element) -> Element:
     return _rewritten(frames, model, Scope())
 
 
+def in_world_frame(world: Element) -> Element:
+    """A world with the pose of each of its models in the frame of the world.
+
+    Raises:
+        ConfigError: a pose is relative to what is not there, or to itself.
+    """
+    if not any(_frame(child.child("pose")) for child in world.children if child.tag in MODELS):
+        return world
+    frames, scope = Frames(), Scope()
+    _gather(frames, world, scope)
+    children = (
+        _posed(child, _inside(frames, child, _scope(scope, child).model, scope)) if child.tag in MODELS else child
+        for child in world.children
+    )
+    return replace(world, children=tuple(children))
+
+
 def _frame(pose: Element | None) -> str:
     """The frame that a pose names; empty for the usual one."""
     found = pose.attributes if pose else {}
     name = found.get("relative_to") or found.get("frame") or ""
-    return "" if name == "world" else name
+    return "" if name == WORLD else name
 
 
 def _given(element: Element) -> Given:
@@ -59,10 +81,11 @@ def _gather(frames: Frames, model: Element, scope: Scope) -> None:
         if child.tag == "link":
             frames.add(name, _given(child), scope, scope.model)
         elif child.tag == "frame":
-            frames.add(name, _given(child), scope, scope.name(child.attributes.get("attached_to") or MODEL))
+            to = child.attributes.get("attached_to") or MODEL
+            frames.add(name, _given(child), scope, scope.name(MODEL if to == WORLD else to))
         elif child.tag == "joint":
             frames.add(name, _given(child), scope, scope.name(child.text("child")))
-        elif child.tag in {"model", "include"}:
+        elif child.tag in MODELS:
             inner = _scope(scope, child)
             frames.add(inner.model, _given(child), scope, scope.model)
             _gather(frames, child, inner)
@@ -83,7 +106,7 @@ def _rewritten(frames: Frames, model: Element, scope: Scope) -> Element:
             name = scope.name(child.attributes.get("name", ""))
             parts = tuple(_posed(part, _on_link(frames, part, name, scope)) for part in child.children)
             made = _posed(replace(child, children=parts), _inside(frames, child, name, scope))
-        elif child.tag in {"model", "include"}:
+        elif child.tag in MODELS:
             inner = _scope(scope, child)
             made = _posed(_rewritten(frames, child, inner), _inside(frames, child, inner.model, scope))
         children.append(made)

@@ -95,8 +95,7 @@ class Frames:
         for candidate in (name, f"{name}{NESTED}{MODEL}"):
             if candidate in self.given or candidate == MODEL:
                 return candidate
-        names = [one for one in self.given if not one.endswith(MODEL)]
-        given.node.fault(str(UnknownNameError("frame", name, names)))
+        given.node.fault(str(UnknownNameError("frame", name, dict.fromkeys(map(_shown, self.given)))))
         return ""
 
     def pose(self, name: str) -> Pose:
@@ -104,7 +103,7 @@ class Frames:
         chain: list[str] = []
         while name not in self.found:
             if name in chain:
-                names = " > ".join(f"'{one}'" for one in (*chain[chain.index(name) :], name))
+                names = " > ".join(f"'{_shown(one)}'" for one in (*chain[chain.index(name) :], name))
                 self.given[name][1].node.fault(f"the poses are relative to each other: {names}")
                 return HERE
             chain.append(name)
@@ -125,6 +124,11 @@ class Frames:
             return given.pose
         frame = self.known(_around(given, scope, link), given)
         return compose(relative(self.pose(link), self.pose(frame)), given.pose) if frame else HERE
+
+
+def _shown(name: str) -> str:
+    """A frame as files name it: that of a model by the model's name."""
+    return name.removesuffix(f"{NESTED}{MODEL}")
 
 
 def _around(given: Given, scope: Scope, usual: str) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, TypeGuard
 
 from vrx_mj.config.gazebo.document import MACRO, Element, Note, Report, read_document
+from vrx_mj.config.gazebo.model_frames import in_world_frame
 from vrx_mj.config.gazebo.models import (
     NO_MODEL,
     SCHEME,
@@ -124,7 +125,7 @@ class _Reader:
 
     def __init__(self, file: Path, root: Element, world: Element) -> None:
         self.file = file
-        self.root = world
+        self.root = in_world_frame(world)
         self.others = [one for one in root.all("world") if one is not world]
         self.report = Report()
         self.pieces: list[Piece] = []

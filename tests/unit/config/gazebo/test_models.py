@@ -347,8 +347,8 @@ def test_poses_relative_to_frames_are_where_the_frames_are(tmp_path):
 @pytest.mark.parametrize(
     ("lamp", "message"),
     [
-        ("tpo", "no frame named 'tpo'; known: mast, top, hull, lamp, inner::l"),
-        ("inner", "the poses are relative to each other: 'lamp' > 'inner::__model__' > 'lamp'"),
+        ("tpo", "no frame named 'tpo'; known: mast, top, hull, lamp, inner, inner::l"),
+        ("inner", "the poses are relative to each other: 'lamp' > 'inner' > 'lamp'"),
     ],
 )
 def test_poses_relative_to_nothing_or_to_themselves_are_refused(tmp_path, lamp, message):

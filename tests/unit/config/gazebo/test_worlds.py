@@ -275,3 +275,49 @@ def test_wind_on_nothing_names_the_line_of_the_file():
         load_fleet(None, load_world("bay.world.xacro"))
     assert str(error.value).startswith("bay.world.xacro:3:")
     assert "no boat, object, dock or robot named 'ghost'" in str(error.value)
+
+
+NEAR = "<include><uri>model://mb_marker_buoy_red</uri><name>{}</name><pose {}>{}</pose></include>"
+PIER = f"<pose>10 5 0 0 0 {math.pi / 2}</pose>"
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        NEAR.format("b", 'relative_to="a"', "2 0 1 0 0 0.5") + NEAR.format("a", "", PIER[6:-7]),
+        NEAR.format("b", 'frame="pier"', "2 0 1 0 0 0.5") + f'<frame name="pier">{PIER}</frame>',
+        NEAR.format("b", 'relative_to="pier"', "2 0 1 0 0 0.5")
+        + f'<frame name="pier" attached_to="world">{PIER}</frame>',
+        NEAR.format("b", 'relative_to="end"', "1 0 1 0 0 0.5")
+        + f'<frame name="pier">{PIER}</frame><frame name="end" attached_to="pier"><pose>1 0 0 0 0 0</pose></frame>',
+        NEAR.format("b", 'relative_to="quay::corner"', "1 0 1 0 0 0.5")
+        + f'<model name="quay"><static>true</static>{PIER}<link name="corner"><pose>1 0 0 0 0 0</pose></link></model>',
+        NEAR.format("b", 'relative_to="a" degrees="true"', f"2 0 1 0 0 {math.degrees(0.5)}")
+        + NEAR.format("a", 'relative_to="pier"', "0 0 0 0 0 0")
+        + f'<frame name="pier">{PIER}</frame>',
+    ],
+)
+def test_a_pose_relative_to_another_model_or_a_frame_is_in_the_world(body):
+    world = said(body)
+    (found,) = [one for one in world.section["objects"] if one["name"] == "b"]
+    assert list(found["pose"]) == pytest.approx([10, 7, 1, 0, 0, math.pi / 2 + 0.5])
+    assert "pose" not in " ".join(losses(world))
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        (
+            NEAR.format("b", 'relative_to="peer"', "0 0 0 0 0 0") + f'<frame name="pier">{PIER}</frame>',
+            "<pose>: no frame named 'peer'; did you mean 'pier'?",
+        ),
+        (
+            NEAR.format("a", 'relative_to="b"', "0 0 0 0 0 0") + NEAR.format("b", 'relative_to="a"', "0 0 0 0 0 0"),
+            "<pose>: the poses are relative to each other: 'a' > 'b' > 'a'",
+        ),
+    ],
+)
+def test_a_pose_relative_to_nothing_or_to_itself_is_refused(body, message):
+    with pytest.raises(ConfigError) as error:
+        said(body)
+    assert str(error.value).partition(": ")[2] == message
