@@ -1,6 +1,12 @@
 """The steps of VRX's first tutorial with its kinds of file: parameters, world, course, dock, WAM-V, more boats.
 
-The files are our own writing; each step is measured in what the simulator makes of them.
+The files are our own writing, with the tags, names and mistakes of those that the tutorials print; each step is
+measured in what the simulator makes of them. The steps, in their order:
+
+1. the gain of `ocean_waves` in the world file; 2. the wind in it; 3. fog and ambient light in its scene;
+4. objects of the course, as `<include>` without names; 5. a dock by the layout of its `model.sdf.erb`;
+6. a WAM-V from `thruster_config.yaml` and `component_config.yaml`, by `sandisland.launch urdf:=`;
+7. more boats, each by a copy of `param` and `spawn_model` with a namespace of its own.
 """
 
 import math
@@ -36,6 +42,25 @@ WORLD = """<?xml version="1.0"?>
 </sdf>
 """
 BUOY = "<include><name>my_buoy</name><uri>model://robotx_light_buoy</uri><pose>-520 190 0 0 0 0</pose></include>"
+COURSE = """
+    <include>
+      <!-- a small buoy -->
+      <uri>model://polyform_a3</uri>
+      <pose>-522 158 0 0 0 0</pose>
+    </include>
+    <include><uri>model://polyform_a7</uri><pose>-524 172 0 0 0 0</pose></include>
+    <include><uri>model://surmark950400</uri><pose>-526.5 166 0 0 0 0</pose></include>
+"""
+SCENE = """<scene>
+    <sky><clouds><speed>12</speed></clouds></sky>
+    <grid>0</grid>
+    <fog>
+      <type> linear</type>
+      <color> 0.7 0.7 0.7 1 </color>
+      <density> 0.0 </density>
+    </fog>
+    <ambient> 1.0 1.0 1.0 1 </ambient>
+  </scene>"""
 DOCK = "<include><name>my_dock</name><uri>model://my_dock</uri><pose>-505 175 0 0 0 0.5</pose></include>"
 TEMPLATE = """<?xml version="1.0"?>
 <%
@@ -45,20 +70,85 @@ TEMPLATE = """<?xml version="1.0"?>
 %>
 <sdf version="1.6"><model name="my_dock"></model></sdf>
 """
+PRINTED = """<?xml version="1.0" ?>
+<sdf version="1.6">
+
+  <!-- generated: change the template -->
+
+  <model name="robotx_dock_2016_base">
+<%
+layout = [
+'X  X',
+'XXXXXXX',
+'XXXX',
+]
+%>
+<%= ERB.new(File.read('dock_generator.erb'),
+                  nil, '-', 'dock').result(binding) %>
+  </model>
+</sdf>
+"""
 LAUNCH = """<launch>
   <include file="$(find gazebo_ros)/launch/empty_world.launch">
     <arg name="world_name" value="$(dirname)/my.world.xacro"/></include>
 {boats}</launch>
 """
+MULTI = """<launch>
+  <arg name="world" default="$(find vrx_gazebo)/worlds/example_course.world" />
+  <arg name="verbose" default="true"/>
+  <arg name="namespace_a" default="defender_a"/>
+  <arg name="namespace_b" default="defender_b"/>
+  <arg name="x" default="-532" />
+  <arg name="y" default="162" />
+  <arg name="thrust_config" default="T" />
+  <include file="$(find gazebo_ros)/launch/empty_world.launch">
+    <arg name="world_name" value="$(arg world)"/>
+    <arg name="verbose" value="$(arg verbose)"/>
+  </include>
+  <arg name="t_config" value="$(eval int((thrust_config)=='T'))"/>
+  <arg if="$(arg t_config)" name="urdf" default="$(find wamv_gazebo)/urdf/wamv_gazebo.urdf.xacro"/>
+  <param name="$(arg namespace_a)/robot_description"
+         command="$(find xacro)/xacro &#x002D;&#x002D;inorder '$(arg urdf)'
+         thruster_config:=$(arg thrust_config) vrx_sensors_enabled:=true namespace:=$(arg namespace_a) "/>
+  <node name="spawn_model" pkg="gazebo_ros" type="spawn_model"
+        args="-x $(arg x) -y $(arg y) -z 0.1 -R 0 -P 0 -Y 1
+              -urdf -param $(arg namespace_a)/robot_description -model defender_a"/>
+  <param name="$(arg namespace_b)/robot_description"
+         command="$(find xacro)/xacro &#x002D;&#x002D;inorder '$(arg urdf)'
+         thruster_config:=$(arg thrust_config) vrx_sensors_enabled:=true namespace:=$(arg namespace_b) "/>
+  <node name="spawn_model_b" pkg="gazebo_ros" type="spawn_model"
+        args="-x -522 -y 172 -z 0.1 -R 0 -P 0 -Y 2.5708
+              -urdf -param $(arg namespace_b)/robot_description -model defender_b"/>
+</launch>
+"""
 THRUSTERS = """engine:
-  - {prefix: left, position: "-2.373776 1.027135 0.318237", orientation: "0 0 0"}
-  - {prefix: right, position: "-2.373776 -1.027135 0.318237", orientation: "0 0 0"}
-  - {prefix: bow, position: "1.0 0.0 0.318237", orientation: "0 0 1.5708"}
+  - prefix: "left"
+    position: "-2.373776 1.027135 0.318237"
+    orientation: "0.0 0.0 0.0"
+  - prefix: "right"
+    position: "-2.373776 -1.027135 0.318237"
+    orientation: "0.0 0.0 0.0"
+  - prefix: "bow"
+    position: "1.0 0.0 0.318237"
+    orientation: "0.0 0.0 1.5708"
 """
 COMPONENTS = """wamv_camera:
-  - {name: mid, x: 0.75, y: 0.0, z: 1.5, P: "${radians(15)}"}
+    - name: front_left_camera
+      x: 0.75
+      y: 0.1
+      P: ${radians(15)}
 wamv_gps:
-  - {name: aft, x: -0.85}
+    - name: gps_wamv
+      x: -0.85
+wamv_imu:
+    - name: imu_wamv
+      y: -0.2
+wamv_p3d:
+    - name: p3d_wamv
+lidar:
+    - name: lidar_wamv
+      type: 16_beam
+      P: ${radians(8)}
 """
 
 
@@ -103,6 +193,13 @@ def simulated(name, fleet=None):
     return sim
 
 
+def compile_launch(name, *arguments):
+    """The world of a launch file with arguments, as `roslaunch` takes them."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VrxWarning)
+        return vrx_mj.compile_world(name, arguments=dict(one.split(":=", 1) for one in arguments))
+
+
 def heights(sim):
     """Heights of the water over a minute at one place [m], once the sea has risen."""
     return np.array([float(sim.sea.height(-532.0, 162.0, t)) for t in np.arange(20.0, 80.0, 0.5)])
@@ -133,6 +230,32 @@ def test_3_fog_and_light_are_those_of_the_file():
     assert load_world(world(("<end>60</end>", "<end>30</end>"))).scene.fog.end == 30.0
 
 
+def test_3_a_scene_as_printed_replaces_that_of_the_place():
+    """Spaces around the words, and no start and end of the fog: SDF has 1 m and 100 m."""
+    before, after = WORLD.index("<xacro:scene_macro>"), WORLD.index("</xacro:scene_macro>")
+    macro = WORLD[before : after + len("</xacro:scene_macro>")]
+    with pytest.warns(VrxWarning, match="<clouds> ignored: clouds are not drawn"):
+        scene = load_world(world((macro, SCENE))).scene
+    assert (scene.fog.start, scene.fog.end, scene.fog.color[:3]) == (1.0, 100.0, (0.7, 0.7, 0.7))
+    assert scene.ambient[:3] == (1.0, 1.0, 1.0)
+
+
+@pytest.mark.slow
+def test_3_a_camera_sees_the_fog():
+    """Past the fog's end only its colour is left."""
+
+    def horizon(name):
+        sim = simulated(name, {"sensors": "vrx"})
+        sim.step(duration=0.1)
+        rows = sim.sense("wamv")["front_left_camera"].data.rgb
+        return rows[rows.shape[0] // 4].astype(float)
+
+    thick = horizon(world(("<end>60</end>", "<end>20</end>")))
+    clear = horizon(world(("<end>60</end>", "<end>100000</end>"), ("<start>5<", "<start>99999<")))
+    assert np.abs(thick - 0.8 * 255).max() < 12
+    assert np.abs(clear - 0.8 * 255).max() > 30
+
+
 def test_4_a_buoy_of_ones_own_floats_where_it_is_included():
     sim = simulated(world(objects=BUOY))
     sim.step(duration=5.0)
@@ -141,32 +264,60 @@ def test_4_a_buoy_of_ones_own_floats_where_it_is_included():
     assert abs(z) < 0.6
 
 
-def test_5_a_dock_has_a_block_for_each_x_of_its_template():
+def test_4_objects_without_names_are_called_as_their_models():
+    sim = simulated(world(objects=COURSE))
+    sim.step(duration=5.0)
+    places = {"polyform_a3": (-522, 158), "polyform_a7": (-524, 172), "surmark950400": (-526.5, 166)}
+    for name, place in places.items():
+        assert sim.observe_object(name).position[:2] == pytest.approx(place, abs=1.0)
+
+
+def test_4_the_world_is_that_of_the_argument():
+    """`sydneyregatta.launch world:=FILE`: one boat at the start of the launch file."""
+    source = compile_launch("sydneyregatta.launch", f"world:={Path(world(objects=BUOY)).absolute()}")
+    assert source.boats == ("wamv",)
+    sim = vrx_mj.Simulation(source)
+    sim.reset(seed=1)
+    assert sim.observe()["wamv"].position[:2] == pytest.approx([-532, 162], abs=0.05)
+    assert sim.observe_object("my_buoy").position[:2] == pytest.approx([-520, 190], abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("template", "rows"),
+    [(TEMPLATE, ["XXX", "X X", "X X"]), (PRINTED, ["X  X", "XXXXXXX", "XXXX"])],
+    ids=["with_its_last_entry", "as_printed"],
+)
+def test_5_a_dock_has_a_block_for_each_x_of_its_template(template, rows):
+    """As printed: rows of unequal length, the name of another model, and no `true` or `false` at the end."""
     folder = Path("models/my_dock")
     folder.mkdir(parents=True)
-    config = "<model><name>my_dock</name><version>1.0</version><sdf version='1.6'>model.sdf</sdf></model>"
+    config = "<model><name>robotx_dock_2016</name><version>1.0</version><sdf version='1.6'>model.sdf</sdf></model>"
     (folder / "model.config").write_text(config, encoding="utf-8")
-    (folder / "model.sdf.erb").write_text(TEMPLATE, encoding="utf-8")
+    (folder / "model.sdf.erb").write_text(template, encoding="utf-8")
     sim = simulated(world(objects=DOCK))
     blocks = [sim.model.geom(geom).name for geom in range(sim.model.ngeom)]
     cells = {name.rpartition("block_")[2] for name in blocks if name.startswith("my_dock/")}
-    rows = ["XXX", "X X", "X X"]
     assert cells == {f"{row}_{at}" for row, line in enumerate(rows) for at, one in enumerate(line) if one == "X"}
     assert sim.model.body("my_dock/base/dock").pos[:2] == pytest.approx([-505, 175])
 
 
+@pytest.mark.slow
 def test_6_a_wamv_of_ones_own_has_its_thrusters_and_sensors():
-    Path("thrusters.yaml").write_text(THRUSTERS, encoding="utf-8")
-    Path("components.yaml").write_text(COMPONENTS, encoding="utf-8")
-    parts = ["--thrusters", "thrusters.yaml", "--components", "components.yaml"]
+    Path("thruster_config.yaml").write_text(THRUSTERS, encoding="utf-8")
+    Path("component_config.yaml").write_text(COMPONENTS, encoding="utf-8")
+    parts = ["--thrusters", "thruster_config.yaml", "--components", "component_config.yaml"]
     vrx("robot", "build", *parts, "-o", "my_wamv.urdf", cwd=".")
-    assert Path("my_wamv.urdf").is_file()
-    sim = simulated("ocean", "my_wamv.urdf")
+    sim = vrx_mj.Simulation(compile_launch("sandisland.launch", f"urdf:={Path('my_wamv.urdf').absolute()}"))
+    start = sim.reset(seed=1)["wamv"]
+    assert start.position[:2] == pytest.approx([158, 108], abs=0.05)
     assert sorted(sim.command_names("wamv")) == ["bow", "bow_angle", "left", "left_angle", "right", "right_angle"]
+    assert sorted(sim.sensors("wamv")) == ["front_left_camera", "gps_wamv", "imu_wamv", "lidar_wamv", "p3d_wamv"]
     end = sim.step({"wamv": {"bow": 1.0}}, duration=1.0)["wamv"]
     ahead, port, _ = end.velocity
     assert port > 2 * abs(ahead)
-    assert end.heading > 0.1
+    assert end.heading - start.heading > 0.1
+    fix = sim.sense("wamv")["gps_wamv"].data
+    assert (fix.latitude, fix.longitude) == pytest.approx((21.3109, -157.8885), abs=2e-4)
 
 
 def test_7_more_boats_are_where_the_launch_file_spawns_them_with_their_own_thrusters():
@@ -178,6 +329,26 @@ def test_7_more_boats_are_where_the_launch_file_spawns_them_with_their_own_thrus
     assert places["one"] == pytest.approx([-532, 162], abs=0.05)
     assert places["two"] == pytest.approx([-542, 164], abs=0.05)
     assert [len(sim.command_names(name)) for name in sim.boats] == [4, 8]
+
+
+def test_7_the_second_boat_of_the_guide_is_ten_metres_off_and_turned():
+    Path("rxi_multi.launch").write_text(MULTI, encoding="utf-8")
+    source = compile_launch("rxi_multi.launch", "verbose:=true")
+    assert source.boats == ("defender_a", "defender_b")
+    start = vrx_mj.Simulation(source).reset(seed=1)
+    first, second = (start[name] for name in source.boats)
+    assert second.position[:2] - first.position[:2] == pytest.approx([10, 10], abs=0.05)
+    assert second.heading - first.heading == pytest.approx(math.pi / 2, abs=0.01)
+
+
+def test_two_boats_of_one_name_in_the_guides_file_are_refused():
+    Path("rxi_multi.launch").write_text(MULTI.replace("-model defender_b", "-model defender_a"), encoding="utf-8")
+    with pytest.raises(ConfigError) as caught:
+        compile_launch("rxi_multi.launch")
+    assert str(caught.value) == (
+        "rxi_multi.launch:24:3: <node> 'spawn_model_b' / args: a model named 'defender_a' is spawned on line 18 "
+        "already: each needs -model NAME of its own"
+    )
 
 
 def test_two_boats_of_one_name_are_refused_with_the_line_of_the_first():
@@ -196,4 +367,7 @@ def test_two_objects_of_one_name_are_refused():
     name = world(objects=BUOY + "\n" + BUOY)
     with pytest.raises(ConfigError) as caught:
         load_world(name)
-    assert str(caught.value) == "my.world.xacro:18:1: objects[1].name: duplicate name 'my_buoy'"
+    assert str(caught.value) == (
+        "my.world.xacro:18:1: <include> 'my_buoy': a model named 'my_buoy' is included on line 17 already: "
+        "give one another <name>"
+    )
