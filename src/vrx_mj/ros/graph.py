@@ -39,7 +39,7 @@ class Registrations:
         self.nodes: dict[str, str] = {}
         """URI by node's name."""
         self._replaced = replaced
-        self._entries: dict[str, dict[str, list[_Entry]]] = {kind: {} for kind in KINDS}
+        self._entries: dict[str, dict[str, dict[_Entry, None]]] = {kind: {} for kind in KINDS}
         self._held: Counter[str] = Counter()
         self._count = 0
 
@@ -57,23 +57,23 @@ class Registrations:
         if old is not None and old != node_api:
             self._replaced(node, old, self.forget(node))
         self.nodes[node] = node_api
-        entries = self._entries[kind].setdefault(key, [])
+        entries = self._entries[kind].setdefault(key, {})
         entry = _Entry(node, api or node_api)
         if kind == "service":
             for other in [other for other in entries if other != entry]:  # the last one to register it has it
                 self.remove(kind, key, other.node, other.api)
-            entries = self._entries[kind].setdefault(key, [])
+            entries = self._entries[kind].setdefault(key, {})
         if entry not in entries:
-            entries.append(entry)
+            entries[entry] = None
             self._held[node] += 1
             self._count += 1
 
     def remove(self, kind: str, key: str, node: str, api: str) -> int:
         """Take back; returns how many that were."""
-        entries = self._entries[kind].get(key, [])
+        entries = self._entries[kind].get(key, {})
         if _Entry(node, api) not in entries:
             return 0
-        entries.remove(_Entry(node, api))
+        del entries[_Entry(node, api)]
         self._held[node] -= 1
         self._count -= 1
         if not entries:
@@ -88,7 +88,7 @@ class Registrations:
         gone = [(kind, key, entry) for (kind, key), entry in self._all() if entry.node == node]
         for kind, key, entry in gone:
             entries = self._entries[kind][key]
-            entries.remove(entry)
+            del entries[entry]
             if not entries:
                 del self._entries[kind][key]
         self._count -= len(gone)
@@ -98,7 +98,7 @@ class Registrations:
 
     def apis(self, kind: str, key: str) -> list[str]:
         """URIs that are registered under a name."""
-        return [entry.api for entry in self._entries[kind].get(key, [])]
+        return [entry.api for entry in self._entries[kind].get(key, ())]
 
     def names(self, kind: str) -> list[str]:
         """All names of a kind."""
@@ -106,7 +106,7 @@ class Registrations:
 
     def holders(self, kind: str, key: str) -> list[tuple[str, str]]:
         """Nodes and URIs that are registered under a name."""
-        return [(entry.node, entry.api) for entry in self._entries[kind].get(key, [])]
+        return [(entry.node, entry.api) for entry in self._entries[kind].get(key, ())]
 
     def state(self, kind: str) -> list[list[object]]:
         """Names with their nodes, as `getSystemState` has it."""
@@ -309,9 +309,9 @@ class Graph:
 
     def provide(self, name: str, service: Service) -> None:
         """Register a service of a node of this process; CommandError: there are too many."""
+        self.registrations.add("service", name, service.node, self.uri, self.service_uri)
         self.local.add(service.node)
         self.services[name] = service
-        self.registrations.add("service", name, service.node, self.uri, self.service_uri)
         self._notify("service", name)
 
     def unregister(self, kind: str, name: str, node: str) -> None:
@@ -348,7 +348,11 @@ class Graph:
 
     def mirror(self, state: Sequence[Mapping[str, Sequence[str]]], types: Mapping[str, str]) -> None:
         """Have the nodes of other processes as a master reports them: publishers, subscribers, services."""
-        self.types |= {name: kind for name, kind in types.items() if self.types.get(name, "*") == "*"}
+        if len(self.types) + len(types) > MOST_TYPES:
+            self.types = {name: kind for name, kind in self.types.items() if self._is_topic(name)}
+        for name, kind in types.items():
+            if self.types.get(name, "*") == "*" and (name in self.types or len(self.types) < MOST_TYPES):
+                self.types[name] = kind
         for kind, known in zip(KINDS, state, strict=False):
             there = {(name, node) for name, nodes in known.items() for node in nodes if node not in self.local}
             here = {

@@ -1,6 +1,7 @@
 """One graph: what each wire is told, and what a change means to the others."""
 
 import asyncio
+import time
 
 import pytest
 
@@ -247,3 +248,28 @@ def test_as_many_registrations_as_there_are_count(monkeypatch):
             registrations.add("publisher", "/d", TALKER, URI)
         registrations.remove("publisher", "/a", TALKER, URI)
         registrations.forget(TALKER)
+
+
+def test_many_nodes_on_one_topic_take_time_in_proportion():
+    registrations = Registrations(lambda *_: None)
+    begun = time.process_time()
+    for index in range(20_000):
+        registrations.add("subscriber", "/scan", f"/node_{index}", URI)
+    for index in range(20_000):
+        assert registrations.remove("subscriber", "/scan", f"/node_{index}", URI) == 1
+    assert time.process_time() - begun < 2.0
+    assert registrations.names("subscriber") == []
+
+
+def test_a_service_over_the_limit_is_not_there(graph, monkeypatch):
+    monkeypatch.setattr("vrx_mj.ros.graph.MOST_REGISTRATIONS", 0)
+    with pytest.raises(CommandError, match=r"^more than 0 registrations$"):
+        graph.provide("/lights", Service(CLIENT, "std_srvs/Trigger", lambda *_: None))
+    assert "/lights" not in graph.services
+
+
+def test_types_that_a_master_reports_are_bounded(graph, monkeypatch):
+    monkeypatch.setattr("vrx_mj.ros.graph.MOST_TYPES", 10)
+    graph.mirror([{"/scan": ["/far"]}, {}, {}], {f"/t_{index}": STRING for index in range(50)})
+    assert len(graph.types) == 10
+    assert graph.type_of(ROSOUT) == "rosgraph_msgs/Log"

@@ -26,6 +26,7 @@ LIBRARIES = frozenset({"robotx_gazebo", "vmrc_gazebo", "vorc_gazebo", "vrx_2019"
 """Packages of VRX, whose macros are known here: their files may be missing."""
 LARGEST = 1e12
 """Largest number that a file may give, in any unit."""
+SWITCHES = {"true": True, "1": True, "false": False, "0": False}
 _PREFIXES = {"gz": "http://gazebosim.org/schema", "ignition": "http://ignitionrobotics.org/schema"}
 """Namespaces of XML that files of Gazebo use without declaring them."""
 _ROOT = re.compile(rb"(?>[^<]+|<!--(?>.*?-->)|<\?(?>.*?\?>))*+<[A-Za-z_][\w.:-]*", re.DOTALL)
@@ -123,6 +124,33 @@ class Element:
         """The number in the first element of a tag, likewise."""
         found = self.numbers(tag, tag)
         return default if found is None else found[0]
+
+    def whole(self, tag: str, default: int | None = None) -> int | None:
+        """The whole number in the first element of a tag, likewise."""
+        found = self.number(tag)
+        if found is not None and not found.is_integer():
+            raise self.fault(f"expected a whole number, got {shown(self.text(tag))}", tag)
+        return default if found is None else int(found)
+
+    def given(self, *tags: str) -> dict[str, float]:
+        """The numbers in elements of these tags, without those that are missing or empty. Raises ConfigError."""
+        values = {tag: self.number(tag) for tag in tags}
+        return {tag: value for tag, value in values.items() if value is not None}
+
+    def switch(self, tag: str, default: bool = False) -> bool:
+        """Whether the first element of a tag is true; `default` if it is missing or empty. Raises ConfigError."""
+        text = self.text(tag)
+        return self._truth(text, tag) if text else default
+
+    def attribute_switch(self, name: str) -> bool:
+        """Whether an attribute is true; not where it is missing or empty. Raises ConfigError."""
+        text = self.attributes.get(name, "")
+        return self._truth(text, name) if text else False
+
+    def _truth(self, text: str, key: str) -> bool:
+        if text.strip().lower() not in SWITCHES:
+            raise self.fault(f"expected true or false, got {shown(text)}", key)
+        return SWITCHES[text.strip().lower()]
 
     def read_numbers(self, labels: str) -> list[float]:
         """The numbers in this element, one for each label. Raises ConfigError."""

@@ -227,9 +227,10 @@ class _Writer:
     def add_boat(self, source: str, file: Path) -> str:
         """Write a boat as a URDF, with its meshes beside it, and return its path."""
         name = safe_name(source.removeprefix(SCHEME) if source.startswith(SCHEME) else kind_name(source))
-        path = f"robots/{name}.urdf"
+        path = self.path_of("robots/", name, str(file.resolve()), ".urdf")
         if path in self.made.texts:
             return path
+        stem = path.removeprefix("robots/").removesuffix(".urdf")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", VrxWarning)
             boat = read_boat(file)
@@ -244,7 +245,7 @@ class _Writer:
 
         def mesh(shape: Shape) -> str:
             assert shape.folder is not None, "a mesh comes from a file"
-            own = f"meshes/{name}/{shape.file}"
+            own = f"meshes/{stem}/{shape.file}"
             self.made.copies[f"robots/{own}"] = shape.folder / str(shape.file)
             return own
 

@@ -217,7 +217,7 @@ class _Run:
     def include(self, element: Element, scope: _Scope, _: dict[str, str]) -> None:
         """Go through another file with the arguments that this one gives it."""
         name = self.needed(element, "file", scope)
-        passes_all = element.attributes.get("pass_all_args", "").lower() in {"true", "1"}
+        passes_all = element.attribute_switch("pass_all_args")
         passed = dict(scope.arguments) if passes_all else {}
         inner = _Scope(_joined(scope.namespace, self.worked_out(element, element.attributes.get("ns", ""), scope)), {})
         for arg in element.all("arg"):

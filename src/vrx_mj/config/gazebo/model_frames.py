@@ -68,7 +68,7 @@ def _given(element: Element) -> Given:
     own: Pose = HERE
     if pose is not None and pose.own_text:
         x, y, z, *turn = pose.read_numbers("x y z roll pitch yaw")
-        degrees = pose.attributes.get("degrees", "").lower() in {"true", "1"}
+        degrees = pose.attribute_switch("degrees")
         roll, pitch, yaw = (math.radians(angle) for angle in turn) if degrees else turn
         own = x, y, z, roll, pitch, yaw
     return Given(own, _frame(pose), _Raising(pose or element))

@@ -215,7 +215,7 @@ def pose_of(element: Element) -> At:
     if frame not in {"", "world", "__model__"}:
         raise found.fault(f"a pose relative to {shown(frame)} cannot be taken over: give it in the frame of the model")
     pose = found.read_numbers("x y z roll pitch yaw")
-    if found.attributes.get("degrees", "").lower() in {"true", "1"}:
+    if found.attribute_switch("degrees"):
         pose[3:] = map(math.radians, pose[3:])
     return At(pose, found.place)
 
@@ -262,7 +262,7 @@ def follow_path(element: Element) -> Content | None:
         return None
     plugin = plugins[0]
     newer = _is(plugin, "trajectoryfollower")
-    loops = plugin.child("loop_forever") is not None or plugin.text("loop").lower() in {"true", "1"}
+    loops = plugin.child("loop_forever") is not None or plugin.switch("loop")
     found: Content = {"loop": loops}
     points = [point.read_numbers("x y") for group in plugin.all("waypoints") for point in group.all("waypoint")]
     if points:
@@ -270,7 +270,7 @@ def follow_path(element: Element) -> Content | None:
     for tag, keys in (("circle", ("radius",)), ("line", ("length", "direction"))):
         shape = plugin.child(tag)
         if shape is not None:
-            found[tag] = {key: shape.number(key) for key in keys if shape.number(key) is not None}
+            found[tag] = shape.given(*keys)
     return found | ({key: plugin.number(key) for key in ("force", "torque") if plugin.child(key)} if newer else {})
 
 
@@ -388,7 +388,7 @@ class _Model:
         if not self.links:
             raise self.model.fault("a model without links or includes is nothing")
         shapes = {key: list(self.shapes(tag)) for key, tag in (("collisions", "collision"), ("visuals", "visual"))}
-        if self.model.text("static").lower() in {"true", "1"}:
+        if self.model.switch("static"):
             return {**head, "static": True, **shapes}
         return head | self.floating(shapes)
 

@@ -2,7 +2,6 @@
 
 import math
 import re
-from collections.abc import Mapping
 from typing import Any
 
 from vrx_mj.config.gazebo.document import Element
@@ -12,11 +11,8 @@ __all__ = ["georeference", "published_sea", "scene", "view", "wave_field", "wind
 
 Content = dict[str, Any]
 
-WAVES: Mapping[str, str] = {
-    "number": "number", "scale": "scale", "gain": "gain", "period": "period", "angle": "angle", "tau": "tau",
-    "amplitude": "amplitude", "steepness": "steepness",
-}  # fmt: skip
-"""Elements of a wave field that are one number, and our keys."""
+WAVES = ("number", "scale", "gain", "period", "angle", "tau", "amplitude", "steepness")
+"""Elements of a wave field that are one number."""
 LONGEST_MESSAGE = 20_000
 """Characters of a message that VRX 3's worlds publish; theirs have 2,000."""
 _KEY = re.compile(r'key:\s{0,80}"(\w{1,40})"')
@@ -26,10 +22,10 @@ _VALUE = re.compile(r'(?:(?:double|int)_value|[xyz]):\s{0,80}([-+.\deE]{1,40})|s
 def wave_field(plugin: Element) -> Content:
     """The sea of VRX's WavefieldModelPlugin, whose tags are in `<wave>`."""
     wave = plugin.child("wave") or plugin
-    sea: Content = {key: wave.number(tag) for tag, key in WAVES.items() if wave.number(tag) is not None}
+    sea: Content = wave.given(*WAVES)
     direction = wave.numbers("direction", "x y")
     if "number" in sea:
-        sea["number"] = int(sea["number"])
+        sea["number"] = wave.whole("number")
     return {
         "model": (wave.text("model") or "PMS").lower(),
         **sea,
@@ -55,6 +51,8 @@ def published_sea(plugin: Element) -> Content | None:
             found["model"] = values[0].lower()
         elif values and name in WAVES:
             number = _published(message, name, values[0])
+            if name == "number" and not number.is_integer():
+                raise message.fault(f"expected a whole number, got {shown(values[0])}", name)
             found[name] = int(number) if name == "number" else number
     return found
 
@@ -79,13 +77,13 @@ def wind(plugin: Element) -> Content:
         "var_time": "var_wind_time_constants",
         "update_rate": "update_rate",
     }
-    found: Content = {key: plugin.number(tag) for key, tag in numbers.items() if plugin.number(tag) is not None}
-    seed = plugin.number("random_seed", 0.0) or 0.0
+    given = plugin.given(*numbers.values())
+    found: Content = {key: given[tag] for key, tag in numbers.items() if tag in given}
     objects = [
         {"model": thing.text("name") or _missing(thing, "name"), "coefficients": _coefficients(thing)}
         for thing in plugin.all("wind_obj")
     ]
-    return {**found, "seed": int(seed), "objects": objects}
+    return {**found, "seed": plugin.whole("random_seed", 0), "objects": objects}
 
 
 def _coefficients(thing: Element) -> list[float]:
@@ -105,7 +103,7 @@ def scene(element: Element) -> Content:
             found[tag] = color
     for tag in ("grid", "origin_visual", "shadows"):
         if element.text(tag):
-            found[tag] = _switch(element, tag)
+            found[tag] = element.switch(tag)
     fog = element.child("fog")
     if fog is not None:
         found["fog"] = _fog(fog)
@@ -116,15 +114,13 @@ def _sky(sky: Element | None) -> Any:
     """Hours of the sky, or whether there is one: clouds are not drawn, nor taken over."""
     if sky is None:
         return False
-    hours = {tag: sky.number(tag) for tag in ("time", "sunrise", "sunset") if sky.number(tag) is not None}
-    return hours or True
+    return sky.given("time", "sunrise", "sunset") or True
 
 
 def _fog(fog: Element) -> Content:
     found: Content = {"type": fog.text("type")} if fog.text("type") else {}
     color = _color(fog, "color")
-    numbers = {tag: fog.number(tag) for tag in ("start", "end", "density") if fog.number(tag) is not None}
-    return {**found, **({"color": color} if color else {}), **numbers}
+    return {**found, **({"color": color} if color else {}), **fog.given("start", "end", "density")}
 
 
 def _color(element: Element, tag: str) -> list[float] | None:
@@ -133,13 +129,6 @@ def _color(element: Element, tag: str) -> list[float] | None:
     if found is None or not found.own_text:
         return None
     return found.read_numbers("r g b" if len(found.own_text.split()) == 3 else "r g b a")
-
-
-def _switch(element: Element, tag: str) -> bool:
-    text = element.text(tag).lower()
-    if text not in {"0", "1", "true", "false"}:
-        raise element.fault(f"expected true or false, got '{text[:40]}'", tag)
-    return text in {"1", "true"}
 
 
 def georeference(element: Element) -> Content:

@@ -74,11 +74,6 @@ def _common(plugin: Element, own: Content) -> Content:
     return found | ({"collision_buffer": buffer} if buffer != usual else {})
 
 
-def _given(plugin: Element, *tags: str) -> Content:
-    """Numbers that a plugin gives under our names."""
-    return {tag: plugin.number(tag) for tag in tags if plugin.number(tag) is not None}
-
-
 def _goal(plugin: Element, tag: str) -> list[float] | None:
     found = plugin.child(tag)
     return found.read_numbers("latitude longitude yaw") if found is not None else None
@@ -89,7 +84,7 @@ def _stationkeeping(plugin: Element, _: object, __: object) -> Content:
     kind = name if name in {"stationkeeping", "station_keeping"} else "stationkeeping"
     geodetic, local = _goal(plugin, "goal_pose"), plugin.numbers("goal_pose_cart", "x y yaw")
     goal = {"goal": geodetic} if geodetic else {"goal_cart": local} if local else {}
-    heading = plugin.text("head_error_on").lower() not in {"false", "0"}
+    heading = plugin.switch("head_error_on", default=True)
     return {"type": kind, **goal, **({} if heading else {"heading": False})}
 
 
@@ -103,7 +98,7 @@ def _wayfinding(plugin: Element, _: object, __: object) -> Content:
 
 def _perception(plugin: Element, _: object, __: object) -> Content:
     shown = [thing for group in plugin.all("object_sequence") for thing in group.all("object")]
-    loops = {"loop_forever": True} if plugin.text("loop_forever").lower() in {"true", "1"} else {}
+    loops = {"loop_forever": True} if plugin.switch("loop_forever") else {}
     return {"type": "perception", "objects": [_object(thing) for thing in shown], **loops}
 
 
@@ -112,13 +107,13 @@ def _object(thing: Element) -> Content:
     if pose is None or not thing.text("name"):
         raise thing.fault("<name> and <pose> are required")
     kind = {"type": thing.text("type")} if thing.text("type") else {}
-    return {**_given(thing, "time", "duration"), **kind, "name": thing.text("name"), "pose": pose}
+    return {**thing.given("time", "duration"), **kind, "name": thing.text("name"), "pose": pose}
 
 
 def _navigation(plugin: Element, _: object, __: object) -> Content:
     by_points = plugin.child("points_per_gate_crossed") is not None or plugin.text("task_name") == "follow_path"
     kind = "follow_path" if by_points else "navigation_course"
-    points = _given(plugin, "points_per_gate_crossed", "bonus") if by_points else {}
+    points = plugin.given("points_per_gate_crossed", "bonus") if by_points else {}
     return {"type": kind, **_channel(plugin), **points}
 
 
@@ -126,7 +121,7 @@ def _channel(plugin: Element) -> Content:
     course = {"course": plugin.text("course_name")} if plugin.text("course_name") else {}
     gates = [gate for group in plugin.all("gates") for gate in group.all("gate")]
     pairs = [[gate.text("left_marker"), gate.text("right_marker")] for gate in gates]
-    return {**course, **({"gates": pairs} if pairs else {}), **_given(plugin, "obstacle_penalty")}
+    return {**course, **({"gates": pairs} if pairs else {}), **plugin.given("obstacle_penalty")}
 
 
 def _gymkhana(plugin: Element, plugins: Sequence[Element], _: object) -> Content:
@@ -134,8 +129,8 @@ def _gymkhana(plugin: Element, plugins: Sequence[Element], _: object) -> Content
     pinger = plugin.numbers("pinger_position", "x y z")
     if channel is None or pinger is None:
         raise plugin.fault("a gymkhana needs a navigation scoring plugin and a <pinger_position>")
-    course = _channel(channel) | _given(channel, "collision_buffer")
-    return {"type": "gymkhana", "channel": course, "pinger": pinger, **_given(plugin, "obstacle_penalty")}
+    course = _channel(channel) | channel.given("collision_buffer")
+    return {"type": "gymkhana", "channel": course, "pinger": pinger, **plugin.given("obstacle_penalty")}
 
 
 def _wildlife(plugin: Element, _: object, __: object) -> Content:
@@ -146,7 +141,7 @@ def _wildlife(plugin: Element, _: object, __: object) -> Content:
     return {
         "type": "wildlife",
         "animals": animals,
-        **_given(plugin, "engagement_distance", "time_bonus"),
+        **plugin.given("engagement_distance", "time_bonus"),
         **({} if rate is None else {"publication_rate": rate}),
     }
 
@@ -155,12 +150,12 @@ def _acoustic_perception(plugin: Element, _: object, __: object) -> Content:
     pinger = plugin.numbers("pinger_position", "x y z")
     if pinger is None:
         raise plugin.fault("<pinger_position> is required")
-    return {"type": "acoustic_perception", "pinger": pinger, **_given(plugin, "goal_tolerance")}
+    return {"type": "acoustic_perception", "pinger": pinger, **plugin.given("goal_tolerance")}
 
 
 def _acoustic_tracking(plugin: Element, _: object, __: object) -> Content:
     name = plugin.text("pinger_model") or "pinger"
-    return {"type": "acoustic_tracking", "pinger": name, **_given(plugin, "pinger_depth", "obstacle_penalty")}
+    return {"type": "acoustic_tracking", "pinger": name, **plugin.given("pinger_depth", "obstacle_penalty")}
 
 
 POINTS = ("color_bonus_points", "dock_bonus_points", "correct_dock_bonus_points")
@@ -184,14 +179,14 @@ def _scan_dock(plugin: Element, _: object, objects: Sequence[Mapping[str, Any]])
     if light is not None:
         found["light_buoy"] = light["name"]
     colors = [plugin.text(f"color_{i}").lower() for i in (1, 2, 3)]
-    checker = plugin.text("enable_color_checker").lower()
+    checker = plugin.switch("enable_color_checker") if plugin.text("enable_color_checker") else None
     bays = [bay for group in plugin.all("bays") for bay in group.all("bay")]
     stay = next((bay.number("min_dock_time") for bay in bays if bay.child("min_dock_time")), None)
     return {
         **found,
         **({"color_sequence": colors} if all(colors) else {}),
-        **({"enable_color_checker": checker in {"true", "1"}} if checker else {}),
-        **_given(plugin, *POINTS),
+        **({} if checker is None else {"enable_color_checker": checker}),
+        **plugin.given(*POINTS),
         **({} if stay is None else {"min_dock_time": stay}),
         "bays": [_bay(bay) for bay in bays],
         **_targets(targets, len(bays)),
@@ -206,7 +201,7 @@ def _targets(targets: Sequence[Element], bays: int) -> Content:
 
 
 def _bay(bay: Element) -> Content:
-    allowed = (bay.text("dock_allowed") or bay.text("correct_dock")).lower() in {"true", "1"}
+    allowed = bay.switch("dock_allowed", default=bay.switch("correct_dock"))
     name = {"name": bay.text("name")} if bay.text("name") else {}
     return {**name, "symbol": bay.text("symbol") or "blue_circle", **({"dock_allowed": True} if allowed else {})}
 

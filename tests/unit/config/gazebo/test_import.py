@@ -1,6 +1,7 @@
 """`vrx-mj import`: what is written loads, compiles and sails as the original does, and nothing else is touched."""
 
 import os
+import re
 import shutil
 import warnings
 from pathlib import Path
@@ -9,6 +10,7 @@ import pytest
 import yaml
 
 from gazebo_files import classic_text, newer_text
+from sdf_boats import BOATS
 from vrx_mj.cli.importing import import_
 from vrx_mj.config.gazebo.importing import HEAD, TITLE, import_files
 from vrx_mj.config.world import load_world
@@ -201,6 +203,22 @@ def test_robots_of_one_name_of_several_launch_files_are_numbered():
     robots = {name: yaml.safe_load(Path(f"out/{name}_fleet.yaml").read_text(encoding="utf-8"))["boats"][0]["robot"]
               for name in ("one", "two", "copy")}  # fmt: skip
     assert robots == {"one": "./robots/raft_2.urdf", "two": "./robots/raft.urdf", "copy": "./robots/raft.urdf"}
+
+
+def test_boats_in_sdf_of_one_name_are_numbered():
+    boat = BOATS["raft"]()
+    mass = re.search(r"<mass>(.+?)</mass>", boat)[1]
+    for folder, text in (("one", boat), ("two", boat.replace(f"<mass>{mass}<", "<mass>77<", 1))):
+        written(**{f"teams__{folder}__raft__model_dot_sdf": text})
+    imported("teams")
+    masses = {}
+    for name in ("raft", "raft_2"):
+        robot = yaml.safe_load(Path(f"out/{name}_fleet.yaml").read_text(encoding="utf-8"))["robot"]
+        assert robot == f"./robots/{name}.urdf"
+        text = Path(f"out/robots/{name}.urdf").read_text(encoding="utf-8")
+        masses[name] = {float(value) for value in re.findall(r'<mass value="(.+?)"', text)}
+    assert 77.0 not in masses["raft"]
+    assert 77.0 in masses["raft_2"]
 
 
 def test_the_command_to_sail_with_can_be_pasted_into_a_shell(capsys):

@@ -268,6 +268,52 @@ def test_a_value_out_of_range_names_the_element_of_the_file(body, message):
     assert str(error.value).startswith("bay.world.xacro:3:")
 
 
+def scoring(kind, body):
+    return f'<plugin name="p" filename="lib{kind}_scoring_plugin.so">{body}</plugin>'
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        (
+            ('<model name="w"><plugin filename="libWavefieldModelPlugin.so"><wave><number>3.7</number></wave></plugin>'
+            "</model>"),
+            "<wave> / number: expected a whole number, got '3.7'",
+        ),
+        (
+            WIND.replace("<random_seed>7<", "<random_seed>7.5<"),
+            "<plugin> / random_seed: expected a whole number, got '7.5'",
+        ),
+        (
+            ('<plugin filename="PublisherPlugin"><message topic="/vrx/wavefield/parameters">'
+            'key: "number" value: {int_value: 2.5}</message></plugin>'),
+            "<message> / number: expected a whole number, got '2.5'",
+        ),
+        (
+            scoring("stationkeeping", "<goal_pose_cart>1 2 0</goal_pose_cart><head_error_on>off</head_error_on>"),
+            "<plugin> 'p' / head_error_on: expected true or false, got 'off'",
+        ),
+        (
+            scoring("perception", "<loop_forever>yes</loop_forever>"),
+            "<plugin> 'p' / loop_forever: expected true or false, got 'yes'",
+        ),
+        (
+            '<include><uri>model://dock_2018</uri><pose>0 0 0 0 0 0</pose></include>'
+            + scoring("scan_dock", "<bays><bay><name>b</name><dock_allowed>maybe</dock_allowed></bay></bays>"),
+            "<bay> 'b' / dock_allowed: expected true or false, got 'maybe'",
+        ),
+        (
+            '<include><uri>model://dock_2018</uri><pose degrees="yes">0 0 0 0 0 0</pose></include>',
+            "<pose> / degrees: expected true or false, got 'yes'",
+        ),
+    ],
+)  # fmt: skip
+def test_whole_numbers_and_switches_that_are_neither_are_refused(body, message):
+    with pytest.raises(ConfigError) as error:
+        said(body)
+    assert str(error.value).split(": ", 1)[1] == message
+
+
 def test_wind_on_nothing_names_the_line_of_the_file():
     thing = "<wind_obj><name>ghost</name><link_name>l</link_name><coeff_vector>1 1 1</coeff_vector></wind_obj>"
     said(f"<xacro:usv_wind_gazebo><wind_objs>{thing}</wind_objs></xacro:usv_wind_gazebo>", file="bay.world.xacro")
