@@ -480,8 +480,7 @@ class _Model:
                 shape = self.shape(part, pose)
                 if shape is None:
                     continue
-                color = _color(part) if tag == "visual" else None
-                folder = shape.pop("folder", None)
+                color, folder = _color(part) if tag == "visual" else None, shape.pop("folder", None)
                 whole = shape | ({"color": color} if color else {})
                 file = File(part.place.file.name, folder, part.place.file.lines)
                 yield whole if folder is None else At(whole, part.place._replace(file=file))
@@ -502,11 +501,15 @@ class _Model:
     def mesh(self, mesh: Element) -> tuple[Path | None, str] | None:
         """The folder of a mesh, None if it is the model's, and its path in it; None, with a note: it is not there."""
         uri = mesh.text("uri")
-        rest = uri.removeprefix(SCHEME)
-        own = uri.startswith(SCHEME) and rest.partition("/")[0] in {self.folder.name, self.model.attributes.get("name")}
-        path = rest.partition("/")[2] if own else uri.removeprefix("file://")
+        scheme, _, rest = uri.partition("://")
+        name, _, inside = rest.partition("/")
+        there = scheme == "model" or (scheme == "file" and is_file(self.folder / inside))
+        own = there and name in {self.folder.name, self.model.attributes.get("name")}
+        path = inside if own else uri.removeprefix("file://")
         if "://" in path or PurePosixPath(path).is_absolute() or ".." in PurePosixPath(path).parts:
-            return self.mesh_elsewhere(mesh, uri)
+            return self.mesh_elsewhere(mesh, uri, uri)
+        if scheme == "file" and inside and not is_file(self.folder / path):  # Gazebo looks along the path of models
+            return self.mesh_elsewhere(mesh, uri, f"{SCHEME}{rest}")
         if not path.lower().endswith(MESH_SUFFIXES) or not is_file(self.folder / path):
             self.report.note(mesh, "ignored", f"no such mesh: {shown(uri)}", "<mesh>")
         elif not _is_inside(self.folder / path, self.folder) and not _is_installed(self.folder / path):
@@ -515,17 +518,17 @@ class _Model:
             return None, path
         return None
 
-    def mesh_elsewhere(self, mesh: Element, uri: str) -> tuple[Path, str] | None:
-        """Folder and path of a mesh of another model, or in the model's package or along the paths of either."""
+    def mesh_elsewhere(self, mesh: Element, uri: str, wanted: str) -> tuple[Path, str] | None:
+        """Folder and path of a mesh of another model, in the package or along the paths; the URI may mean another."""
         try:
             if not uri.lower().endswith(MESH_SUFFIXES):
                 raise VrxError(f"no such mesh: {shown(uri)}")
-            name = uri.removeprefix(SCHEME).partition("/")[0] if uri.startswith(SCHEME) else ""
+            name = wanted.removeprefix(SCHEME).partition("/")[0] if wanted.startswith(SCHEME) else ""
             place = _folder(name, self.folder)
             files = MeshFiles(self.folder, {name: place} if place else {}, (*package_paths(), *_model_paths()))
-            return files.find(uri)
+            return files.find(wanted)
         except VrxError as error:
-            self.report.note(mesh, "ignored", str(error), "<mesh>")
+            self.report.note(mesh, "ignored", str(error) if wanted == uri else f"no such mesh: {shown(uri)}", "<mesh>")
             return None
 
 

@@ -160,7 +160,9 @@ def test_colors(material, color):
     assert found["visuals"][0].get("color") == color
 
 
-@pytest.mark.parametrize("uri", ["meshes/a.stl", "model://wall/meshes/a.stl", "file://meshes/a.stl"])
+@pytest.mark.parametrize(
+    "uri", ["meshes/a.stl", "model://wall/meshes/a.stl", "file://meshes/a.stl", "file://wall/meshes/a.stl"]
+)
 def test_meshes_of_the_folder_of_the_model(uri):
     Path("wall/meshes").mkdir(parents=True)
     Path("wall/meshes/a.stl").write_bytes(b"")
@@ -194,6 +196,7 @@ def ports(tmp_path, monkeypatch):
     ("uri", "file"),
     [
         ("model://crate/meshes/a.stl", "shelf/crate/meshes/a.stl"),
+        ("file://crate/meshes/a.stl", "shelf/crate/meshes/a.stl"),
         ("package://ports/meshes/a.stl", "ports/meshes/a.stl"),
         ("../../meshes/a.stl", "ports/meshes/a.stl"),
         ("file://../../meshes/a.stl", "ports/meshes/a.stl"),
@@ -220,6 +223,12 @@ def test_meshes_elsewhere_in_the_package_and_along_the_paths(uri, file, ports):
         "model://crate/../../../../../../../../etc/passwd.stl",
         "package://ports/../secret/a.stl",
         "package://secret/a.stl",
+        "file://secret/a.stl",
+        "file://linked/a.stl",
+        "file://crate/linked.stl",
+        "file://crate/../../secret/a.stl",
+        "file://wall/../../../secret/a.stl",
+        "file://no_such_model/a.stl",
         "file:///etc/passwd.stl",
         "/etc/passwd.stl",
         "https://example.org/a.stl",
