@@ -60,6 +60,12 @@ NEWER = (1, 7)
 """Version of SDF from which a world is one of gz-sim."""
 INCLUDES = "include_all_xacros"
 """VRX's macro that includes the files of the others."""
+UNUSED: Mapping[str, str] = {
+    "competition": "vrx",
+    "topic_wind_speed": "/vrx/debug/wind/speed",
+    "topic_wind_direction": "/vrx/debug/wind/direction",
+}
+"""Parameters of macros that name topics, and the names that these have here."""
 MOST_HINTS = 100
 """Unknown names of models for which a known one is guessed."""
 SHOWN = 6
@@ -202,6 +208,9 @@ class _Reader:
             self.report.note(element, "approximated", "`wind`: its link `base_link` is the boat's here")
         else:
             self.report.note(element, "taken over", ours)
+        for key in sorted(UNUSED.keys() & element.attributes.keys() & MACROS[name].defaults.keys()):
+            if element.attributes[key] not in {"", str(MACROS[name].defaults[key]), UNUSED[key]}:
+                self.report.note(element, "ignored", f"here it is `{UNUSED[key]}`", f"{element.label} / {key}")
         self.pieces.append(piece)
 
     def take_include(self, element: Element) -> None:

@@ -111,6 +111,48 @@ PLUGINS = {
 }  # fmt: skip
 
 
+def call(name, /, **given):
+    """A world with one macro: what it is in our keys, and what is not as in Gazebo."""
+    macro = MACROS[name]
+    blocks = "".join(f"<{key}>{BLOCKS[key]}</{key}>" for key in macro.blocks)
+    attributes = ({"name": "course"} if name in NAMED else {}) | given
+    words = "".join(f' {key}="{value}"' for key, value in attributes.items())
+    base = "" if name in BASES else "<xacro:sydneyregatta/>"
+    world = said(f"{base}<xacro:{name}{words}>{blocks}</xacro:{name}>", file="bay.world.xacro")
+    return world.section, losses(world)
+
+
+VALUES = ("3", "true", "false", "turtle", "dock_2016", "-33.72")
+"""Values that parameters of macros may have: for each of them, one at least is another than its default."""
+
+
+@pytest.mark.parametrize(("name", "key"), [(name, key) for name in MACROS for key in MACROS[name].defaults])
+def test_each_parameter_of_a_macro_changes_the_world_or_is_noted(name, key):
+    usual = {"light_buoy_present": "true"} if key.startswith(("lb_", "color_")) else {}
+    before = call(name, **usual)
+
+    def changes(value):
+        try:
+            return call(name, **usual | {key: value}) != before
+        except ConfigError:
+            return False  # a value of another kind
+
+    assert any(map(changes, VALUES))
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "ours"),
+    [
+        ("wayfinding", "competition", "vrx"),
+        ("usv_wind_gazebo", "topic_wind_speed", "/vrx/debug/wind/speed"),
+        ("usv_wind_gazebo", "topic_wind_direction", "/vrx/debug/wind/direction"),
+    ],
+)
+def test_parameters_that_name_topics_are_noted(name, key, ours):
+    assert call(name, **{key: "other"})[1] == [f"<{name}> / {key} ignored: here it is `{ours}`"]
+    assert call(name, **{key: ours})[1] == []
+
+
 @pytest.mark.parametrize("key", PLUGINS)
 def test_each_element_is_a_key_of_ours(key):
     body, expected = PLUGINS[key]
