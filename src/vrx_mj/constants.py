@@ -5,6 +5,7 @@ __all__ = [
     "EARLY",
     "GRAVITY",
     "HULL_GRAVITY",
+    "SEA_WATER_DENSITY",
     "SPECTRUM_GRAVITY",
     "WATER_DENSITY",
     "WAVE_GRAVITY",
@@ -24,6 +25,9 @@ HULL_GRAVITY = 9.815
 
 WATER_DENSITY = 1000.0
 """Density [kg/m3] of the water for objects whose files give none. VRX: buoyancy_gazebo_plugin, its models' files."""
+
+SEA_WATER_DENSITY = 1025.0
+"""Density [kg/m3] of the water of seas that are not VRX's. ITTC 7.5-02-01-03: 1026 at 15 C and 35 g/kg."""
 
 DOCK_CELL = 2.0
 """Edge of a dock's cell [m]. VRX: dock_generator.erb."""

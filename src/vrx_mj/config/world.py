@@ -22,7 +22,6 @@ from vrx_mj.config.base import (
     Vec3,
     fault,
     faults,
-    numbers,
 )
 from vrx_mj.config.docks import DockPlacement, Placed
 from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world, warn_of_losses
@@ -31,6 +30,7 @@ from vrx_mj.config.objects import FieldConfig, Placement, repeated
 from vrx_mj.config.profiles import CLASSIC, Profile, physics_of_profile, world_of_profile
 from vrx_mj.config.robots import Arguments, load_robot
 from vrx_mj.config.scene import MarkersConfig, SceneConfig
+from vrx_mj.config.sea import SeaConfig
 from vrx_mj.config.search import find_terrain
 from vrx_mj.config.series.worlds import world_source
 from vrx_mj.config.tasks import Task
@@ -59,49 +59,6 @@ MAX_TURN = 1e6
 """Largest heading [degrees] that a file may give; a saved world holds no larger one."""
 FULL_TURN = 2 * math.pi
 """Angle [rad] beyond which a pose was probably meant in degrees."""
-
-
-class SeaConfig(Config):
-    """VRX's wave field: tags, meanings and defaults of its `ocean_waves`."""
-
-    model: Literal["pms", "cwr", "none"] = "pms"
-    """Pierson-Moskowitz sampling, constant wavelength-to-amplitude ratio, or flat water."""
-    number: Annotated[int, Field(ge=1, le=100)] = 3
-    """Component waves; pms has at most 3."""
-    scale: Positive = 1.5
-    """Ratio between neighbouring components: of frequencies in pms, of wavelengths in cwr; 1.1 in profile vrx3."""
-    angle: float = 0.4
-    """Angle between the directions of neighbouring components [rad]."""
-    steepness: NonNegative = 0.0
-    """VRX's steepness; it is kept, but the height of the water does not depend on it."""
-    gain: NonNegative = 0.1
-    """Factor on amplitudes (pms)."""
-    amplitude: NonNegative = 0.0
-    """Median amplitude [m] (cwr)."""
-    period: Positive = 5.0
-    """Peak (pms) or median (cwr) period [s]."""
-    direction: Annotated[tuple[float, float], numbers("x y")] = (1.0, 0.0)
-    """Direction in which the waves travel, east and north; any length but zero."""
-    tau: NonNegative = 2.0
-    """Time constant of the waves' growth at the start [s]."""
-
-    @field_validator("direction")
-    @classmethod
-    def _points_somewhere(cls, value: tuple[float, float]) -> tuple[float, float]:
-        if math.hypot(*value) < 1e-9:
-            raise fault("must not be zero, got [0, 0]")
-        return value
-
-    @model_validator(mode="after")
-    def _pms_limits(self) -> Self:
-        found: list[tuple[tuple[str], str]] = []
-        if self.model == "pms" and self.number > 3:
-            found.append((("number",), f"must be at most 3 in a pms sea, got {self.number}"))
-        if self.model == "pms" and self.scale < 1:
-            found.append((("scale",), f"must be at least 1 in a pms sea, got {self.scale:g}"))
-        if found:
-            raise faults(*found)
-        return self
 
 
 class WindObject(Config):

@@ -5,13 +5,27 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from vrx_mj.config.world import SeaConfig
+from vrx_mj.config.sea import REGULAR, SPECTRA, SeaConfig
+from vrx_mj.constants import SEA_WATER_DENSITY
 from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint
 from vrx_mj.model.boats import Boat, Hull, Sensor, Station, Thruster
 from vrx_mj.model.kinds import ProfileCode
 from vrx_mj.model.site import Dock, Light, Object, Placard
 from vrx_mj.model.water import Sea, Wave
 from vrx_mj.model.world import Parameters
+from vrx_mj.physics.spectra import (
+    LONGEST,
+    SHORTEST,
+    Site,
+    Spectrum,
+    irregular_sea,
+    jonswap,
+    pierson_moskowitz,
+    regular_wave,
+    stokes_wave,
+    tabulated,
+    tma,
+)
 from vrx_mj.physics.tables import VRX, VRX3
 from vrx_mj.physics.waves import cwr_components, pms_components
 
@@ -20,12 +34,14 @@ NIL_AMPLITUDE = 1e-9
 """Waves lower than this [m] are left out: with VRX's scale 2.5 the longest one has 1e-11 m."""
 PROFILES: Mapping[str, ProfileCode] = {"vrx": VRX, "vrx3": VRX3}
 """Codes of the profiles in the runtime's tables."""
-SEA_FIELDS = sorted(SeaConfig.model_fields.keys() & {field.name for field in fields(Sea)})
-"""Fields of a sea that a world file gives and a compiled world takes over as they are."""
+SEA_FIELDS = ("direction", "model", "period", "tau")
+"""Fields of VRX's seas that a world file gives and a compiled world takes over as they are."""
 
 
-def sea_parameters(sea: SeaConfig) -> Sea:
-    """Wave components and start-up ramp; `model: none` is a sea without components."""
+def sea_parameters(sea: SeaConfig, gravity: float) -> Sea:
+    """Wave components and start-up ramp; `model: none` has no components. VRX's seas have a gravity of their own."""
+    if sea.model in (*SPECTRA, *REGULAR):
+        return _ocean(sea, gravity)
     shape = (sea.number, sea.scale, sea.angle, sea.steepness)
     waves: Sequence[Row] = ()
     if sea.model == "pms":
@@ -36,6 +52,42 @@ def sea_parameters(sea: SeaConfig) -> Sea:
     height = 4.0 * math.sqrt(math.fsum(wave["amplitude"] ** 2 for wave in afloat) / 2.0)
     same: Row = {name: getattr(sea, name) for name in SEA_FIELDS}
     return Sea(**same, level=0.0, waves=tuple(Wave(**wave) for wave in afloat), significant_height=height)
+
+
+def _ocean(sea: SeaConfig, gravity: float) -> Sea:
+    """A sea of a spectrum, or of one regular wave, under a world's gravity."""
+    site = Site(math.inf if sea.depth is None else sea.depth, gravity)
+    if sea.model == "stokes5":
+        waves = stokes_wave(sea.height or 0.0, sea.period, sea.direction, site)
+    elif sea.model == "regular":
+        waves = regular_wave(sea.height or 0.0, sea.period, sea.direction, site)
+    else:
+        peak = 2.0 * math.pi / sea.tp
+        band = (LONGEST * peak, SHORTEST * peak)
+        spectrum = _spectrum(sea, peak, site)
+        waves = irregular_sea(spectrum, sea.hs, band, sea.direction, sea.components, sea.spreading, site)
+    regular = sea.model in REGULAR
+    return Sea(
+        model=sea.model,
+        tau=sea.ramp,
+        level=0.0,
+        waves=tuple(Wave(**wave._asdict(), steepness=0.0) for wave in waves if wave.amplitude or regular),
+        significant_height=sea.height or 0.0 if regular else sea.hs,
+        period=sea.period if regular else sea.tp,
+        direction=sea.direction,
+        depth=sea.depth,
+        gravity=gravity,
+        density=SEA_WATER_DENSITY,
+    )
+
+
+def _spectrum(sea: SeaConfig, peak: float, site: Site) -> Spectrum:
+    if sea.model == "file":
+        table = sea.spectrum
+        return tabulated([2.0 * math.pi * f for f in table.frequencies], table.densities)
+    if sea.model == "pm":
+        return pierson_moskowitz(peak)
+    return tma(peak, site, sea.gamma) if sea.model == "tma" else jonswap(peak, sea.gamma)
 
 
 @dataclass(frozen=True)

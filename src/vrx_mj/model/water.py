@@ -1,11 +1,12 @@
 """Sea and wind of a compiled world."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.model.kinds import STRICT, NonNegative, Positive, Real, Share, Vec2
+from vrx_mj.constants import WATER_DENSITY, WAVE_GRAVITY
+from vrx_mj.model.kinds import LEFT_OUT, STRICT, NonNegative, Positive, Real, Share, Vec2
 
 __all__ = ["Sea", "Wave", "Wind"]
 
@@ -25,6 +26,8 @@ class Wave:
     """Unit vector of travel, east and north."""
     steepness: Share
     """Share of the trochoid's horizontal motion."""
+    orbital: Real | None = field(default=None, metadata=LEFT_OUT)
+    """Amplitude of the water's horizontal velocity at the mean level [m/s]; None: a linear wave's, g k a / omega."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,8 +35,8 @@ class Sea:
     """The waves and their start-up ramp."""
 
     __pydantic_config__ = STRICT
-    model: Literal["pms", "cwr", "none"]
-    """Kind of sea: VRX's Pierson-Moskowitz sampling, constant wavelength ratio, or none."""
+    model: Literal["pms", "cwr", "none", "jonswap", "pm", "tma", "file", "regular", "stokes5"]
+    """Kind of sea: VRX's Pierson-Moskowitz sampling, constant wavelength ratio, or none; spectra; regular waves."""
     tau: Real
     """Time constant of the ramp [s]; no ramp unless above 0."""
     level: Real
@@ -46,6 +49,17 @@ class Sea:
     """Period that the file gives [s]."""
     direction: Vec2
     """Direction that the file gives, east and north."""
+    depth: Positive | None = field(default=None, metadata=LEFT_OUT)
+    """Depth of the water [m]; None: deep."""
+    gravity: Positive = field(default=WAVE_GRAVITY, metadata=LEFT_OUT)
+    """Gravity of the waves and of their pressure [m/s2]."""
+    density: Positive = field(default=WATER_DENSITY, metadata=LEFT_OUT)
+    """Density of the water [kg/m3]."""
+
+    @property
+    def random(self) -> bool:
+        """Whether the phases of its waves are drawn from a run's seed."""
+        return self.model in ("jonswap", "pm", "tma", "file")
 
 
 @dataclass(frozen=True, kw_only=True)

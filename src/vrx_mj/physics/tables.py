@@ -44,8 +44,9 @@ WAVE = np.dtype(
         ("wavenumber", _f),  # [rad/m]
         ("frequency", _f),  # angular [rad/s]
         ("direction", _f, (2,)),  # unit vector, travels toward, world axes
-        ("phase", _f),  # at the origin at time 0 [rad]: 0, unless a batch varies it
+        ("phase", _f),  # at the origin at time 0 [rad]: 0 in VRX's seas, unless a batch varies it
         ("steepness", _f),  # share of the trochoid's horizontal motion, 0..1; heights ignore it
+        ("orbital", _f),  # amplitude of the water's horizontal velocity at the mean level [m/s]
     ],
     align=True,
 )
@@ -54,6 +55,9 @@ SEA = np.dtype(
     [
         ("tau", _f),  # time constant of the start-up ramp [s]; <= 0: no ramp
         ("level", _f),  # mean surface height [m], world
+        ("depth", _f),  # of the water under the mean surface [m]; infinite: deep
+        ("gravity", _f),  # of the waves and of their pressure [m/s2]
+        ("density", _f),  # of the water [kg/m3]
     ],
     align=True,
 )

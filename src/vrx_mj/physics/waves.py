@@ -15,9 +15,13 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.constants import SPECTRUM_GRAVITY, WAVE_GRAVITY
 from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.noise import stream_key, uniform
 from vrx_mj.physics.tables import Record, Table
 
-__all__ = ["cosine", "cwr_components", "elevation", "pms_components", "ramp", "surface_height", "surface_heights"]
+__all__ = [
+    "cosine", "cwr_components", "elevation", "pms_components", "ramp", "random_phases", "surface_height",
+    "surface_heights",
+]  # fmt: skip
 
 
 _LIMIT = 1.0e6
@@ -138,6 +142,12 @@ def _component(amplitude: float, frequency: float, direction: tuple[float, float
     }
 
 
+def random_phases(seed: int, number: int) -> FloatArray:
+    """Return the phases (number,) [rad] that a run's seed gives to a sea's waves, even over a full turn."""
+    key = np.uint64(stream_key(seed, "waves"))
+    return np.array([2.0 * math.pi * uniform(key, np.uint64(index)) for index in range(number)])
+
+
 @kernel
 def ramp(sea: Record, t: float) -> float:
     """Return the share 1 - exp(-t / tau) to which the sea has grown by time `t` [s]; 1 for tau <= 0.
@@ -193,7 +203,7 @@ def stretched(waves: Table, sea: Record, change: Record, phases: FloatArray, out
 
     Args:
         waves: `tables.WAVE` of the world.
-        sea: peak [rad/s], and the direction (2,) of the world's sea.
+        sea: peak [rad/s], direction (2,) and gravity [m/s2] of the world's sea.
         change: factors of `amplitude`, `period`, `band` and `spread`, and `turn` [rad].
         phases: (n,) of the waves at the origin at time 0 [rad].
         out: `tables.WAVE`.
@@ -201,10 +211,12 @@ def stretched(waves: Table, sea: Record, change: Record, phases: FloatArray, out
     for i in range(waves.size):
         wave, own = waves[i], out[i]
         own.amplitude, own.phase, own.steepness = wave.amplitude * change.amplitude, phases[i], wave.steepness
+        own.orbital = wave.orbital * change.amplitude
         own.frequency, own.wavenumber = wave.frequency, wave.wavenumber
         if change.period != 1.0 or change.band != 1.0:
             own.frequency = sea.peak / change.period * (wave.frequency / sea.peak) ** change.band
-            own.wavenumber = own.frequency**2 / WAVE_GRAVITY
+            own.wavenumber = own.frequency**2 / sea.gravity
+            own.orbital = own.amplitude * own.frequency
         east, north = wave.direction[0], wave.direction[1]
         if change.turn != 0.0 or change.spread != 1.0:
             x, y = sea.direction[0], sea.direction[1]

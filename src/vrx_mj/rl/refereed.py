@@ -6,10 +6,11 @@ from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.errors import DivergedError
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
-from vrx_mj.physics.tables import WAVE, Table, table
+from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.batch import Batch
 from vrx_mj.runtime.commands import ANGLE
 from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.sensors.sea import wave_table
 
 __all__ = ["RefereedRow", "Rows"]
 
@@ -64,7 +65,7 @@ class RefereedRow:
 
     def waves(self, row: int) -> Table:
         """Waves of the world's sea, `tables.WAVE`."""
-        return table(WAVE, [vars(wave) for wave in self.world.parameters.sea.waves])
+        return wave_table(self.world.parameters.sea, self.sim.seed)
 
     def sea_height(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Height [m] of the sea at points x, y, (1, points) [m], now."""

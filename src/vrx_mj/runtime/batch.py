@@ -178,6 +178,8 @@ class Batch(RowTables):
         wind, wind_seed = self._stacks["wind"], str(self._arrays.wind_seed)
         wind["key"][which, 0] = [stream_key(int(s), "wind", wind_seed) for s in self._seeds[which]]
         self._stacks["wind_state"]["speed"][which, 0] = wind["mean"][which, 0]
+        if self._seas.drawn.any():
+            self._separate("waves")[which] = self._seas.draw(which, self._seeds)
         self._time[which], self._done[which] = 0.0, 0
         reset_rows(which, self._runs, self._qpos, self._qvel)
         self._observe()

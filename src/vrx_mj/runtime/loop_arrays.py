@@ -16,12 +16,14 @@ from vrx_mj.model.world import Parameters
 from vrx_mj.physics import tables
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.raft import RAFT_WORK
+from vrx_mj.physics.waves import random_phases
 from vrx_mj.runtime.loop import HUGE
 from vrx_mj.runtime.mounted import Mounted, mounted, start_marks
 from vrx_mj.runtime.proximity import BROADPHASE, movers, obstacles, unconstrained
 from vrx_mj.runtime.sample_clocks import SampleClocks
 from vrx_mj.runtime.views import ARRAYS, RUN, STATE, point
 from vrx_mj.sensors.displays import check_display_marks, display_marks, displays_of
+from vrx_mj.sensors.sea import sea_table, wave_table
 
 __all__ = ["LoopArrays", "drawing_model"]
 
@@ -111,8 +113,8 @@ class LoopArrays:
         sea, wind = parameters.sea, parameters.wind
         self.model, self.data, self.contact_free = model, data, contact_free
         self.timestep = float(model.opt.timestep)
-        self.waves = tables.table(tables.WAVE, [vars(row) for row in sea.waves])
-        self.sea = tables.table(tables.SEA, [tables.columns_of(tables.SEA, sea)])
+        self.waves, self.sea = wave_table(sea, world.seed), sea_table(sea)
+        self._random_sea = sea.random
         self.wind = tables.table(tables.WIND, [{**{field: getattr(wind, field) for field in WIND}, "key": 0}])
         self.wind_seed = wind.seed
         self.hulls = tables.table(tables.HULL, [self._whole_body(vars(row)) for row in parameters.hulls])
@@ -209,8 +211,10 @@ class LoopArrays:
         self.broadphase["unconstrained"] = unconstrained(self.contact_free)
 
     def key(self, seed: int) -> None:
-        """Set the keys of the noise streams; the wind's own seed is part of its key."""
+        """Set the keys of the noise streams, of which the wind's own seed is a part, and the phases of a random sea."""
         self.wind["key"] = stream_key(seed, "wind", str(self.wind_seed))
+        if self._random_sea:
+            self.waves["phase"] = random_phases(seed, len(self.waves))
 
     def pack(self) -> bytes:
         """The state tables and what the sensors' clocks latched, as bytes."""

@@ -213,6 +213,8 @@ class RowTables:
             stack = self._stacks[table]
             own, common = stack[row if len(stack) > 1 else 0][column], getattr(self._arrays, table)[column]
             value = float(self._varied[name][row])
+            if name == "wave_phases" and self._seas.drawn[row]:
+                continue
             if own.tobytes() != common.tobytes() and (name not in SHARED or value != usual[name]):
                 found[name] = value, usual[name]
         return found

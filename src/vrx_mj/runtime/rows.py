@@ -17,7 +17,7 @@ from vrx_mj.model.water import Sea
 from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.motion import motion
 from vrx_mj.physics.tables import WAVE, Record, Table
-from vrx_mj.physics.waves import stretched, surface_height
+from vrx_mj.physics.waves import random_phases, stretched, surface_height
 from vrx_mj.runtime.loop import advance
 from vrx_mj.runtime.row_arguments import as_numbers
 from vrx_mj.runtime.views import views
@@ -89,12 +89,14 @@ def _observe(hull: Record, qpos: FloatArray, qvel: FloatArray, out: FloatArray) 
 
 
 _f = np.float64
-NOMINAL = np.dtype([("peak", _f), ("direction", _f, (2,))], align=True)
-"""Of the world's sea: angular frequency of its period [rad/s], and its direction."""
+NOMINAL = np.dtype([("peak", _f), ("direction", _f, (2,)), ("gravity", _f)], align=True)
+"""Of the world's sea: angular frequency of its period [rad/s], its direction, and the gravity of its waves [m/s2]."""
 CHANGE = np.dtype([("amplitude", _f), ("period", _f), ("band", _f), ("spread", _f), ("turn", _f)], align=True)
 """Of a row: factors of amplitudes, periods, the band's width and the spread of directions, and a turn [rad]."""
 FACTORS = {"waves": "amplitude", "wave_period": "period", "wave_band": "band", "wave_spread": "spread"}
 """Columns of `CHANGE` by what `Batch.vary` calls them."""
+LENGTHS = ("wave_period", "wave_band")
+"""Of these, those that change lengths, by the dispersion of deep water."""
 
 
 class RowSeas:
@@ -104,7 +106,10 @@ class RowSeas:
         """Take a world's `tables.WAVE` and its sea; all `n` rows have that sea."""
         self._world = waves
         peak = 2.0 * math.pi / sea.period if sea.period else 1.0
-        self._nominal = np.array([(peak, sea.direction)], NOMINAL)
+        self._nominal = np.array([(peak, sea.direction, sea.gravity)], NOMINAL)
+        self._deep, self._harmonic = sea.depth is None, sea.model == "stokes5"
+        self.drawn = np.full(n, sea.random)
+        """Which rows have the phases of their seeds."""
         self._change = np.array([(1.0, 1.0, 1.0, 1.0, 0.0)] * n, CHANGE)
         self._phases = np.zeros((n, len(waves)))
 
@@ -120,17 +125,38 @@ class RowSeas:
         Raises:
             CommandError: the phases do not have the shape (waves,) or (rows, waves), or are not finite.
         """
+        self._check(given)
         if phases is not None:
             own, shape = as_numbers("wave_phases", phases), (len(which), len(self._world))
             if own.shape not in {shape, shape[1:]} or not np.isfinite(own).all():
                 text = f"{shape} or {shape[1:]}, of finite numbers, is needed"
                 raise CommandError(f"invalid wave_phases of shape {own.shape}: {text}")
             self._phases[which] = own
+            self.drawn[which] = False
         for name, column in FACTORS.items():
             if name in given:
                 self._change[column][which] = given[name]
         if "wave_direction" in given:
             self._change["turn"][which] = given["wave_direction"] - self.course
+        return self._of(which)
+
+    def draw(self, which: IntArray, seeds: IntArray) -> Table:
+        """Draw the phases of rows from their seeds, where none were given, and return their waves (rows, waves)."""
+        for row, seed in zip(which.tolist(), seeds[which].tolist(), strict=True):
+            if self.drawn[row]:
+                self._phases[row] = random_phases(seed, len(self._world))
+        return self._of(which)
+
+    def _check(self, given: Mapping[str, FloatArray]) -> None:
+        """CommandError for what the sea's waves cannot do."""
+        fixed = ("waves", *LENGTHS) if self._harmonic else () if self._deep else LENGTHS
+        for name in fixed:
+            if name in given and (given[name] != 1.0).any():
+                raise CommandError(
+                    f"{name} cannot be varied in {'a Stokes wave' if self._harmonic else 'shallow water'}"
+                )
+
+    def _of(self, which: IntArray) -> Table:
         waves = np.zeros((len(which), len(self._world)), WAVE)
         _stretch_rows(self._world, self._nominal, self._change[which], self._phases[which], waves)
         return waves

@@ -65,6 +65,7 @@ class Sights:
         if self._arrays.displays:
             self._cameras.paint(painted(model, self._arrays.displays, self._arrays.shown(now.device_state), now.time))
         at = place.position, place.rotation, now.time
+        self._cameras.set_sea(self._arrays.waves)
         with announced(draw_surface, *SEA):
             return self._cameras.image(sensor.config, data, *at, draw.key, draw.index)
 

@@ -2,12 +2,14 @@
 
 import math
 import threading
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, shown
+from vrx_mj.physics.kinematics import orbital_motions, pressures, surface_slopes
 from vrx_mj.physics.waves import surface_heights
 from vrx_mj.physics.wind import gust_step
 from vrx_mj.runtime.loop_arrays import LoopArrays
@@ -35,17 +37,45 @@ class Sea:
         Raises:
             CommandError: they are not numbers, or cannot be broadcast.
         """
-        given = {"x": x, "y": y, "t": t}
+        return self._at(surface_heights, (), x=x, y=y, t=t)
+
+    def slope(self, x: npt.ArrayLike, y: npt.ArrayLike, t: npt.ArrayLike) -> FloatArray:
+        """Slope of the surface toward east and north: an array of the broadcast shape + (2,). Errors are `height`'s."""
+        return self._at(surface_slopes, (2,), x=x, y=y, t=t)
+
+    def velocity(self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike, t: npt.ArrayLike) -> FloatArray:
+        """Velocity [m/s, ENU] of the water in the waves at (x, y, z) [m, ENU] and time t [s]: shape + (3,).
+
+        Linear theory: it decays with depth, and is above the mean level what it is there. Errors are those of `height`.
+        """
+        return self._at(orbital_motions, (6,), x=x, y=y, z=z, t=t)[..., :3]
+
+    def acceleration(self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike, t: npt.ArrayLike) -> FloatArray:
+        """Acceleration [m/s2, ENU] of the water, at a fixed place: shape + (3,). Otherwise like `velocity`."""
+        return self._at(orbital_motions, (6,), x=x, y=y, z=z, t=t)[..., 3:]
+
+    def pressure(self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike, t: npt.ArrayLike) -> FloatArray:
+        """Pressure [Pa] over the air's at (x, y, z) [m, ENU] and time t [s]: 0 at the surface and above.
+
+        Linear theory, stretched to the surface (Wheeler). Errors are those of `height`.
+        """
+        return self._at(pressures, (), x=x, y=y, z=z, t=t)
+
+    def _at(self, kernel: Callable[..., None], each: tuple[int, ...], **given: npt.ArrayLike) -> FloatArray:
+        """What a kernel writes at each point, of shape `each`."""
         arrays = [as_numbers(name, value) for name, value in given.items()]
         try:
             grid = np.broadcast_arrays(*arrays)
         except ValueError:
             shapes = ", ".join(str(array.shape) for array in arrays)
-            raise CommandError(f"invalid x, y and t of shapes {shapes}: they cannot be broadcast") from None
-        east, north, when = (np.array(values).reshape(-1) for values in grid)
-        out = np.empty(east.shape)
-        surface_heights(self._arrays.waves, self._arrays.sea[0], east, north, when, out)
-        return out.reshape(grid[0].shape)
+            *first, last = given
+            raise CommandError(
+                f"invalid {', '.join(first)} and {last} of shapes {shapes}: they cannot be broadcast"
+            ) from None
+        flat = [np.array(values).reshape(-1) for values in grid]
+        out = np.empty((*flat[0].shape, *each))
+        kernel(self._arrays.waves, self._arrays.sea[0], *flat, out)
+        return out.reshape((*grid[0].shape, *each))
 
 
 class Wind:

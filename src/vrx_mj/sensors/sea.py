@@ -1,5 +1,7 @@
 """The sea's skin in a drawing model: moved to where the eye looks, with the heights that the physics uses."""
 
+import math
+
 import mujoco
 import numpy as np
 
@@ -7,9 +9,25 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.model.water import Sea
 from vrx_mj.physics import tables
 from vrx_mj.physics.surface import draw_surface, fan, ripples
-from vrx_mj.physics.waves import surface_heights
+from vrx_mj.physics.waves import random_phases, surface_heights
 
-__all__ = ["SeaSkin"]
+__all__ = ["SeaSkin", "sea_table", "wave_table"]
+
+
+def wave_table(sea: Sea, seed: int) -> tables.Table:
+    """Waves of a world's sea in the run of a seed, `tables.WAVE`."""
+    phases = random_phases(seed, len(sea.waves)) if sea.random else np.zeros(len(sea.waves))
+    rows = [{**vars(wave), "phase": float(phase)} for wave, phase in zip(sea.waves, phases, strict=True)]
+    for row in rows:
+        if row["orbital"] is None:
+            row["orbital"] = sea.gravity * row["wavenumber"] * row["amplitude"] / row["frequency"]
+    return tables.table(tables.WAVE, rows)
+
+
+def sea_table(sea: Sea) -> tables.Table:
+    """A world's sea as `tables.SEA`, one row."""
+    row = {**vars(sea), "depth": math.inf if sea.depth is None else sea.depth}
+    return tables.table(tables.SEA, [{name: row[name] for name in tables.SEA.names or ()}])
 
 
 class SeaSkin:
@@ -19,11 +37,12 @@ class SeaSkin:
     `vertices` may be written into `model.skin_vert`: the skin's only bone is the world.
     """
 
-    def __init__(self, model: mujoco.MjModel, sea: Sea) -> None:
+    def __init__(self, model: mujoco.MjModel, sea: Sea, seed: int = 0) -> None:
+        """Take a drawing model, its sea, and the seed of the run whose waves are drawn."""
         self.wet = model.nskin == 1
-        self._waves = tables.table(tables.WAVE, [vars(wave) for wave in sea.waves])
+        self._waves = wave_table(sea, seed)
         self._shading = ripples(self._waves)
-        self._sea = tables.table(tables.SEA, [tables.columns_of(tables.SEA, sea)])
+        self._sea = sea_table(sea)
         self._distances, self._spokes = fan()
         number = int(model.nskinvert)
         self.vertices = np.zeros((number, 3), np.float32)

@@ -59,9 +59,11 @@ def in_body_axes(body, wrench):
     return np.concatenate((turn @ wrench[:3], turn @ wrench[3:]))
 
 
-def sea(waves=(), *, tau=0.0, level=0.0):
-    """Waves, from their rows, and the sea that has them."""
-    return table(tables.WAVE, waves), table(tables.SEA, [{"tau": tau, "level": level}])[0]
+def sea(waves=(), *, tau=0.0, level=0.0, depth=math.inf):
+    """Waves, from their rows, and the sea that has them; by default their motion is that of linear deep water."""
+    rows = [{"orbital": wave["amplitude"] * wave["frequency"]} | wave for wave in waves]
+    water = {"tau": tau, "level": level, "depth": depth, "gravity": 9.81, "density": 1025.0}
+    return table(tables.WAVE, rows), table(tables.SEA, [water])[0]
 
 
 def sea_of(name):

@@ -60,7 +60,7 @@ def test_on_a_long_wave_a_boat_lies_along_its_slope():
     """At a quarter of a wave 400 m long and 2 m high the surface falls by k a towards east."""
     k = 2 * math.pi / 400
     wave = {"amplitude": 1.0, "wavenumber": k, "frequency": 1.0, "direction": (1.0, 0.0), "steepness": 0.0,
-            "phase": math.pi / 2}  # fmt: skip
+            "orbital": 1.0, "phase": math.pi / 2}  # fmt: skip
     weight = section_area(RADIUS, 0.1) * LIFT
     floats, pose = settled(weight, waves=table(WAVE, [wave]), com=(0, 0, 0), pose=(0, 0, -0.1, 0, 0, 0))
     assert floats

@@ -7,7 +7,8 @@ import pytest
 
 from vrx_mj.physics.tables import SEA, WAVE, table
 
-WAVE_ROW = {"amplitude": 0.1, "wavenumber": 0.2, "frequency": 1.4, "direction": (1.0, 0.0), "steepness": 0.0}
+WAVE_ROW = {"amplitude": 0.1, "wavenumber": 0.2, "frequency": 1.4, "direction": (1.0, 0.0), "steepness": 0.0,
+            "orbital": 0.14}  # fmt: skip
 
 
 def test_a_table_holds_its_rows():
@@ -22,9 +23,10 @@ def test_a_table_may_be_empty():
 
 
 def test_a_missing_field_and_an_unknown_one_are_named():
-    message = "row 1: missing fields ['tau'], unknown fields ['depth']"
+    message = "row 1: missing fields ['tau'], unknown fields ['swell']"
+    water = {"level": 0.0, "depth": 5.0, "gravity": 9.8, "density": 1000.0}
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
-        table(SEA, [{"tau": 2.0, "level": 0.0}, {"level": 0.0, "depth": 3.0}])
+        table(SEA, [{"tau": 2.0} | water, {"swell": 3.0} | water])
 
 
 def test_a_number_does_not_fill_a_vector():

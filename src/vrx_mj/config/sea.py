@@ -1,0 +1,236 @@
+"""The sea of a world's file: VRX's wave fields, spectra of ocean engineers, and regular waves."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, ClassVar, Literal, NamedTuple, Self
+
+from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_validator
+
+from vrx_mj.config.base import Config, Folder, NonNegative, Positive, fault, faults, numbers
+from vrx_mj.config.loading import check
+from vrx_mj.config.search import ReadingError, read_limited
+from vrx_mj.config.wording import shown
+from vrx_mj.errors import VrxError
+from vrx_mj.physics.spectra import SEA_STATES, Site, breaking_height, developed_period
+
+__all__ = ["REGULAR", "SPECTRA", "SeaConfig", "SpectrumTable", "read_spectrum"]
+
+SPECTRA = ("jonswap", "pm", "tma", "file")
+"""Models that are spectra, of random phases."""
+REGULAR = ("regular", "stokes5")
+"""Models that are one wave."""
+GRAVITY = 9.81
+"""For the height at which waves break [m/s2]; a world's own is within 1 %."""
+MOST_POINTS, MOST_BYTES = 10_000, 1_000_000
+"""Points and bytes of a spectrum's file, at most."""
+LARGEST = 1e9
+"""Bound of its numbers."""
+
+
+class SpectrumTable(NamedTuple):
+    """A spectrum in a file."""
+
+    frequencies: tuple[float, ...]
+    """Rising frequencies [Hz]."""
+    densities: tuple[float, ...]
+    """Density of the variance at each [m2/Hz]."""
+
+    @property
+    def significant_height(self) -> float:
+        """4 sqrt(m0) [m], by the trapezoidal rule."""
+        f, s = self.frequencies, self.densities
+        areas = (0.5 * (f[i + 1] - f[i]) * (s[i] + s[i + 1]) for i in range(len(f) - 1))
+        return 4.0 * math.sqrt(math.fsum(areas))
+
+    @property
+    def peak_period(self) -> float:
+        """Period of the largest density [s]."""
+        return 1.0 / self.frequencies[self.densities.index(max(self.densities))]
+
+
+def read_spectrum(path: str, folder: Path | None) -> SpectrumTable:
+    """The spectrum of a file, whose relative path starts in `folder`, or in the current one.
+
+    A line has a frequency and a density, parted by commas or blanks; empty lines, those with `#`, and words in the
+    first line are left out.
+
+    Raises:
+        VrxError: it cannot be read, or is not a spectrum.
+    """
+    try:
+        text = read_limited((folder or Path.cwd()) / path, MOST_BYTES).decode("utf-8")
+    except (ReadingError, UnicodeDecodeError) as error:
+        reason = error if isinstance(error, ReadingError) else "not UTF-8"
+        raise VrxError(f"spectrum '{path}': {reason}") from None
+    points: list[tuple[float, float]] = []
+    for number, line in enumerate(text.splitlines(), 1):
+        words = line.partition("#")[0].replace(",", " ").replace(";", " ").split()
+        if words and (points or words[0][0] in "+-.0123456789"):
+            fault_of_line = _add_point(points, words)
+            if fault_of_line:
+                raise VrxError(f"spectrum '{path}', line {number}: {fault_of_line}, got {shown(line)}")
+    if not 2 <= len(points) <= MOST_POINTS or not any(density for _, density in points):
+        needed = f"2 to {MOST_POINTS:,} points, not all of density 0, are needed"
+        raise VrxError(f"spectrum '{path}': {needed}, got {len(points)}")
+    frequencies, densities = zip(*points, strict=True)
+    return SpectrumTable(frequencies, densities)
+
+
+def _add_point(points: list[tuple[float, float]], words: Sequence[str]) -> str | None:
+    """Add the point of a line's words; what is wrong with it, if it is no point or does not follow."""
+    try:
+        frequency, density = float(words[0]), float(words[1])
+    except (ValueError, IndexError):
+        return "a frequency [Hz] and a density [m2/Hz] are needed"
+    if not (0.0 < frequency < LARGEST and 0.0 <= density < LARGEST):
+        return "a frequency above 0 and a density of 0 or more are needed"
+    if points and frequency <= points[-1][0]:
+        return f"a frequency above that of the line before, {points[-1][0]:g} Hz, is needed"
+    points.append((frequency, density))
+    return None
+
+
+class SeaConfig(Config):
+    """The waves: VRX's, with the tags, meanings and defaults of its `ocean_waves`, or those of a spectrum."""
+
+    folder_keys: ClassVar = {"folder": "file"}
+    folder: Folder = None
+    model: Literal["pms", "cwr", "none", "jonswap", "pm", "tma", "file", "regular", "stokes5"] = "pms"
+    """Kind of sea.
+
+    VRX's: Pierson-Moskowitz sampling (`pms`), constant wavelength-to-amplitude ratio (`cwr`), flat water (`none`).
+    Spectra: `jonswap`, Pierson-Moskowitz' for a height and a period (`pm`), shallow water (`tma`), a `file`. One wave:
+    a linear one (`regular`), a steep one of five harmonics (`stokes5`)."""
+    number: Annotated[int, Field(ge=1, le=100)] = 3
+    """Component waves of `pms` and `cwr`; pms has at most 3."""
+    scale: Positive = 1.5
+    """Ratio between neighbouring components: of frequencies in pms, of wavelengths in cwr; 1.1 in profile vrx3."""
+    angle: float = 0.4
+    """Angle between the directions of neighbouring components of `pms` and `cwr` [rad]."""
+    steepness: NonNegative = 0.0
+    """VRX's steepness; it is kept, but the height of the water does not depend on it."""
+    gain: NonNegative = 0.1
+    """Factor on amplitudes (pms)."""
+    amplitude: NonNegative = 0.0
+    """Median amplitude [m] (cwr)."""
+    period: Positive = 5.0
+    """Peak (pms) or median (cwr) period, or that of a regular wave [s]."""
+    direction: Annotated[tuple[float, float], numbers("x y")] = (1.0, 0.0)
+    """Direction in which the waves travel, east and north; any length but zero."""
+    tau: NonNegative = 2.0
+    """Time constant of the waves' growth at the start [s], of VRX's seas."""
+    significant_height: NonNegative | None = None
+    """Significant height of a spectrum, Hs = 4 sqrt(m0) [m]; by default that of `sea_state`, or of the file."""
+    peak_period: Positive | None = None
+    """Peak period of a spectrum [s]; by default that of a sea fully raised by the wind, 5 s at a height of 1 m."""
+    sea_state: Annotated[int, Field(ge=0, lt=len(SEA_STATES))] | None = None
+    """Sea state 0 to 6 (WMO code table 3700) instead of a height: 0, 0.05, 0.3, 0.875, 1.875, 3.25 or 5 m."""
+    gamma: Annotated[float, Field(ge=1, le=20)] = 3.3
+    """Peak enhancement of `jonswap` and `tma`."""
+    spreading: Annotated[float, Field(gt=0, le=1000)] | None = None
+    """Exponent s of the spreading cos^(2 s)(theta / 2) of a spectrum; by default all waves travel alike."""
+    components: Annotated[int, Field(ge=1, le=500)] = 60
+    """Component waves of a spectrum, of equal energy."""
+    height: NonNegative | None = None
+    """Height of a regular wave, crest over trough [m]."""
+    file: str | None = None
+    """Spectrum of model `file`: lines of frequency [Hz] and density [m2/Hz], as CSV; a path relative to this file."""
+    depth: Positive | None = None
+    """Depth of the water [m], for lengths and motion of waves that are not VRX's; by default it is deep."""
+    ramp: NonNegative = 0.0
+    """The same of spectra and regular waves; by default they are there from the start."""
+    _spectrum: SpectrumTable | None = PrivateAttr(None)
+
+    @field_validator("direction")
+    @classmethod
+    def _points_somewhere(cls, value: tuple[float, float]) -> tuple[float, float]:
+        if math.hypot(*value) < 1e-9:
+            raise fault("must not be zero, got [0, 0]")
+        return value
+
+    @field_validator("file")
+    @classmethod
+    def _is_a_spectrum(cls, value: str | None, info: ValidationInfo) -> str | None:
+        if value is not None:
+            check(info, lambda: read_spectrum(value, info.data.get("folder")))
+        return value
+
+    @model_validator(mode="after")
+    def _is_consistent(self) -> Self:
+        found = [*self._pms_faults(), *self._spectrum_faults(), *self._regular_faults()]
+        if found:
+            raise faults(*found)
+        return self
+
+    @property
+    def spectrum(self) -> SpectrumTable:
+        """The spectrum of the file."""
+        if self._spectrum is None:
+            assert self.file is not None
+            self._spectrum = read_spectrum(self.file, self.folder)
+        return self._spectrum
+
+    @property
+    def hs(self) -> float:
+        """Significant height of a spectrum [m]."""
+        if self.significant_height is not None:
+            return self.significant_height
+        return self.spectrum.significant_height if self.sea_state is None else SEA_STATES[self.sea_state]
+
+    @property
+    def tp(self) -> float:
+        """Peak period of a spectrum [s]."""
+        if self.peak_period is not None:
+            return self.peak_period
+        return self.spectrum.peak_period if self.model == "file" else developed_period(max(self.hs, 1e-3), GRAVITY)
+
+    @property
+    def site(self) -> Site:
+        """Depth and gravity for the height at which waves break."""
+        return Site(self.depth or math.inf, GRAVITY)
+
+    def _pms_faults(self) -> list[tuple[tuple[str], str]]:
+        found: list[tuple[tuple[str], str]] = []
+        if self.model == "pms" and self.number > 3:
+            found.append((("number",), f"must be at most 3 in a pms sea, got {self.number}"))
+        if self.model == "pms" and self.scale < 1:
+            found.append((("scale",), f"must be at least 1 in a pms sea, got {self.scale:g}"))
+        return found
+
+    def _spectrum_faults(self) -> list[tuple[tuple[str], str]]:
+        if self.model not in SPECTRA:
+            return []
+        missing = self._missing()
+        if missing:
+            return [(("model",), missing)]
+        if self.significant_height is not None and self.sea_state is not None:
+            return [(("sea_state",), "sea_state is a height too: give it or significant_height")]
+        most = breaking_height(self.tp, self.site)
+        if self.hs <= most:
+            return []
+        key = "model" if self.significant_height is None else "significant_height"
+        return [((key,), f"waves of {self.tp:.3g} s break at {most:.3g} m{self._where()}, got {self.hs:.3g} m")]
+
+    def _missing(self) -> str | None:
+        """Which key a spectrum lacks."""
+        if self.model == "file":
+            return None if self.file else "file needs the key `file`, the path of a spectrum"
+        if self.model == "tma" and self.depth is None:
+            return "tma is for shallow water and needs `depth` [m]; in deep water it is jonswap"
+        given = self.significant_height is not None or self.sea_state is not None
+        return None if given else f"{self.model} needs `significant_height` [m] or `sea_state`"
+
+    def _regular_faults(self) -> list[tuple[tuple[str], str]]:
+        if self.model not in REGULAR:
+            return []
+        if self.height is None:
+            return [(("model",), f"{self.model} needs `height`, crest over trough [m]")]
+        most = breaking_height(self.period, self.site)
+        if self.height > most:
+            text = f"a wave of {self.period:.3g} s breaks at {most:.3g} m{self._where()}, got {self.height:.3g} m"
+            return [(("height",), text)]
+        return []
+
+    def _where(self) -> str:
+        return f" in {self.depth:g} m of water" if self.depth else ""

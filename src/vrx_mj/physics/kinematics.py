@@ -1,0 +1,143 @@
+"""The water under the waves: how it moves and how it presses, by linear theory.
+
+Velocities and accelerations decay below the mean level and are above it what they are there, which keeps the Stokes
+drift of waves; the pressure is stretched to the surface (Wheeler, 1970), so that it is the air's there. The harmonics
+of a Stokes wave are components like others. What `ramp` does to the surface it does to all of these.
+"""
+
+import math
+from typing import NamedTuple
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.tables import Record, Table
+from vrx_mj.physics.waves import cosine, elevation, ramp
+
+__all__ = [
+    "Orbital",
+    "Slope",
+    "orbital_motion",
+    "orbital_motions",
+    "pressures",
+    "surface_slope",
+    "surface_slopes",
+    "water_pressure",
+]
+
+Slope = tuple[float, float]
+_QUARTER = 0.5 * math.pi
+
+
+class Orbital(NamedTuple):
+    """Velocity [m/s] and acceleration [m/s2] of the water at a point, world axes."""
+
+    u: float
+    v: float
+    w: float
+    du: float
+    dv: float
+    dw: float
+
+
+@kernel
+def _decay(wavenumber: float, z: float, depth: float) -> tuple[float, float]:
+    """Return cosh(k (z + h)) / cosh(k h) and sinh(k (z + h)) / cosh(k h) for z <= 0; in deep water, exp(k z)."""
+    down = math.exp(wavenumber * z)
+    if wavenumber * depth > 20.0:
+        return down, down
+    up, whole = math.exp(-wavenumber * (z + 2.0 * depth)), 1.0 + math.exp(-2.0 * wavenumber * depth)
+    return (down + up) / whole, (down - up) / whole
+
+
+@kernel
+def surface_slope(waves: Table, sea: Record, x: float, y: float, t: float) -> Slope:
+    """Return the slope of the surface toward east and north at (x, y) [m] and time `t` [s]."""
+    east, north = 0.0, 0.0
+    for i in range(waves.size):
+        wave = waves[i]
+        along = wave.direction[0] * x + wave.direction[1] * y
+        rise = (
+            wave.amplitude
+            * wave.wavenumber
+            * cosine(wave.wavenumber * along - wave.frequency * t + wave.phase + _QUARTER)
+        )
+        east += wave.direction[0] * rise
+        north += wave.direction[1] * rise
+    grown = ramp(sea, t)
+    return grown * east, grown * north
+
+
+@kernel
+def orbital_motion(waves: Table, sea: Record, x: float, y: float, z: float, t: float) -> Orbital:
+    """Return how the waves move the water at (x, y, z) [m, world] and time `t` [s]; the current is not in it.
+
+    With theta = k (d . x) - omega t + phase and U the amplitude of the horizontal velocity at the mean level:
+    u = U cosh(k (z + h)) / cosh(k h) cos(theta) d, w = U sinh(k (z + h)) / cosh(k h) sin(theta).
+    """
+    depth = min(max(z - sea.level, -sea.depth), 0.0)
+    u, v, w, du, dv, dw = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(waves.size):
+        wave = waves[i]
+        along = wave.direction[0] * x + wave.direction[1] * y
+        angle = wave.wavenumber * along - wave.frequency * t + wave.phase
+        cos, sin = cosine(angle), cosine(angle - _QUARTER)
+        level, upright = _decay(wave.wavenumber, depth, sea.depth)
+        level, upright = wave.orbital * level, wave.orbital * upright
+        u += wave.direction[0] * level * cos
+        v += wave.direction[1] * level * cos
+        w += upright * sin
+        du += wave.direction[0] * level * wave.frequency * sin
+        dv += wave.direction[1] * level * wave.frequency * sin
+        dw -= upright * wave.frequency * cos
+    grown = ramp(sea, t)
+    return Orbital(grown * u, grown * v, grown * w, grown * du, grown * dv, grown * dw)
+
+
+@kernel
+def water_pressure(waves: Table, sea: Record, x: float, y: float, z: float, t: float) -> float:
+    """Return the water's pressure over the air's [Pa] at (x, y, z) [m, world] and time `t` [s]; 0 above the surface.
+
+    p = rho g (sum eta_i cosh(k_i (z' + h)) / cosh(k_i h) - z), with z' = (z - eta) h / (h + eta).
+    """
+    grown = ramp(sea, t)
+    height = grown * elevation(waves, x, y, t)
+    below = z - sea.level
+    if below >= height:
+        return 0.0
+    stretched = below - height
+    if sea.depth < math.inf:
+        stretched *= sea.depth / (sea.depth + height)
+    dynamic = 0.0
+    for i in range(waves.size):
+        wave = waves[i]
+        along = wave.direction[0] * x + wave.direction[1] * y
+        level, _ = _decay(wave.wavenumber, stretched, sea.depth)
+        dynamic += wave.amplitude * level * cosine(wave.wavenumber * along - wave.frequency * t + wave.phase)
+    return float(max(sea.density * sea.gravity * (grown * dynamic - below), 0.0))
+
+
+@kernel
+def surface_slopes(waves: Table, sea: Record, x: FloatArray, y: FloatArray, t: FloatArray, out: FloatArray) -> None:
+    """Write `surface_slope` at each (x, y, t), (n,), into `out`, (n, 2)."""
+    for i in range(len(out)):
+        out[i, 0], out[i, 1] = surface_slope(waves, sea, x[i], y[i], t[i])
+
+
+@kernel
+def orbital_motions(
+    waves: Table, sea: Record, x: FloatArray, y: FloatArray, z: FloatArray, t: FloatArray, out: FloatArray
+) -> None:
+    """Write `orbital_motion` at each (x, y, z, t), (n,), into `out`, (n, 6)."""
+    for i in range(len(out)):
+        found = orbital_motion(waves, sea, x[i], y[i], z[i], t[i])
+        for k in range(6):
+            out[i, k] = found[k]
+
+
+@kernel
+def pressures(
+    waves: Table, sea: Record, x: FloatArray, y: FloatArray, z: FloatArray, t: FloatArray, out: FloatArray
+) -> None:
+    """Write `water_pressure` at each (x, y, z, t), (n,), into `out`, (n,)."""
+    for i in range(out.size):
+        out[i] = water_pressure(waves, sea, x[i], y[i], z[i], t[i])

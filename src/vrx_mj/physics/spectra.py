@@ -1,0 +1,382 @@
+"""Seas as ocean engineers describe them: spectra, spreading, regular waves, and the components that add up to them.
+
+A spectrum is cut into bands of equal energy, and each is one wave at the mean frequency of its band: the variance and
+the mean frequency of the sea are those of its spectrum, and no two waves have a common period, so that the sea never
+repeats. Numbers are made by scalar functions, which give the same bits on every processor.
+"""
+
+import math
+from bisect import bisect_left
+from collections.abc import Callable, Sequence
+from itertools import accumulate, pairwise
+from typing import NamedTuple
+
+__all__ = [
+    "SEA_STATES",
+    "Component",
+    "Site",
+    "Spectrum",
+    "breaking_height",
+    "developed_period",
+    "irregular_sea",
+    "jonswap",
+    "pierson_moskowitz",
+    "regular_wave",
+    "spread_angles",
+    "stokes_wave",
+    "tabulated",
+    "tma",
+    "wavenumber",
+]
+
+Spectrum = Callable[[float], float]
+"""Density of the variance over angular frequency [m2 s/rad] at a frequency [rad/s]; any constant factor is allowed."""
+
+SEA_STATES = (0.0, 0.05, 0.3, 0.875, 1.875, 3.25, 5.0)
+"""Significant height [m] of sea states 0 to 6: middles of the heights in WMO's code table 3700."""
+LONGEST, SHORTEST = 0.25, 6.0
+"""Frequencies between which a spectrum counts, as multiples of its peak's; 0.1 % of a Pierson-Moskowitz sea is left
+out, whose energy its other waves have."""
+SAMPLES = 4000
+"""Number of frequencies at which a spectrum is sampled."""
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+"""Its multiples, less their whole parts, are spread evenly over 0 to 1 however many there are."""
+STEEPEST = 0.142
+"""Height over length of the steepest wave in deep water (Michell, 1893; Miche's factor in any depth, 1944)."""
+DEEP = 20.0
+"""Wavenumber times depth beyond which water is infinitely deep: tanh is 1 there to the last bit."""
+
+
+class Site(NamedTuple):
+    """Where waves are."""
+
+    depth: float = math.inf
+    """Depth of the water [m]."""
+    gravity: float = 9.81
+    """Gravity [m/s2]."""
+
+
+class Component(NamedTuple):
+    """A wave: amplitude cos(wavenumber (direction . x) - frequency t + phase)."""
+
+    amplitude: float
+    """Amplitude of the surface [m]; that of a harmonic may be below 0."""
+    wavenumber: float
+    """Wavenumber [rad/m]."""
+    frequency: float
+    """Angular frequency [rad/s]."""
+    direction: tuple[float, float]
+    """Unit vector of travel, east and north."""
+    orbital: float
+    """Amplitude of the water's horizontal velocity at the mean level [m/s]."""
+
+
+def wavenumber(frequency: float, site: Site = Site()) -> float:  # noqa: B008  (a tuple)
+    """Return the wavenumber k [rad/m] of linear waves: omega^2 = g k tanh(k h), solved to the last bits.
+
+    Args:
+        frequency: angular, above 0 [rad/s].
+        site: depth and gravity.
+    """
+    deep = frequency * frequency / site.gravity
+    if deep * site.depth > DEEP:
+        return deep
+    x = deep * site.depth
+    y = x / math.sqrt(math.tanh(x)) if x < 1.0 else x  # y tanh(y) = x, from a guess on the safe side
+    for _ in range(50):
+        t = math.tanh(y)
+        step = (y * t - x) / (t + y * (1.0 - t * t))
+        y -= step
+        if abs(step) <= 1e-15 * y:
+            break
+    return y / site.depth
+
+
+def developed_period(height: float, gravity: float = 9.81) -> float:
+    """Return the peak period [s] of a sea that the wind has fully raised to a significant height [m].
+
+    Of Pierson and Moskowitz' spectrum (1964): Hs = 4 g sqrt(alpha / 5) / omega_p^2, alpha = 0.0081.
+    """
+    return 2.0 * math.pi * math.sqrt(height / (4.0 * gravity * math.sqrt(0.0081 / 5.0)))
+
+
+def breaking_height(period: float, site: Site = Site()) -> float:  # noqa: B008
+    """Return the height [m] at which a wave of a period [s] breaks: 0.142 L tanh(k h) (Miche, 1944)."""
+    k = wavenumber(2.0 * math.pi / period, site)
+    return STEEPEST * 2.0 * math.pi / k * math.tanh(min(k * site.depth, DEEP))
+
+
+def pierson_moskowitz(peak: float) -> Spectrum:
+    """Return the shape of a fully developed sea with its peak at an angular frequency [rad/s] (1964; ITTC 1978)."""
+    return lambda frequency: frequency**-5.0 * math.exp(-1.25 * (peak / frequency) ** 4.0)
+
+
+def jonswap(peak: float, gamma: float = 3.3) -> Spectrum:
+    """Return the shape of a growing sea (Hasselmann et al., 1973); `gamma` is the peak's enhancement."""
+    developed = pierson_moskowitz(peak)
+
+    def density(frequency: float) -> float:
+        width = 0.07 if frequency <= peak else 0.09
+        off = (frequency - peak) / (width * peak)
+        return float(developed(frequency) * gamma ** math.exp(-0.5 * off * off))
+
+    return density
+
+
+def tma(peak: float, site: Site, gamma: float = 3.3) -> Spectrum:
+    """Return the shape of a growing sea in shallow water: JONSWAP's times phi(omega, h) (Bouws et al., 1985).
+
+    phi = tanh^2(k h) / (1 + 2 k h / sinh(2 k h)) (Kitaigorodskii et al., 1975; in the form of Holthuijsen, 2007).
+    """
+    deep = jonswap(peak, gamma)
+
+    def density(frequency: float) -> float:
+        kh = min(wavenumber(frequency, site) * site.depth, DEEP)
+        return deep(frequency) * math.tanh(kh) ** 2 / (1.0 + 2.0 * kh / math.sinh(2.0 * kh))
+
+    return density
+
+
+def tabulated(frequencies: Sequence[float], densities: Sequence[float]) -> Spectrum:
+    """Return a spectrum with straight lines between points (n,) [rad/s], [m2 s/rad], and nothing beyond them."""
+    given = list(frequencies), list(densities)
+
+    def density(frequency: float) -> float:
+        if not given[0][0] <= frequency <= given[0][-1]:
+            return 0.0
+        after = max(bisect_left(given[0], frequency), 1)
+        left, right = given[0][after - 1], given[0][after]
+        share = (frequency - left) / (right - left)
+        return (1.0 - share) * given[1][after - 1] + share * given[1][after]
+
+    return density
+
+
+def _quantiles(edges: Sequence[float], masses: Sequence[float], shares: Sequence[float]) -> list[float]:
+    """Where the sum of masses (n,) that lie evenly between edges (n + 1,) reaches shares of it, in rising order."""
+    sums = [0.0, *accumulate(masses)]
+    found, cell = [], 0
+    for share in shares:
+        goal = share * sums[-1]
+        while cell < len(masses) - 1 and sums[cell + 1] < goal:
+            cell += 1
+        inside = (goal - sums[cell]) / masses[cell] if masses[cell] > 0.0 else 0.0
+        found.append(edges[cell] + min(max(inside, 0.0), 1.0) * (edges[cell + 1] - edges[cell]))
+    return found
+
+
+def _strata(edges: Sequence[float], masses: Sequence[float], number: int) -> list[float]:
+    """Means (number,) of parts of equal mass; the masses (n,) lie evenly between edges (n + 1,)."""
+    sums, moments = [0.0, *accumulate(masses)], [0.0]
+    for index, mass in enumerate(masses):
+        moments.append(moments[-1] + mass * 0.5 * (edges[index] + edges[index + 1]))
+    borders = _quantiles(edges, masses, [index / number for index in range(number + 1)])
+    upto, cell = [], 0
+    for border in borders:
+        while cell < len(masses) - 1 and edges[cell + 1] < border:
+            cell += 1
+        width = edges[cell + 1] - edges[cell]
+        mass = masses[cell] * (border - edges[cell]) / width
+        upto.append(moments[cell] + mass * 0.5 * (edges[cell] + border))
+    total = sums[-1] / number
+    return [(after - before) / total for before, after in pairwise(upto)]
+
+
+def band_frequencies(spectrum: Spectrum, first: float, last: float, number: int) -> list[float]:
+    """Return the mean frequencies (number,) [rad/s] of bands of equal energy between two frequencies.
+
+    Raises:
+        ValueError: the spectrum has no energy there.
+    """
+    ratio = (last / first) ** (1.0 / SAMPLES)
+    edges = [first * ratio**index for index in range(SAMPLES)] + [last]
+    masses = [(b - a) * spectrum(0.5 * (a + b)) for a, b in pairwise(edges)]
+    if not sum(masses) > 0.0:
+        raise ValueError("the spectrum has no energy")
+    return _strata(edges, masses, number)
+
+
+def spread_angles(spreading: float, number: int) -> list[float]:
+    """Return angles (number,) [rad] off the mean direction, for D(theta) = C cos^(2 s)(theta / 2).
+
+    The form is that of Longuet-Higgins et al. (1963). Each is the mean of a part of equal energy; their order is such
+    that neighbours in frequency travel apart.
+    `spreading` is the exponent s: about 1 for a short sea, 10 for wind waves, 75 for swell (Goda, 2010).
+    """
+    half = 2000
+    edges = [math.pi * (index / half - 1.0) for index in range(2 * half + 1)]
+    masses = [math.cos(0.25 * (a + b)) ** (2.0 * spreading) for a, b in pairwise(edges)]
+    sorted_angles = _strata(edges, masses, number)
+    order = sorted(range(number), key=lambda index: math.fmod((index + 0.5) * GOLDEN, 1.0))
+    angles = [0.0] * number
+    for angle, index in zip(sorted_angles, order, strict=True):
+        angles[index] = angle
+    return angles
+
+
+def _linear(amplitude: float, frequency: float, towards: tuple[float, float], site: Site) -> Component:
+    k = wavenumber(frequency, site)
+    return Component(amplitude, k, frequency, towards, amplitude * site.gravity * k / frequency)
+
+
+def _turned(direction: Sequence[float], angle: float) -> tuple[float, float]:
+    length = math.hypot(direction[0], direction[1])
+    x, y = direction[0] / length, direction[1] / length
+    return math.cos(angle) * x - math.sin(angle) * y, math.sin(angle) * x + math.cos(angle) * y
+
+
+def irregular_sea(
+    spectrum: Spectrum,
+    height: float,
+    band: tuple[float, float],
+    direction: Sequence[float],
+    number: int,
+    spreading: float | None = None,
+    site: Site = Site(),  # noqa: B008
+) -> list[Component]:
+    """Return the waves of a sea: equal amplitudes, whose variance is that of the significant height exactly.
+
+    Args:
+        spectrum: shape of the spectrum.
+        height: significant height Hs = 4 sqrt(m0) [m].
+        band: lowest and highest angular frequency [rad/s].
+        direction: of travel on the whole, east and north, any length but 0.
+        number: of waves.
+        spreading: exponent s of cos^(2 s)(theta / 2); None: all waves travel alike.
+        site: depth and gravity.
+
+    Raises:
+        ValueError: the spectrum has no energy in the band.
+    """
+    amplitude = height / 4.0 * math.sqrt(2.0 / number)
+    frequencies = band_frequencies(spectrum, *band, number)
+    angles = [0.0] * number if spreading is None else spread_angles(spreading, number)
+    return [
+        _linear(amplitude, frequency, _turned(direction, angle), site)
+        for frequency, angle in zip(frequencies, angles, strict=True)
+    ]
+
+
+def regular_wave(height: float, period: float, direction: Sequence[float], site: Site = Site()) -> list[Component]:  # noqa: B008
+    """Return the one linear (Airy) wave of a height, crest over trough [m], and a period [s]."""
+    return [_linear(0.5 * height, 2.0 * math.pi / period, _turned(direction, 0.0), site)]
+
+
+class _Stokes(NamedTuple):
+    """Fenton's coefficients at some k h, by powers of the steepness k H / 2."""
+
+    speed: tuple[float, float, float]
+    """C0, C2 and C4 of the wave's speed."""
+    surface: tuple[tuple[float, ...], ...]
+    """Of each harmonic of the surface, by powers 1 to 5."""
+    velocity: tuple[tuple[float, ...], ...]
+    """The same of the velocity potential."""
+
+
+def _stokes_coefficients(kh: float) -> _Stokes:
+    """Coefficients of Fenton's fifth-order theory (1985, table 1), with S = sech(2 k h)."""
+    s = 1.0 / math.cosh(2.0 * kh)
+    th = math.tanh(kh)
+    sh, ct = math.sinh(kh), 1.0 / th
+    r = 1.0 - s
+    a11 = 1.0 / sh
+    a22 = 3.0 * s**2 / (2.0 * r**2)
+    a31 = (-4.0 - 20.0 * s + 10.0 * s**2 - 13.0 * s**3) / (8.0 * sh * r**3)
+    a33 = (-2.0 * s**2 + 11.0 * s**3) / (8.0 * sh * r**3)
+    a42 = (12.0 * s - 14.0 * s**2 - 264.0 * s**3 - 45.0 * s**4 - 13.0 * s**5) / (24.0 * r**5)
+    a44 = (10.0 * s**3 - 174.0 * s**4 + 291.0 * s**5 + 278.0 * s**6) / (48.0 * (3.0 + 2.0 * s) * r**5)
+    a51 = (
+        -1184.0 + 32.0 * s + 13232.0 * s**2 + 21712.0 * s**3 + 20940.0 * s**4 + 12554.0 * s**5 - 500.0 * s**6
+        - 3341.0 * s**7 - 670.0 * s**8
+    ) / (64.0 * sh * (3.0 + 2.0 * s) * (4.0 + s) * r**6)  # fmt: skip
+    a53 = (4.0 * s + 105.0 * s**2 + 198.0 * s**3 - 1376.0 * s**4 - 1302.0 * s**5 - 117.0 * s**6 + 58.0 * s**7) / (
+        32.0 * sh * (3.0 + 2.0 * s) * r**6
+    )
+    a55 = (-6.0 * s**3 + 272.0 * s**4 - 1552.0 * s**5 + 852.0 * s**6 + 2029.0 * s**7 + 430.0 * s**8) / (
+        64.0 * sh * (3.0 + 2.0 * s) * (4.0 + s) * r**6
+    )
+    b22 = ct * (1.0 + 2.0 * s) / (2.0 * r)
+    b31 = -3.0 * (1.0 + 3.0 * s + 3.0 * s**2 + 2.0 * s**3) / (8.0 * r**3)
+    b42 = (
+        ct * (6.0 - 26.0 * s - 182.0 * s**2 - 204.0 * s**3 - 25.0 * s**4 + 26.0 * s**5) / (6.0 * (3.0 + 2.0 * s) * r**4)
+    )
+    b44 = (
+        ct
+        * (24.0 + 92.0 * s + 122.0 * s**2 + 66.0 * s**3 + 67.0 * s**4 + 34.0 * s**5)
+        / (24.0 * (3.0 + 2.0 * s) * r**4)
+    )
+    b53 = (
+        9.0 * (132.0 + 17.0 * s - 2216.0 * s**2 - 5897.0 * s**3 - 6292.0 * s**4 - 2687.0 * s**5 + 194.0 * s**6
+               + 467.0 * s**7 + 82.0 * s**8)
+        / (128.0 * (3.0 + 2.0 * s) * (4.0 + s) * r**6)
+    )  # fmt: skip
+    b55 = (
+        5.0 * (300.0 + 1579.0 * s + 3176.0 * s**2 + 2949.0 * s**3 + 1188.0 * s**4 + 675.0 * s**5 + 1326.0 * s**6
+               + 827.0 * s**7 + 130.0 * s**8)
+        / (384.0 * (3.0 + 2.0 * s) * (4.0 + s) * r**6)
+    )  # fmt: skip
+    c0 = math.sqrt(th)
+    c2 = c0 * (2.0 + 7.0 * s**2) / (4.0 * r**2)
+    c4 = c0 * (4.0 + 32.0 * s - 116.0 * s**2 - 400.0 * s**3 - 71.0 * s**4 + 146.0 * s**5) / (32.0 * r**5)
+    return _Stokes(
+        (c0, c2, c4),
+        (
+            (1.0, 0.0, b31, 0.0, -(b53 + b55)),
+            (0.0, b22, 0.0, b42, 0.0),
+            (0.0, 0.0, -b31, 0.0, b53),
+            (0.0, 0.0, 0.0, b44, 0.0),
+            (0.0, 0.0, 0.0, 0.0, b55),
+        ),
+        (
+            (a11, 0.0, a31, 0.0, a51),
+            (0.0, a22, 0.0, a42, 0.0),
+            (0.0, 0.0, a33, 0.0, a53),
+            (0.0, 0.0, 0.0, a44, 0.0),
+            (0.0, 0.0, 0.0, 0.0, a55),
+        ),
+    )
+
+
+def _stokes_speed(k: float, height: float, site: Site) -> float:
+    """Speed [m/s] of a Stokes wave over water whose mean velocity at a point is zero."""
+    c0, c2, c4 = _stokes_coefficients(min(k * site.depth, DEEP)).speed
+    steepness = 0.5 * k * height
+    return math.sqrt(site.gravity / k) * (c0 + steepness**2 * c2 + steepness**4 * c4)
+
+
+def stokes_wave(height: float, period: float, direction: Sequence[float], site: Site = Site()) -> list[Component]:  # noqa: B008
+    """Return the five harmonics of a steep regular wave, to the fifth order of its steepness (Fenton, 1985).
+
+    Args:
+        height: crest over trough [m].
+        period: [s], in water that does not stream on the average.
+        direction: of travel, east and north.
+        site: depth and gravity.
+
+    Raises:
+        ValueError: the theory has no wave of that height and period.
+    """
+    omega = 2.0 * math.pi / period
+    low, high = 0.3 * wavenumber(omega, site), 1.01 * wavenumber(omega, site)
+    for _ in range(200):  # the longer a wave of a height, the smaller its frequency
+        k = 0.5 * (low + high)
+        if k * _stokes_speed(k, height, site) < omega:
+            low = k
+        else:
+            high = k
+        if high - low <= 1e-15 * high:
+            break
+    if abs(k * _stokes_speed(k, height, site) / omega - 1.0) > 1e-9:
+        raise ValueError(f"no Stokes wave of {height:g} m has a period of {period:g} s there")
+    kh = min(k * site.depth, DEEP)
+    coefficients, steepness = _stokes_coefficients(kh), 0.5 * k * height
+    towards, rows = _turned(direction, 0.0), []
+    scale = coefficients.speed[0] * math.sqrt(site.gravity / k)
+    for index in range(5):
+        order = index + 1
+        powers = [steepness**power for power in range(1, 6)]
+        surface = math.fsum(a * b for a, b in zip(coefficients.surface[index], powers, strict=True)) / k
+        potential = math.fsum(a * b for a, b in zip(coefficients.velocity[index], powers, strict=True))
+        orbital = scale * order * potential * math.cosh(order * kh)
+        rows.append(Component(surface, order * k, order * omega, towards, orbital))
+    return rows

@@ -1,0 +1,121 @@
+"""The water under the waves: against derivatives of its potential, and what follows from the equations of water."""
+
+import math
+
+import numpy as np
+import pytest
+
+from unit.physics.rows import sea
+from vrx_mj.physics.kinematics import orbital_motion, surface_slope, water_pressure
+from vrx_mj.physics.spectra import Site, irregular_sea, jonswap, regular_wave, stokes_wave
+from vrx_mj.physics.waves import surface_height
+
+STEP = 1e-5
+
+
+def water(components, *, depth=math.inf, phases=None, **other):
+    phases = np.linspace(0.0, 5.0, len(components)) if phases is None else phases
+    rows = [wave._asdict() | {"steepness": 0.0, "phase": p} for wave, p in zip(components, phases, strict=True)]
+    return sea(rows, depth=depth, **other)
+
+
+DEEP = water(irregular_sea(jonswap(1.3), 0.8, (0.4, 6.0), (1.0, 1.0), 20, 8.0))
+SHALLOW = water(irregular_sea(jonswap(1.3), 0.5, (0.4, 6.0), (1.0, 1.0), 20, 8.0, Site(3.0)), depth=3.0)
+STOKES = water(stokes_wave(1.0, 5.0, (0.6, 0.8), Site(10.0)), depth=10.0, phases=np.zeros(5))
+POINTS = [(0.0, 0.0, -0.7, 0.0), (3.0, -2.0, -1.9, 4.1), (-40.0, 17.0, -0.3, 31.0)]
+
+
+def velocity(waves, record, x, y, z, t):
+    return np.array(orbital_motion(waves, record, x, y, z, t))[:3]
+
+
+def difference(function, *point):
+    """Derivatives of a function along each of its arguments."""
+    found = []
+    for index in range(len(point)):
+        before, after = list(point), list(point)
+        before[index] -= STEP
+        after[index] += STEP
+        found.append((function(*after) - function(*before)) / (2.0 * STEP))
+    return found
+
+
+@pytest.mark.parametrize("point", POINTS)
+@pytest.mark.parametrize("waters", [DEEP, SHALLOW, STOKES], ids=["deep", "shallow", "stokes"])
+def test_the_water_is_incompressible_and_does_not_turn(waters, point):
+    by_x, by_y, by_z, _ = difference(lambda *at: velocity(*waters, *at), *point)
+    assert by_x[0] + by_y[1] + by_z[2] == pytest.approx(0.0, abs=1e-8)
+    turning = [by_y[2] - by_z[1], by_z[0] - by_x[2], by_x[1] - by_y[0]]
+    assert turning == pytest.approx([0.0, 0.0, 0.0], abs=1e-8)
+
+
+@pytest.mark.parametrize("point", POINTS)
+@pytest.mark.parametrize("waters", [DEEP, SHALLOW, STOKES], ids=["deep", "shallow", "stokes"])
+def test_the_acceleration_is_the_velocity_s_derivative(waters, point):
+    *_, by_t = difference(lambda *at: velocity(*waters, *at), *point)
+    assert np.array(orbital_motion(*waters, *point))[3:] == pytest.approx(by_t, abs=1e-8)
+
+
+@pytest.mark.parametrize("waters", [DEEP, SHALLOW], ids=["deep", "shallow"])
+def test_the_surface_moves_with_the_water(waters):
+    """Linear kinematic and dynamic conditions at the mean level: d eta / dt = w, and p = rho g eta."""
+    x, y, t = 3.0, -2.0, 4.1
+    _, _, rise = difference(lambda *at: surface_height(*waters, *at), x, y, t)
+    assert velocity(*waters, x, y, 0.0, t)[2] == pytest.approx(rise, abs=1e-8)
+    slope = difference(lambda *at: surface_height(*waters, *at), x, y, t)[:2]
+    assert surface_slope(*waters, x, y, t) == pytest.approx(slope, abs=1e-9)
+
+
+def test_nothing_flows_through_the_bed():
+    assert velocity(*SHALLOW, 3.0, -2.0, -3.0, 4.1)[2] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_above_the_mean_level_the_water_moves_as_at_it():
+    assert velocity(*DEEP, 3.0, -2.0, 0.4, 4.1).tolist() == velocity(*DEEP, 3.0, -2.0, 0.0, 4.1).tolist()
+
+
+@pytest.mark.parametrize("waters", [DEEP, SHALLOW], ids=["deep", "shallow"])
+def test_the_pressure_is_the_air_s_at_the_surface_and_the_weight_of_still_water_far_below(waters):
+    x, y, t = 3.0, -2.0, 4.1
+    height = surface_height(*waters, x, y, t)
+    assert water_pressure(*waters, x, y, height - 1e-9, t) == pytest.approx(0.0, abs=1e-4)
+    assert water_pressure(*waters, x, y, height + 0.01, t) == 0.0
+    if waters is DEEP:
+        assert water_pressure(*waters, x, y, -900.0, t) == pytest.approx(1025.0 * 9.81 * 900.0, rel=1e-9)
+
+
+def test_a_low_wave_s_pressure_drives_its_motion():
+    """Euler's equation, linear: dp/dx = -rho du/dt."""
+    waves, record = water(regular_wave(1e-3, 4.0, (1.0, 0.0), Site(5.0)), depth=5.0)
+    x, y, z, t = 1.0, 0.0, -1.2, 0.6
+    by_x, _, by_z, _ = difference(lambda *at: water_pressure(waves, record, *at), x, y, z, t)
+    motion = orbital_motion(waves, record, x, y, z, t)
+    assert by_x == pytest.approx(-1025.0 * motion.du, rel=2e-3)
+    assert by_z == pytest.approx(-1025.0 * (9.81 + motion.dw), rel=1e-6)
+
+
+def test_particles_drift_as_stokes_found():
+    """The orbit's radius is a e^{kz} and the drift omega k a^2 e^{2kz}."""
+    (wave,) = regular_wave(0.2, math.sqrt(2.0 * math.pi * 10.0 / 9.81), (1.0, 0.0))  # 10 m long
+    waves, record = water([wave], phases=[0.0])
+    for z0 in (-0.5, -2.0):
+        place, dt, period = np.array([0.0, 0.0, z0]), 1e-3, 2.0 * math.pi / wave.frequency
+        track = [place]
+        for step in range(round(5 * period / dt)):
+            middle = place + 0.5 * dt * velocity(waves, record, *place, step * dt)
+            place = place + dt * velocity(waves, record, *middle, (step + 0.5) * dt)
+            track.append(place)
+        track = np.array(track)
+        decay = math.exp(wave.wavenumber * track[:, 2].mean())
+        assert np.ptp(track[:, 2]) / 2.0 == pytest.approx(wave.amplitude * decay, rel=0.02)
+        drift = (track[-1, 0] - track[0, 0]) / (len(track) * dt)
+        assert drift == pytest.approx(wave.frequency * wave.wavenumber * (wave.amplitude * decay) ** 2, rel=0.1)
+
+
+def test_what_the_ramp_does_to_the_surface_it_does_to_the_water():
+    still = sea([])
+    components = regular_wave(0.5, 4.0, (1.0, 0.0))
+    slow, grown = water(components, tau=2.0), water(components)
+    share = 1.0 - math.exp(-1.5)
+    assert velocity(*slow, 0.0, 0.0, -1.0, 3.0) == pytest.approx(share * velocity(*grown, 0.0, 0.0, -1.0, 3.0))
+    assert velocity(*still, 0.0, 0.0, -1.0, 3.0).tolist() == [0.0, 0.0, 0.0]

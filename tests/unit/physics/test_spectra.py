@@ -1,0 +1,147 @@
+"""Seas of spectra and regular waves: closed forms, published values, and moments of what is made of them."""
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vrx_mj.physics.spectra import (
+    SEA_STATES,
+    Site,
+    band_frequencies,
+    breaking_height,
+    developed_period,
+    irregular_sea,
+    jonswap,
+    pierson_moskowitz,
+    regular_wave,
+    spread_angles,
+    stokes_wave,
+    tabulated,
+    tma,
+    wavenumber,
+)
+
+GOLDEN = Path(__file__).parents[2] / "golden"
+
+
+@pytest.mark.parametrize(
+    ("period", "depth", "expected"), [(3.0, math.inf, 0.447145), (5.0, 10.0, 0.171703), (8.0, 20.0, 0.070762)]
+)
+def test_lengths_of_linear_waves(period, depth, expected):
+    assert wavenumber(2.0 * math.pi / period, Site(depth)) == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("depth", [0.01, 0.3, 2.0, 17.0, 400.0])
+@pytest.mark.parametrize("frequency", [0.05, 0.4, 1.3, 7.0])
+def test_wavenumbers_fulfil_the_dispersion_relation(frequency, depth):
+    site = Site(depth, 9.80665)
+    k = wavenumber(frequency, site)
+    assert site.gravity * k * math.tanh(k * depth) == pytest.approx(frequency**2, rel=1e-13)
+
+
+def test_bands_of_pierson_and_moskowitz_are_those_of_its_closed_form():
+    first, last, number = 0.6, 3.0, 40
+    shares = [math.exp(-1.25 / edge**4) for edge in (first, last)]
+    quantiles = [
+        (1.25 / -math.log(shares[0] + (shares[1] - shares[0]) * index / number)) ** 0.25 for index in range(number + 1)
+    ]
+    found = band_frequencies(pierson_moskowitz(1.0), first, last, number)
+    assert all(a < frequency < b for a, frequency, b in zip(quantiles, found, quantiles[1:], strict=False))
+
+
+def moment(spectrum, order, first, last, number=200_000):
+    frequency = np.linspace(first, last, number)
+    density = np.array([spectrum(value) for value in frequency])
+    return float(np.trapezoid(frequency**order * density, frequency))
+
+
+@pytest.mark.parametrize(
+    "spectrum",
+    [pierson_moskowitz(1.2), jonswap(1.2), jonswap(1.2, 7.0), tma(1.2, Site(4.0))],
+    ids=["pm", "jonswap", "narrow", "shallow"],
+)
+def test_height_and_mean_frequency_are_those_of_the_spectrum(spectrum):
+    band, height = (0.3, 7.2), 1.7
+    waves = irregular_sea(spectrum, height, band, (0.0, 1.0), 60)
+    energy = [wave.amplitude**2 / 2.0 for wave in waves]
+    assert 4.0 * math.sqrt(math.fsum(energy)) == pytest.approx(height, rel=1e-14)
+    mean = moment(spectrum, 1, *band) / moment(spectrum, 0, *band)
+    assert sum(wave.frequency for wave in waves) / 60 == pytest.approx(mean, rel=1e-5)
+
+
+def test_no_two_waves_have_a_common_period():
+    frequencies = sorted(wave.frequency for wave in irregular_sea(jonswap(1.0), 1.0, (0.25, 6.0), (1.0, 0.0), 500))
+    steps = np.diff(frequencies)
+    assert steps.min() > 0.0
+    assert len(set(np.round(steps, 9))) == 499
+
+
+@pytest.mark.parametrize("s", [0.5, 2.0, 10.0, 75.0])
+@pytest.mark.parametrize("number", [60, 500])
+def test_directions_spread_as_the_cosine_does(s, number):
+    angles = np.array(spread_angles(s, number))
+    assert np.mean(np.cos(angles)) == pytest.approx(s / (s + 1.0), abs=2.0 / number)  # first Fourier coefficient
+    second = s * (s - 1.0) / ((s + 1.0) * (s + 2.0))
+    assert np.mean(np.cos(2.0 * angles)) == pytest.approx(second, abs=8.0 / number)
+    halves = np.cos(angles[: number // 2]).mean(), np.cos(angles[number // 2 :]).mean()
+    assert halves[0] == pytest.approx(halves[1], abs=6.0 / number)  # whatever the frequency
+
+
+def test_a_table_is_a_spectrum_with_straight_lines():
+    shape = tabulated([0.5, 1.0, 2.0], [0.0, 4.0, 0.0])
+    assert [shape(value) for value in (0.4, 0.5, 0.75, 1.0, 1.5, 2.0, 2.1)] == [0.0, 0.0, 2.0, 4.0, 2.0, 0.0, 0.0]
+    mean = sum(wave.frequency for wave in irregular_sea(shape, 1.0, (0.25, 6.0), (1.0, 0.0), 50)) / 50
+    assert mean == pytest.approx((0.5 + 1.0 + 2.0) / 3.0, rel=1e-6)  # of a triangle
+
+
+def test_a_regular_wave():
+    (wave,) = regular_wave(1.0, 3.0, (0.0, 2.0))
+    k = (2.0 * math.pi / 3.0) ** 2 / 9.81
+    assert wave.direction == (0.0, 1.0)
+    rest = wave.amplitude, wave.wavenumber, wave.frequency, wave.orbital
+    assert rest == pytest.approx((0.5, k, 2.0 * math.pi / 3.0, 0.5 * 2.0 * math.pi / 3.0))
+
+
+def stokes_rows():
+    with (GOLDEN / "stokes5.csv").open(encoding="utf-8") as file:
+        rows = csv.DictReader(line for line in file if not line.startswith("#"))
+        return [{key: float(value) for key, value in row.items()} for row in rows]
+
+
+@pytest.mark.parametrize(
+    "row", stokes_rows(), ids=lambda row: f"H{row['height']:g}-L{row['length']:g}-h{row['depth']:g}"
+)
+def test_stokes_waves_are_those_of_another_program(row):
+    period = row["length"] / row["speed"]
+    waves = stokes_wave(row["height"], period, (1.0, 0.0), Site(row["depth"]))
+    assert 2.0 * math.pi / waves[0].wavenumber == pytest.approx(row["length"], rel=1e-9)
+    assert [wave.frequency / waves[0].frequency for wave in waves] == pytest.approx([1, 2, 3, 4, 5])
+    crest = sum(wave.amplitude for wave in waves)
+    trough = sum(wave.amplitude * (-1) ** (index + 1) for index, wave in enumerate(waves))
+    assert (crest, trough) == pytest.approx((row["crest"], row["trough"]), abs=1e-9)
+    assert sum(wave.orbital for wave in waves) == pytest.approx(row["speed_at_mean_level"], rel=1e-9)
+
+
+def test_a_low_stokes_wave_is_linear():
+    low, linear = stokes_wave(1e-4, 4.0, (1.0, 0.0), Site(7.0)), regular_wave(1e-4, 4.0, (1.0, 0.0), Site(7.0))
+    assert low[0].amplitude == pytest.approx(linear[0].amplitude, rel=1e-6)
+    assert low[0].orbital == pytest.approx(linear[0].orbital, rel=1e-6)
+
+
+def test_sea_states_and_their_periods():
+    assert SEA_STATES[3] == 0.875
+    assert developed_period(1.0) == pytest.approx(5.0, rel=1e-3)  # 5 sqrt(Hs)
+    assert developed_period(4.0) == pytest.approx(2.0 * developed_period(1.0))
+
+
+def test_where_waves_break():
+    assert breaking_height(3.0) == pytest.approx(0.142 * 9.81 * 9.0 / (2.0 * math.pi))
+    assert breaking_height(60.0, Site(1.0)) == pytest.approx(0.142 * 2.0 * math.pi, rel=2e-3)  # 0.89 of the depth
+
+
+def test_a_spectrum_without_energy_is_refused():
+    with pytest.raises(ValueError, match="the spectrum has no energy"):
+        band_frequencies(lambda _: 0.0, 0.5, 2.0, 10)

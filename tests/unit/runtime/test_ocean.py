@@ -1,0 +1,116 @@
+"""Random and regular seas in runs: what users ask for, seeds, and rows."""
+
+import numpy as np
+import pytest
+
+from integration.sailing import same_bits, simulation
+from vrx_mj import Batch, Simulation, compile_world
+from vrx_mj.errors import CommandError
+
+OCEAN = {"model": "jonswap", "significant_height": 0.5, "peak_period": 4.0, "spreading": 10.0}
+POINT = {"x": 3.0, "y": -2.0, "z": -0.5, "t": 4.0}
+
+
+@pytest.fixture(scope="module")
+def world():
+    return compile_world({"name": "bay", "sea": OCEAN})
+
+
+def test_three_hours_have_the_significant_height(world):
+    sim, times = Simulation(world), np.arange(0.0, 10800.0, 0.4)
+    heights = []
+    for seed in range(20):
+        sim.reset(seed)
+        heights.append(4.0 * sim.sea.height(0.0, 0.0, times).std())
+    assert np.mean(heights) == pytest.approx(0.5, rel=0.02)
+    assert np.ptp(heights) < 0.1
+
+
+def test_a_seed_s_sea_is_its_own_and_comes_again(world):
+    sim, seas = Simulation(world), []
+    for seed in (1, 2, 1):
+        sim.reset(seed)
+        seas.append(sim.sea.height(np.arange(5.0), 0.0, 0.0))
+    assert same_bits(seas[0], seas[2])
+    assert not np.allclose(seas[0], seas[1])
+
+
+def test_it_is_there_from_the_start_unless_a_ramp_is_given(world):
+    sim = Simulation(world)
+    assert np.abs(sim.sea.height(np.arange(50.0), 0.0, 0.0)).max() > 0.1
+    grown = simulation(sea={**OCEAN, "ramp": 3.0}).sea
+    assert not grown.height(np.arange(50.0), 0.0, 0.0).any()
+
+
+def test_rows_of_a_batch_have_the_seas_of_their_seeds(world):
+    batch, single = Batch(world, 3), Simulation(world)
+    batch.reset(seed=5)
+    batch.step(duration=1.0)
+    for row in range(3):
+        single.reset(5 + row)
+        single.step(duration=1.0)
+        assert batch.get_state(row).sha256 == single.get_state().sha256
+        again = Simulation(world)
+        again.set_state(batch.get_state(row))
+        again.step(duration=0.5)
+        single.step(duration=0.5)
+        assert again.get_state().sha256 == single.get_state().sha256
+
+
+def test_phases_that_were_given_stay(world):
+    batch = Batch(world, 2)
+    batch.vary(rows=[1], wave_phases=np.zeros(60))
+    batch.reset(seed=5)
+    heights = batch.sea_height(np.zeros((2, 1)), np.zeros((2, 1)))[:, 0]
+    assert heights[1] == pytest.approx(batch.waves(1)["amplitude"].sum())
+    assert abs(heights[0]) < 0.7 * heights[1]
+
+
+def test_what_cannot_be_varied():
+    shallow = compile_world({"name": "bay", "sea": {**OCEAN, "depth": 5.0}})
+    with pytest.raises(CommandError, match=r"^wave_period cannot be varied in shallow water$"):
+        Batch(shallow, 2).vary(wave_period=2.0)
+    stokes = compile_world({"name": "bay", "sea": {"model": "stokes5", "height": 0.5, "period": 4.0}})
+    with pytest.raises(CommandError, match=r"^waves cannot be varied in a Stokes wave$"):
+        Batch(stokes, 2).vary(waves=[1.0, 2.0])
+    Batch(stokes, 2).vary(wave_direction=1.0)
+
+
+@pytest.mark.parametrize(("name", "shape"), [("velocity", (3,)), ("acceleration", (3,)), ("pressure", ())])
+def test_the_water_at_points_is_that_at_each(world, name, shape):
+    ask = getattr(Simulation(world).sea, name)
+    z = np.array([-0.1, -1.0, -7.0])
+    found = ask(POINT["x"], POINT["y"], z[:, None], np.array([4.0, 5.0]))
+    assert found.shape == (3, 2, *shape)
+    assert same_bits(found[1, 0], ask(POINT["x"], POINT["y"], -1.0, 4.0))
+    with pytest.raises(CommandError, match=r"^invalid x, y, z and t of shapes \(\), \(2,\), \(3,\), \(\): they"):
+        ask(0.0, np.zeros(2), z, 0.0)
+
+
+def test_pressure_moves_water(world):
+    """Euler's equation along the east, for waves of small slope."""
+    sea = simulation(sea={**OCEAN, "significant_height": 1e-3}).sea
+    x, y, z, t = POINT.values()
+    by_x = (sea.pressure(x + 1e-3, y, z, t) - sea.pressure(x - 1e-3, y, z, t)) / 2e-3
+    assert by_x == pytest.approx(-1025.0 * sea.acceleration(**POINT)[0], rel=0.02)
+    assert sea.slope(x, y, t).shape == (2,)
+
+
+def test_a_sea_of_five_hundred_waves_runs():
+    sim = simulation(sea={**OCEAN, "components": 500})
+    sim.step(duration=0.5)
+    assert np.isfinite(sim.data.qpos).all()
+
+
+def test_a_saved_world_has_its_sea(world, tmp_path):
+    again = type(world).load(world.save(tmp_path / "bay"))
+    assert again.sha256 == world.sha256
+    one, other = Simulation(world), Simulation(again)
+    assert same_bits(one.sea.height(1.0, 2.0, 3.0), other.sea.height(1.0, 2.0, 3.0))
+
+
+def test_a_stokes_wave_has_high_crests_and_flat_troughs():
+    sea = simulation(sea={"model": "stokes5", "height": 1.0, "period": 4.978639, "depth": 10.0}).sea
+    heights = sea.height(np.linspace(0.0, 36.6, 4000), 0.0, 0.0)
+    assert heights.max() == pytest.approx(0.5279, abs=1e-3)
+    assert np.ptp(heights) == pytest.approx(1.0, abs=1e-3)
