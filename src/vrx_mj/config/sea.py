@@ -12,7 +12,7 @@ from vrx_mj.config.loading import check
 from vrx_mj.config.search import ReadingError, read_limited
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import VrxError
-from vrx_mj.physics.spectra import SEA_STATES, Site, breaking_height, developed_period
+from vrx_mj.linear_waves import SEA_STATES, Site, breaking_height, developed_period
 
 __all__ = ["REGULAR", "SPECTRA", "SeaConfig", "SpectrumTable", "read_spectrum"]
 

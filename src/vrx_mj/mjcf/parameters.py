@@ -7,6 +7,7 @@ from typing import Any
 
 from vrx_mj.config.sea import REGULAR, SPECTRA, SeaConfig
 from vrx_mj.constants import SEA_WATER_DENSITY
+from vrx_mj.linear_waves import Site
 from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint
 from vrx_mj.model.boats import Boat, Hull, Sensor, Station, Thruster
 from vrx_mj.model.kinds import ProfileCode
@@ -16,7 +17,6 @@ from vrx_mj.model.world import Parameters
 from vrx_mj.physics.spectra import (
     LONGEST,
     SHORTEST,
-    Site,
     Spectrum,
     irregular_sea,
     jonswap,

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from unit.physics.rows import sea
+from vrx_mj.linear_waves import Site
 from vrx_mj.physics.kinematics import orbital_motion, surface_slope, water_pressure
-from vrx_mj.physics.spectra import Site, irregular_sea, jonswap, regular_wave, stokes_wave
+from vrx_mj.physics.spectra import irregular_sea, jonswap, regular_wave, stokes_wave
 from vrx_mj.physics.waves import surface_height
 
 STEP = 1e-5

@@ -7,12 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vrx_mj.linear_waves import Site
 from vrx_mj.physics.spectra import (
-    SEA_STATES,
-    Site,
     band_frequencies,
-    breaking_height,
-    developed_period,
     irregular_sea,
     jonswap,
     pierson_moskowitz,
@@ -21,25 +18,9 @@ from vrx_mj.physics.spectra import (
     stokes_wave,
     tabulated,
     tma,
-    wavenumber,
 )
 
 GOLDEN = Path(__file__).parents[2] / "golden"
-
-
-@pytest.mark.parametrize(
-    ("period", "depth", "expected"), [(3.0, math.inf, 0.447145), (5.0, 10.0, 0.171703), (8.0, 20.0, 0.070762)]
-)
-def test_lengths_of_linear_waves(period, depth, expected):
-    assert wavenumber(2.0 * math.pi / period, Site(depth)) == pytest.approx(expected, abs=1e-6)
-
-
-@pytest.mark.parametrize("depth", [0.01, 0.3, 2.0, 17.0, 400.0])
-@pytest.mark.parametrize("frequency", [0.05, 0.4, 1.3, 7.0])
-def test_wavenumbers_fulfil_the_dispersion_relation(frequency, depth):
-    site = Site(depth, 9.80665)
-    k = wavenumber(frequency, site)
-    assert site.gravity * k * math.tanh(k * depth) == pytest.approx(frequency**2, rel=1e-13)
 
 
 def test_bands_of_pierson_and_moskowitz_are_those_of_its_closed_form():
@@ -129,17 +110,6 @@ def test_a_low_stokes_wave_is_linear():
     low, linear = stokes_wave(1e-4, 4.0, (1.0, 0.0), Site(7.0)), regular_wave(1e-4, 4.0, (1.0, 0.0), Site(7.0))
     assert low[0].amplitude == pytest.approx(linear[0].amplitude, rel=1e-6)
     assert low[0].orbital == pytest.approx(linear[0].orbital, rel=1e-6)
-
-
-def test_sea_states_and_their_periods():
-    assert SEA_STATES[3] == 0.875
-    assert developed_period(1.0) == pytest.approx(5.0, rel=1e-3)  # 5 sqrt(Hs)
-    assert developed_period(4.0) == pytest.approx(2.0 * developed_period(1.0))
-
-
-def test_where_waves_break():
-    assert breaking_height(3.0) == pytest.approx(0.142 * 9.81 * 9.0 / (2.0 * math.pi))
-    assert breaking_height(60.0, Site(1.0)) == pytest.approx(0.142 * 2.0 * math.pi, rel=2e-3)  # 0.89 of the depth
 
 
 def test_a_spectrum_without_energy_is_refused():

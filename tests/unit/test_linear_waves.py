@@ -1,0 +1,33 @@
+"""Lengths of linear waves, sea states, and where waves break."""
+
+import math
+
+import pytest
+
+from vrx_mj.linear_waves import SEA_STATES, Site, breaking_height, developed_period, wavenumber
+
+
+@pytest.mark.parametrize(
+    ("period", "depth", "expected"), [(3.0, math.inf, 0.447145), (5.0, 10.0, 0.171703), (8.0, 20.0, 0.070762)]
+)
+def test_lengths_of_linear_waves(period, depth, expected):
+    assert wavenumber(2.0 * math.pi / period, Site(depth)) == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("depth", [0.01, 0.3, 2.0, 17.0, 400.0])
+@pytest.mark.parametrize("frequency", [0.05, 0.4, 1.3, 7.0])
+def test_wavenumbers_fulfil_the_dispersion_relation(frequency, depth):
+    site = Site(depth, 9.80665)
+    k = wavenumber(frequency, site)
+    assert site.gravity * k * math.tanh(k * depth) == pytest.approx(frequency**2, rel=1e-13)
+
+
+def test_sea_states_and_their_periods():
+    assert SEA_STATES[3] == 0.875
+    assert developed_period(1.0) == pytest.approx(5.0, rel=1e-3)  # 5 sqrt(Hs)
+    assert developed_period(4.0) == pytest.approx(2.0 * developed_period(1.0))
+
+
+def test_where_waves_break():
+    assert breaking_height(3.0) == pytest.approx(0.142 * 9.81 * 9.0 / (2.0 * math.pi))
+    assert breaking_height(60.0, Site(1.0)) == pytest.approx(0.142 * 2.0 * math.pi, rel=2e-3)  # 0.89 of the depth
