@@ -7,12 +7,16 @@ __all__ = [
     "HULL_GRAVITY",
     "SEA_WATER_DENSITY",
     "SPECTRUM_GRAVITY",
+    "STANDARD_GRAVITY",
     "WATER_DENSITY",
     "WAVE_GRAVITY",
 ]
 
 GRAVITY = 9.8
 """Of the world: weights, and the buoyancy of objects [m/s2]. Gazebo's default, |(0, 0, -9.8)|."""
+
+STANDARD_GRAVITY = 9.80665
+"""Of worlds that are not VRX's [m/s2]: the standard acceleration of ISO 80000-3."""
 
 WAVE_GRAVITY = 9.8
 """In the dispersion relation omega^2 = g k [m/s2]. VRX: wave_gazebo_plugins, PhysicalConstants.cc."""

@@ -3,14 +3,21 @@
 from collections.abc import Mapping
 from typing import Any, Literal
 
-__all__ = ["CLASSIC", "Profile", "physics_of_profile", "world_of_profile"]
+from vrx_mj.constants import STANDARD_GRAVITY
 
-Profile = Literal["vrx", "vrx3"]
-"""VRX classic (Gazebo 11, ROS 1), and VRX 3 (gz-sim, ROS 2), the one of 2023."""
+__all__ = ["CLASSIC", "MARINE", "NEWER", "Profile", "physics_of_profile", "world_of_profile"]
+
+Profile = Literal["vrx", "vrx3", "marine"]
+"""VRX classic (Gazebo 11, ROS 1), VRX 3 (gz-sim, ROS 2), the one of 2023, and water that streams."""
 
 CLASSIC: Profile = "vrx"
+NEWER: Profile = "vrx3"
+MARINE: Profile = "marine"
 
-PHYSICS: Mapping[str, Mapping[str, Any]] = {"vrx3": {"timestep": 0.004, "at_base_link": ("pinger",)}}
+PHYSICS: Mapping[str, Mapping[str, Any]] = {
+    "vrx3": {"timestep": 0.004, "at_base_link": ("pinger",)},
+    "marine": {"gravity": STANDARD_GRAVITY, "at_base_link": ()},
+}
 """What a profile has instead of the defaults of `PhysicsConfig`; VRX 3's GPS and IMU are links of their own."""
 SEA: Mapping[str, Mapping[str, Any]] = {"vrx3": {"scale": 1.1}}
 """The same for `SeaConfig`; VRX 3's Wavefield.cc."""

@@ -25,7 +25,7 @@ from vrx_mj.config.base import (
 from vrx_mj.config.dynamics import ContactConfig, HullConfig, ServoConfig, Six, ThrusterConfig
 from vrx_mj.config.gazebo.models import file_in_folder, is_gazebo_model, model_file
 from vrx_mj.config.loading import Loading, read_source, referenced, validated
-from vrx_mj.config.profiles import CLASSIC
+from vrx_mj.config.profiles import NEWER
 from vrx_mj.config.search import contained
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.tree import Section
@@ -220,7 +220,7 @@ class RobotConfig(Config):
 
     def in_profile(self, profile: str) -> ProfileEntry:
         """What is different in worlds of a profile; in the classic one nothing is."""
-        return ProfileEntry() if profile == CLASSIC else self.profiles.vrx3
+        return self.profiles.vrx3 if profile == NEWER else ProfileEntry()
 
     def layout(self, name: str, robot: str) -> Mapping[str, str]:
         """The xacro arguments of a layout of thrusters; `robot` is what messages call this one.

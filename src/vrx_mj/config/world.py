@@ -23,11 +23,12 @@ from vrx_mj.config.base import (
     fault,
     faults,
 )
+from vrx_mj.config.current import CurrentConfig
 from vrx_mj.config.docks import DockPlacement, Placed
 from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world, warn_of_losses
 from vrx_mj.config.loading import Loading, Source, check, path_of, read_source, validated
 from vrx_mj.config.objects import FieldConfig, Placement, repeated
-from vrx_mj.config.profiles import CLASSIC, Profile, physics_of_profile, world_of_profile
+from vrx_mj.config.profiles import CLASSIC, MARINE, Profile, physics_of_profile, world_of_profile
 from vrx_mj.config.robots import Arguments, load_robot
 from vrx_mj.config.scene import MarkersConfig, SceneConfig
 from vrx_mj.config.sea import SeaConfig
@@ -97,7 +98,7 @@ class PhysicsConfig(Config):
     """How time passes and what pulls down."""
 
     profile: Profile = CLASSIC
-    """Whose physics the world has: VRX classic's, or VRX 3's."""
+    """Whose physics the world has: VRX classic's, VRX 3's, or `marine`, that of naval architects."""
     timestep: Annotated[float, Field(ge=SHORTEST_STEP, le=LONGEST_STEP)] = 0.01
     """Physics step [s]; 0.004 in profile vrx3."""
     gravity: NonNegative = GRAVITY
@@ -186,6 +187,8 @@ class WorldConfig(FromFile):
     """Profile, step and gravity."""
     sea: SeaConfig = SeaConfig()
     """The waves."""
+    current: CurrentConfig | None = None
+    """The current, in profile `marine`; by default none."""
     wind: WindConfig | None = None
     """The wind; by default none."""
     scene: SceneConfig = SceneConfig()
@@ -227,6 +230,8 @@ class WorldConfig(FromFile):
         if self.task and self.task.geodetic and not self.georeference:
             text = "latitude and longitude need a `georeference`, which this world does not have"
             found += [(("task", key), text) for key in self.task.geodetic]
+        if self.current is not None and self.physics.profile != MARINE:
+            found.append((("current",), f"a current needs `physics: {{profile: marine}}`, got {self.physics.profile}"))
         if found:
             raise faults(*found)
         return self

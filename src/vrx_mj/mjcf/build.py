@@ -12,7 +12,7 @@ from vrx_mj.config.fleet import Order
 from vrx_mj.config.gazebo.sdf_boats import read_boat
 from vrx_mj.config.parts.generate import wamv_urdf
 from vrx_mj.config.parts.read import load_parts
-from vrx_mj.config.profiles import CLASSIC
+from vrx_mj.config.profiles import NEWER
 from vrx_mj.config.robots import ProfileEntry, RobotConfig, load_robot, robot_section
 from vrx_mj.config.search import display, is_path, package_paths
 from vrx_mj.config.sensors import BallShooterConfig, SensorConfig
@@ -104,7 +104,7 @@ def _names_for_ros(boat: Boat) -> list[str]:
 
 def _drive(order: Order, profile: ProfileEntry) -> dict[str, object]:
     """Fields of all thrusters that follow from the profile: VRX 3's take newtons, which hold until the next command."""
-    return {} if order.profile == CLASSIC else {"mapping": "newtons", "timeout": 0.0, **profile.thrusters.said}
+    return {} if order.profile != NEWER else {"mapping": "newtons", "timeout": 0.0, **profile.thrusters.said}
 
 
 def _rearmed(boat: Boat, profile: ProfileEntry) -> Boat:

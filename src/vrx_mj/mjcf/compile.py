@@ -25,7 +25,7 @@ from vrx_mj.mjcf.dock_pieces import dock_piece, dock_rows
 from vrx_mj.mjcf.docks import check_docks
 from vrx_mj.mjcf.markers import marker_rows
 from vrx_mj.mjcf.objects import object_piece, object_rows, parked_balls
-from vrx_mj.mjcf.parameters import Rows, sea_parameters
+from vrx_mj.mjcf.parameters import Rows, current_parameters, sea_parameters
 from vrx_mj.mjcf.pieces import Part, Piece, Pieces
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject, place_docks, place_fields, place_objects
 from vrx_mj.mjcf.robots import boat_rows, fitted, stiffness
@@ -238,6 +238,7 @@ class _Assembly:
             gravity=config.physics.gravity,
             at_base_link=config.physics.at_base_link,
             sea=self.sea,
+            current=current_parameters(config.current),
             wind=wind_parameters(config.wind, config.physics.profile),
             **self.rows.tables,
             spawn=spawn_parameters(config),

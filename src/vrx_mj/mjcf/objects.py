@@ -12,6 +12,7 @@ from typing import Literal
 
 from vrx_mj.config.gazebo.models import kind_name
 from vrx_mj.config.objects import BuoyancyElement, ObjectConfig, load_object, path_points
+from vrx_mj.config.profiles import NEWER
 from vrx_mj.config.world import PhysicsConfig, WindConfig
 from vrx_mj.frames import rotation
 from vrx_mj.mjcf.parameters import PROFILES, Rows
@@ -82,7 +83,7 @@ SHAPES: Mapping[str, Literal[0, 1, 2]] = {"box": 0, "sphere": 1, "cylinder": 2}
 DENSITY = 997.0
 """Of the water [kg/m3] in profile vrx3, for an object whose file gives none. VRX 3's PolyhedraBuoyancyDrag.cc.
 """
-TURNS_FIRST = "vrx3"
+TURNS_FIRST = NEWER
 """The profile whose worlds use Gazebo's TrajectoryFollower."""
 
 
@@ -160,7 +161,7 @@ def float_row(
         mass=config.mass,
         com=config.center_of_mass,
         inertia=(*config.inertia, 0.0, 0.0, 0.0),
-        density=DENSITY if physics.profile == "vrx3" and silent else buoyancy.fluid_density,
+        density=DENSITY if physics.profile == NEWER and silent else buoyancy.fluid_density,
         gravity=physics.gravity,
         level=buoyancy.fluid_level,
         linear_drag=buoyancy.linear_drag,

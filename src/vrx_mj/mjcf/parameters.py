@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from vrx_mj.config.current import CurrentConfig, TideConfig
 from vrx_mj.config.sea import REGULAR, SPECTRA, SeaConfig
 from vrx_mj.constants import SEA_WATER_DENSITY
 from vrx_mj.linear_waves import Site
@@ -12,7 +13,7 @@ from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPo
 from vrx_mj.model.boats import Boat, Hull, Sensor, Station, Thruster
 from vrx_mj.model.kinds import ProfileCode
 from vrx_mj.model.site import Dock, Light, Object, Placard
-from vrx_mj.model.water import Sea, Wave
+from vrx_mj.model.water import Current, Layer, Sea, Wave
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics.spectra import (
     LONGEST,
@@ -26,13 +27,13 @@ from vrx_mj.physics.spectra import (
     tabulated,
     tma,
 )
-from vrx_mj.physics.tables import VRX, VRX3
+from vrx_mj.physics.tables import MARINE, VRX, VRX3
 from vrx_mj.physics.waves import cwr_components, pms_components
 
 Row = dict[str, Any]
 NIL_AMPLITUDE = 1e-9
 """Waves lower than this [m] are left out: with VRX's scale 2.5 the longest one has 1e-11 m."""
-PROFILES: Mapping[str, ProfileCode] = {"vrx": VRX, "vrx3": VRX3}
+PROFILES: Mapping[str, ProfileCode] = {"vrx": VRX, "vrx3": VRX3, "marine": MARINE}
 """Codes of the profiles in the runtime's tables."""
 SEA_FIELDS = ("direction", "model", "period", "tau")
 """Fields of VRX's seas that a world file gives and a compiled world takes over as they are."""
@@ -78,6 +79,25 @@ def _ocean(sea: SeaConfig, gravity: float) -> Sea:
         depth=sea.depth,
         gravity=gravity,
         density=SEA_WATER_DENSITY,
+    )
+
+
+def current_parameters(current: CurrentConfig | None) -> Current | None:
+    """The current of a compiled world."""
+    if current is None:
+        return None
+    tide = current.tide or TideConfig(speed=0.0)
+    along, main = math.radians(tide.direction), math.radians(current.direction)
+    return Current(
+        mean=(current.speed * math.cos(main), current.speed * math.sin(main)),
+        tide_major=(tide.speed * math.cos(along), tide.speed * math.sin(along)),
+        tide_minor=(-tide.minor * math.sin(along), tide.minor * math.cos(along)),
+        tide_frequency=2.0 * math.pi / tide.period,
+        tide_phase=math.radians(tide.phase),
+        gain=current.var_gain,
+        time_constant=current.var_time,
+        seed=current.seed,
+        layers=tuple(Layer(depth=depth, share=share) for depth, share in current.profile),
     )
 
 

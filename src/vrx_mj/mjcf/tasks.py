@@ -15,6 +15,7 @@ from vrx_mj.config import tasks
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.gazebo.models import kind_name
 from vrx_mj.config.loading import problem_at
+from vrx_mj.config.profiles import CLASSIC, NEWER
 from vrx_mj.config.tasks import AnimalConfig, ChannelConfig, ShownObject, TaskConfig
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
@@ -274,7 +275,7 @@ def task_parameters(
         "type": "stationkeeping" if isinstance(task, tasks.StationkeepingTask) else task.type,
         "name": task.name or task.type,
         "boat": boat,
-        "profile": config.physics.profile,
+        "profile": NEWER if config.physics.profile == NEWER else CLASSIC,
         "durations": (task.initial_state_duration, task.ready_state_duration, task.running_state_duration),
         "collision_buffer": task.collision_buffer,
         "locked": task.locked,

@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Iterable
 
 from vrx_mj.config.fleet import BoatConfig
-from vrx_mj.config.profiles import CLASSIC
+from vrx_mj.config.profiles import CLASSIC, NEWER
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import PhysicsConfig, WindConfig
 from vrx_mj.errors import VrxWarning
@@ -25,7 +25,7 @@ __all__ = [
 NO_WIND = (0.0, 0.0, 0.0)
 STALE = "wind_stale_link"
 """VRX's defect by which the wind pushes no boat."""
-FIRST_GUST = {"vrx": 0.0, "vrx3": 0.001}
+FIRST_GUST = {"vrx": 0.0, "vrx3": 0.001, "marine": 0.0}
 """How long the gusts take the first step to be [s], 0: as long as it is. VRX 3's USVWind.cc."""
 
 SHOWN_NAMES = 3
@@ -68,7 +68,7 @@ def boat_wind(
 
 def _pushes_boats(wind: WindConfig | None, physics: PhysicsConfig) -> bool:
     """Whether boats that nobody lists are pushed. VRX 3's wind is apparent: in a world without wind it adds no drag."""
-    return physics.profile == CLASSIC if wind is None else wind.objects != ()
+    return physics.profile != NEWER if wind is None else wind.objects != ()
 
 
 def newcomer_wind(wind: WindConfig | None, physics: PhysicsConfig) -> tuple[WindCoefficients, ...] | None:

@@ -68,8 +68,8 @@ Row = Annotated[int, Field(ge=0, le=MOST_ROWS)]
 Index = Annotated[int, Field(ge=-1, le=MOST_ROWS)]
 """Number of a row in another table, or -1 for none."""
 Flag = Literal[0, 1]
-ProfileCode = Literal[0, 1]
-"""`physics.tables.VRX` or `VRX3`."""
+ProfileCode = Literal[0, 1, 2]
+"""`physics.tables.VRX`, `VRX3` or `MARINE`."""
 Text = Annotated[str, StringConstraints(max_length=LONGEST)]
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}$")]
 """Name of a boat: what ROS, recordings and file names can all carry."""

@@ -8,7 +8,7 @@ from pydantic import Field
 from vrx_mj.constants import WATER_DENSITY, WAVE_GRAVITY
 from vrx_mj.model.kinds import LEFT_OUT, STRICT, NonNegative, Positive, Real, Share, Vec2
 
-__all__ = ["Sea", "Wave", "Wind"]
+__all__ = ["Current", "Layer", "Sea", "Wave", "Wind"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +60,42 @@ class Sea:
     def random(self) -> bool:
         """Whether the phases of its waves are drawn from a run's seed."""
         return self.model in ("jonswap", "pm", "tma", "file")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Layer:
+    """The current at a depth."""
+
+    __pydantic_config__ = STRICT
+    depth: NonNegative
+    """Depth under the mean surface [m]."""
+    share: Real
+    """Share of the current at the surface."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Current:
+    """A mean current, a tide and a random part."""
+
+    __pydantic_config__ = STRICT
+    mean: Vec2
+    """Velocity at the surface, east and north [m/s]."""
+    tide_major: Vec2
+    """Velocity along the ellipse's longer axis at its greatest, east and north [m/s]."""
+    tide_minor: Vec2
+    """The same across it, a quarter of a period later."""
+    tide_frequency: NonNegative
+    """Angular frequency of the tide [rad/s]."""
+    tide_phase: Real
+    """Phase of the tide at time 0 [rad]."""
+    gain: NonNegative
+    """Standard deviation of the random part, of each component [m/s]."""
+    time_constant: Positive
+    """Time constant of the random part [s]."""
+    seed: Annotated[int, Field(ge=0, lt=2**63)]
+    """Seed of the random part; 0 leaves it to the run's."""
+    layers: Annotated[tuple[Layer, ...], Field(max_length=10_000)]
+    """Shares of the mean and of the tide over the depth; none: 1 everywhere."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,7 +15,7 @@ from vrx_mj.model.boats import Boat, Hull, Sensor, Spawn, Station, Thruster
 from vrx_mj.model.kinds import LEFT_OUT, STRICT, Angle, Count, NonNegative, Pose, Real, Text
 from vrx_mj.model.site import Dock, Georeference, Light, Marker, Object, Placard, Ring, Scene
 from vrx_mj.model.tasks import Task
-from vrx_mj.model.water import Sea, Wind
+from vrx_mj.model.water import Current, Sea, Wind
 
 __all__ = [
     "FORMAT",
@@ -49,7 +49,7 @@ class Parameters:
     """What the world is about."""
     seed: Annotated[int, pydantic.Field(ge=0, lt=2**63)]
     """Default seed of a run."""
-    profile: Literal["vrx", "vrx3"]
+    profile: Literal["vrx", "vrx3", "marine"]
     """Whose physics."""
     timestep: Annotated[float, pydantic.Field(ge=SHORTEST_STEP, le=LONGEST_STEP)]
     """Physics step [s]."""
@@ -59,6 +59,8 @@ class Parameters:
     """Sensors that measure at the origin of `base_link`."""
     sea: Sea
     """The waves."""
+    current: Current | None = field(default=None, metadata=LEFT_OUT)
+    """The current."""
     wind: Wind
     """The wind."""
     hulls: tuple[Hull, ...]

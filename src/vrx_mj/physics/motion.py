@@ -6,8 +6,8 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 
 __all__ = [
-    "Motion", "Vector", "Wrench", "add", "carry", "from_origin", "motion", "rotate", "rotated_wrench",
-    "shift", "unrotate", "zero_wrench",
+    "Motion", "Vector", "Wrench", "add", "carry", "from_origin", "motion", "relative_motion", "rotate",
+    "rotated_wrench", "shift", "unrotate", "zero_vector", "zero_wrench",
 ]  # fmt: skip
 
 Vector = tuple[float, float, float]
@@ -91,6 +91,23 @@ def unrotate(motion: Motion, x: float, y: float, z: float) -> Vector:
         motion.r01 * x + motion.r11 * y + motion.r21 * z,
         motion.r02 * x + motion.r12 * y + motion.r22 * z,
     )
+
+
+@kernel
+def relative_motion(motion: Motion, water: Vector) -> Motion:
+    """Return a motion through water that moves with a velocity [m/s, world axes] and does not turn."""
+    m = motion
+    u, v, w = unrotate(m, water[0], water[1], water[2])
+    return Motion(
+        m.x, m.y, m.z, m.r00, m.r01, m.r02, m.r10, m.r11, m.r12, m.r20, m.r21, m.r22,
+        m.u - u, m.v - v, m.w - w, m.p, m.q, m.r,
+    )  # fmt: skip
+
+
+@kernel
+def zero_vector() -> Vector:
+    """Return the vector of length 0."""
+    return 0.0, 0.0, 0.0
 
 
 @kernel

@@ -12,9 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 __all__ = [
-    "BLOCK", "BOX", "CYLINDER", "ELEMENT", "ELEMENT_STATE", "FLOAT", "FLOAT_STATE", "FOLLOWER", "FOLLOWER_STATE",
-    "GLF", "HULL", "LINEAR", "MOORING", "NEWTONS", "RUDDER", "SEA", "SPHERE", "STATION", "THRUSTER",
-    "THRUSTER_STATE", "VRX", "VRX3", "WAVE", "WAYPOINT", "WIND", "WIND_STATE", "Record", "Table", "columns_of", "table",
+    "BLOCK", "BOX", "CURRENT", "CURRENT_STATE", "CYLINDER", "ELEMENT", "ELEMENT_STATE", "FLOAT", "FLOAT_STATE",
+    "FOLLOWER", "FOLLOWER_STATE", "GLF", "HULL", "LAYER", "LINEAR", "MARINE", "MOORING", "NEWTONS", "RUDDER", "SEA",
+    "SPHERE", "STATION", "THRUSTER", "THRUSTER_STATE", "VRX", "VRX3", "WAVE", "WAYPOINT", "WIND", "WIND_STATE",
+    "Record", "Table", "columns_of", "table",
 ]  # fmt: skip
 
 Table = npt.NDArray[np.void]
@@ -33,7 +34,8 @@ but a rudder, or the force itself."""
 
 VRX: Final = 0
 VRX3: Final = 1
-"""Values of `HULL.profile` and `FLOAT.profile`: whose list of effects acts, VRX classic's or that of VRX 3."""
+MARINE: Final = 2
+"""Values of `HULL.profile` and `FLOAT.profile`: whose list of effects acts, VRX classic's, VRX 3's, or our own."""
 
 _i, _u, _f = np.int64, np.uint64, np.float64
 _vector = (_f, (3,))
@@ -62,12 +64,34 @@ SEA = np.dtype(
     align=True,
 )
 
+CURRENT = np.dtype(
+    [
+        ("mean", _f, (2,)),  # at the surface, east and north [m/s]
+        ("tide_major", _f, (2,)),  # of the tide's ellipse, east and north [m/s]
+        ("tide_minor", _f, (2,)),
+        ("tide_frequency", _f),  # angular [rad/s]
+        ("tide_phase", _f),  # at time 0 [rad]
+        ("gain", _f),  # standard deviation of the random part, of each component [m/s]
+        ("time_constant", _f),  # of the random part [s]
+        ("key", _u),  # of its stream of random numbers
+    ],
+    align=True,
+)
+
+LAYER = np.dtype(
+    [
+        ("depth", _f),  # under the mean surface [m]
+        ("share", _f),  # of the current at the surface
+    ],
+    align=True,
+)
+
 HULL = np.dtype(
     [
         ("body", _i),
         ("qpos", _i),
         ("dof", _i),
-        ("profile", _i),  # VRX or VRX3
+        ("profile", _i),  # VRX, VRX3 or MARINE
         ("station_start", _i),  # its stations are consecutive rows
         ("station_count", _i),
         ("density", _f),  # of the water [kg/m3]
@@ -263,6 +287,15 @@ ELEMENT_STATE = np.dtype(
     [
         ("height", _f),  # `surface_height` at the element in the step before [m]; 0 where the link's counts
         ("rise", _f),  # vertical velocity of the water there [m/s]; 0 where the link's counts
+    ],
+    align=True,
+)
+
+CURRENT_STATE = np.dtype(
+    [
+        ("east", _f),  # random part [m/s]
+        ("north", _f),
+        ("counter", _u),  # steps so far
     ],
     align=True,
 )

@@ -8,7 +8,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Wrench, from_origin, rotate, rotated_wrench
 from vrx_mj.physics.noise import normal
-from vrx_mj.physics.tables import VRX3, Record
+from vrx_mj.physics.tables import MARINE, VRX3, Record
 
 __all__ = ["apparent_wind_load", "gust_step", "wind_load", "wind_on_float", "wind_on_hull", "wind_velocity"]
 
@@ -72,8 +72,17 @@ def apparent_wind_load(coefficients: FloatArray, motion: Motion, wind_vector: tu
 
 
 @kernel
+def _less(wind_vector: tuple[float, float], motion: Motion) -> tuple[float, float]:
+    """Return the wind less the velocity of the link's origin [m/s, world]: the apparent wind."""
+    vx, vy, _ = rotate(motion, motion.u, motion.v, motion.w)
+    return wind_vector[0] - vx, wind_vector[1] - vy
+
+
+@kernel
 def wind_on_hull(hull: Record, motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
     """Return what the wind does to a hull by the profile of its row: world axes, about `hull.link_com`."""
+    if hull.profile == MARINE:
+        return wind_load(hull.wind, motion, _less(wind_vector, motion))
     if hull.profile == VRX3:
         return from_origin(apparent_wind_load(hull.wind, motion, wind_vector), motion, hull.link_com)
     return wind_load(hull.wind, motion, wind_vector)

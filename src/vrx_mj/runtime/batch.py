@@ -177,6 +177,8 @@ class Batch(RowTables):
             self._stacks[name][which] = getattr(self._arrays, name)
         wind, wind_seed = self._stacks["wind"], str(self._arrays.wind_seed)
         wind["key"][which, 0] = [stream_key(int(s), "wind", wind_seed) for s in self._seeds[which]]
+        current, own_seed = self._stacks["current"], str(self._arrays.current_seed)
+        current["key"][which] = [[stream_key(int(s), "current", own_seed)] for s in self._seeds[which]]
         self._stacks["wind_state"]["speed"][which, 0] = wind["mean"][which, 0]
         if self._seas.drawn.any():
             self._separate("waves")[which] = self._seas.draw(which, self._seeds)

@@ -8,12 +8,13 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.frames import rotation_matrix
+from vrx_mj.physics.current import current_step
 from vrx_mj.physics.drag import added_inertia
-from vrx_mj.physics.motion import Motion, Wrench, add, from_origin, motion, shift, zero_wrench
-from vrx_mj.physics.tables import RUDDER, VRX3, Record
+from vrx_mj.physics.motion import Motion, Wrench, add, from_origin, motion, shift, zero_vector, zero_wrench
+from vrx_mj.physics.tables import MARINE, RUDDER, VRX3, Record
 from vrx_mj.physics.thrust import servo_step, steering_target, thruster_wrench
 from vrx_mj.physics.wind import gust_step, wind_velocity
-from vrx_mj.runtime.loop import hull_loads, update_force
+from vrx_mj.runtime.loop import hull_loads, update_force, water_at_hull
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
 
@@ -45,7 +46,12 @@ def boat_forces(arrays: LoopArrays, index: int, time: float) -> Forces:
     gusts = arrays.wind_state.copy()
     gust_step(arrays.wind[0], gusts[0], arrays.timestep)
     air = wind_velocity(arrays.wind[0], gusts[0])
-    loads = hull_loads(hull, arrays.stations, arrays.waves, arrays.sea[0], air, body, then)
+    water = zero_vector()
+    if hull["profile"] == MARINE:
+        state = arrays.current_state.copy()
+        current_step(arrays.current, state, arrays.timestep)
+        water = water_at_hull(hull, body, arrays.waves, arrays.sea[0], arrays.current, state, arrays.layers, then)
+    loads = hull_loads(hull, arrays.stations, arrays.waves, arrays.sea[0], air, water, body, then)
     outside = {
         "gravity": mass * np.array([*arrays.model.opt.gravity, 0.0, 0.0, 0.0]),
         **{name: about_center(wrench) for name, wrench in loads._asdict().items() if name != "added_mass_bias"},

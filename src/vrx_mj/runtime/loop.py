@@ -12,6 +12,7 @@ from numba import types
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.libmujoco import c_function
+from vrx_mj.physics.current import current_step, current_velocity
 from vrx_mj.physics.drag import added_inertia, bias_on_hull, drag_on_hull
 from vrx_mj.physics.flotation import (
     add_flotation_drag,
@@ -23,9 +24,21 @@ from vrx_mj.physics.flotation import (
 )
 from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.kernel import allocating_kernel, inlined_kernel, kernel
-from vrx_mj.physics.motion import Motion, Wrench, add, carry, motion, zero_wrench
+from vrx_mj.physics.kinematics import orbital_motion
+from vrx_mj.physics.motion import (
+    Motion,
+    Vector,
+    Wrench,
+    add,
+    carry,
+    motion,
+    relative_motion,
+    rotate,
+    zero_vector,
+    zero_wrench,
+)  # fmt: skip
 from vrx_mj.physics.raft import block_load, moor, raft_drag
-from vrx_mj.physics.tables import RUDDER, VRX3, Record, Table
+from vrx_mj.physics.tables import MARINE, RUDDER, VRX3, Record, Table
 from vrx_mj.physics.thrust import (
     effective_command,
     engine_wrench,
@@ -42,7 +55,7 @@ from vrx_mj.runtime.proximity import contact_free, touch_begins
 from vrx_mj.runtime.sample_clocks import latch
 from vrx_mj.runtime.views import Views, views
 
-__all__ = ["HUGE", "advance", "hull_loads", "update_force"]
+__all__ = ["HUGE", "advance", "hull_loads", "update_force", "water_at_hull"]
 
 HUGE = 1e7
 """A state beyond this [m, m/s, rad/s] has diverged."""
@@ -103,6 +116,7 @@ def advance(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
         latch(a.clocks, a.latched, a.qpos, a.qvel, a.device_state, time)
         time += dt
         gust_step(a.wind[0], a.wind_state[0], dt)
+        current_step(a.current, a.current_state, dt)
         air = wind_velocity(a.wind[0], a.wind_state[0])
         push_hulls(a, air, time, dt)
         push_floats(a, air, damping, time, dt)
@@ -124,7 +138,10 @@ def push_hulls(a: Views, air: Air, time: float, dt: float) -> None:
     for i in range(a.hulls.size):
         hull = a.hulls[i]
         body = motion(a.qpos, a.qvel, hull.qpos, hull.dof)
-        loads = hull_loads(hull, a.stations, a.waves, a.sea[0], air, body, time)
+        water = zero_vector()
+        if hull.profile == MARINE:
+            water = water_at_hull(hull, body, a.waves, a.sea[0], a.current, a.current_state, a.layers, time)
+        loads = hull_loads(hull, a.stations, a.waves, a.sea[0], air, water, body, time)
         wrench = add(add(add(loads.hydrostatics, loads.drag), loads.added_mass_bias), loads.wind)
         push = thrust(hull, body, a, time, dt)
         apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
@@ -132,15 +149,31 @@ def push_hulls(a: Views, air: Air, time: float, dt: float) -> None:
 
 @kernel
 def hull_loads(
-    hull: Record, stations: Table, waves: Table, sea: Record, air: Air, body: Motion, time: float
+    hull: Record, stations: Table, waves: Table, sea: Record, air: Air, water: Vector, body: Motion, time: float
 ) -> HullLoads:
-    """Return what water and wind do to a hull; with `thrust` it is all that acts on it from outside."""
+    """Return what water and wind do to a hull; with `thrust` it is all that acts on it from outside.
+
+    `water` is the water's velocity there [m/s, world], which is zero in VRX's profiles.
+    """
+    through = relative_motion(body, water) if hull.profile == MARINE else body
     return HullLoads(
         hydrostatics(hull, stations, waves, sea, body, time),
-        drag_on_hull(hull, body),
-        bias_on_hull(hull, body),
+        drag_on_hull(hull, through),
+        bias_on_hull(hull, through),
         wind_on_hull(hull, body, air),
     )
+
+
+@kernel
+def water_at_hull(
+    hull: Record, body: Motion, waves: Table, sea: Record, current: Table, state: Table, layers: Table, time: float
+) -> Vector:
+    """Return the water's velocity [m/s, world] at `hull.link_com`: the current's and the waves'."""
+    lever = rotate(body, hull.link_com[0], hull.link_com[1], hull.link_com[2])
+    x, y, z = body.x + lever[0], body.y + lever[1], body.z + lever[2]
+    east, north = current_velocity(current, state, layers, sea.level - z, time)
+    orbital = orbital_motion(waves, sea, x, y, z, time)
+    return east + orbital.u, north + orbital.v, orbital.w
 
 
 @inlined_kernel

@@ -39,6 +39,8 @@ MODEL_ARRAYS = (
 
 WIND = ("direction", "mean", "gain", "time_constant", "first_step")
 """Parameters of the wind that the loop reads."""
+CURRENT = ("mean", "tide_major", "tide_minor", "tide_frequency", "tide_phase", "gain", "time_constant")
+"""The same of the current."""
 Row = Mapping[str, Any]
 NO_JOINT, NO_ROW = -1, -1
 SWITCHES = ("held", "fresh")
@@ -115,6 +117,11 @@ class LoopArrays:
         self.timestep = float(model.opt.timestep)
         self.waves, self.sea = wave_table(sea, world.seed), sea_table(sea)
         self._random_sea = sea.random
+        current = parameters.current
+        own = [{name: getattr(current, name) for name in CURRENT} | {"key": 0}] if current else []
+        self.current, self.current_seed = tables.table(tables.CURRENT, own), current.seed if current else 0
+        self.layers = tables.table(tables.LAYER, [vars(row) for row in current.layers] if current else [])
+        self.current_state = np.zeros(len(own), tables.CURRENT_STATE)
         self.wind = tables.table(tables.WIND, [{**{field: getattr(wind, field) for field in WIND}, "key": 0}])
         self.wind_seed = wind.seed
         self.hulls = tables.table(tables.HULL, [self._whole_body(vars(row)) for row in parameters.hulls])
@@ -213,6 +220,7 @@ class LoopArrays:
     def key(self, seed: int) -> None:
         """Set the keys of the noise streams, of which the wind's own seed is a part, and the phases of a random sea."""
         self.wind["key"] = stream_key(seed, "wind", str(self.wind_seed))
+        self.current["key"] = stream_key(seed, "current", str(self.current_seed))
         if self._random_sea:
             self.waves["phase"] = random_phases(seed, len(self.waves))
 

@@ -52,6 +52,10 @@ class Views(NamedTuple):
     sensordata: Annotated[FloatArray, Array()]
     sea: Annotated[Table, Array(tables.SEA)]
     waves: Annotated[Table, Array(tables.WAVE)]
+    current: Annotated[Table, Array(tables.CURRENT)]
+    """None or one."""
+    current_state: Annotated[Table, Array(tables.CURRENT_STATE, use=STATE)]
+    layers: Annotated[Table, Array(tables.LAYER)]
     wind: Annotated[Table, Array(tables.WIND)]
     wind_state: Annotated[Table, Array(tables.WIND_STATE, use=STATE)]
     hulls: Annotated[Table, Array(tables.HULL)]

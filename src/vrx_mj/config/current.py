@@ -1,0 +1,61 @@
+"""The current of a world's file: a mean with a profile over depth, a tide, and a slow random part."""
+
+import itertools
+from typing import Annotated, Self
+
+from pydantic import model_validator
+
+from vrx_mj.config.base import Config, NonNegative, Positive, Seed, faults, numbers
+
+__all__ = ["CurrentConfig", "TideConfig"]
+
+M2 = 44714.16
+"""Period of the principal lunar tide [s]: 12 h 25 min 14 s."""
+
+
+class TideConfig(Config):
+    """A current whose arrow draws an ellipse."""
+
+    speed: NonNegative
+    """Greatest speed, along `direction` [m/s]."""
+    minor: float = 0.0
+    """Greatest speed across it [m/s]; below 0 the arrow turns clockwise."""
+    direction: float = 0.0
+    """Direction of the greatest speed [degrees], counter-clockwise from east."""
+    period: Positive = M2
+    """Period [s]; by default that of the principal lunar tide."""
+    phase: float = 0.0
+    """Phase at time 0 [degrees]: 0 is the greatest speed along `direction`."""
+
+
+class CurrentConfig(Config):
+    """Water that streams, the same everywhere but for its depth."""
+
+    speed: NonNegative = 0.0
+    """Mean speed at the surface [m/s]."""
+    direction: float = 0.0
+    """Direction in which the water moves [degrees], counter-clockwise from east, as for the wind."""
+    profile: tuple[Annotated[tuple[float, float], numbers("depth share")], ...] = ()
+    """Share of the mean and of the tide at depths [m], with straight lines between them; by default 1 everywhere."""
+    tide: TideConfig | None = None
+    """A tide, which adds to the mean."""
+    var_gain: NonNegative = 0.0
+    """Standard deviation of a random part (Gauss-Markov), toward east and toward north [m/s]."""
+    var_time: Positive = 60.0
+    """Time constant of the random part [s]."""
+    seed: Seed = 0
+    """Seed of the random part; 0 leaves it to the world's seed."""
+
+    @model_validator(mode="after")
+    def _goes_down(self) -> Self:
+        depths = [depth for depth, _ in self.profile]
+        found: list[tuple[tuple[str | int, ...], str]] = [
+            (("profile", index), f"a depth above that of the row before, {before:g} m, is needed, got {depth:g}")
+            for index, (before, depth) in enumerate(itertools.pairwise(depths), 1)
+            if depth <= before
+        ]
+        if depths and depths[0] < 0.0:
+            found.append((("profile", 0), f"a depth of 0 or more is needed, got {depths[0]:g} m"))
+        if found:
+            raise faults(*found)
+        return self
