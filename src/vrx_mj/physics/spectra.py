@@ -209,22 +209,13 @@ def regular_wave(height: float, period: float, direction: Sequence[float], site:
     return [_linear(0.5 * height, 2.0 * math.pi / period, _turned(direction, 0.0), site)]
 
 
-class _Stokes(NamedTuple):
-    """Fenton's coefficients at some k h, by powers of the steepness k H / 2."""
-
-    speed: tuple[float, float, float]
-    """C0, C2 and C4 of the wave's speed."""
-    surface: tuple[tuple[float, ...], ...]
-    """Of each harmonic of the surface, by powers 1 to 5."""
-    velocity: tuple[tuple[float, ...], ...]
-    """The same of the velocity potential."""
+Harmonics = tuple[tuple[float, ...], ...]
+"""Coefficients of five harmonics, of each by powers 1 to 5 of the steepness k H / 2: Fenton (1985), table 1."""
 
 
-def _stokes_coefficients(kh: float) -> _Stokes:
-    """Coefficients of Fenton's fifth-order theory (1985, table 1), with S = sech(2 k h)."""
-    s = 1.0 / math.cosh(2.0 * kh)
-    th = math.tanh(kh)
-    sh, ct = math.sinh(kh), 1.0 / th
+def _stokes_velocity(kh: float) -> Harmonics:
+    """Coefficients A of the velocity potential at some k h."""
+    s, sh = 1.0 / math.cosh(2.0 * kh), math.sinh(kh)
     r = 1.0 - s
     a11 = 1.0 / sh
     a22 = 3.0 * s**2 / (2.0 * r**2)
@@ -242,6 +233,19 @@ def _stokes_coefficients(kh: float) -> _Stokes:
     a55 = (-6.0 * s**3 + 272.0 * s**4 - 1552.0 * s**5 + 852.0 * s**6 + 2029.0 * s**7 + 430.0 * s**8) / (
         64.0 * sh * (3.0 + 2.0 * s) * (4.0 + s) * r**6
     )
+    return (
+        (a11, 0.0, a31, 0.0, a51),
+        (0.0, a22, 0.0, a42, 0.0),
+        (0.0, 0.0, a33, 0.0, a53),
+        (0.0, 0.0, 0.0, a44, 0.0),
+        (0.0, 0.0, 0.0, 0.0, a55),
+    )
+
+
+def _stokes_surface(kh: float) -> Harmonics:
+    """Coefficients B of the surface."""
+    s, ct = 1.0 / math.cosh(2.0 * kh), 1.0 / math.tanh(kh)
+    r = 1.0 - s
     b22 = ct * (1.0 + 2.0 * s) / (2.0 * r)
     b31 = -3.0 * (1.0 + 3.0 * s + 3.0 * s**2 + 2.0 * s**3) / (8.0 * r**3)
     b42 = (
@@ -262,33 +266,27 @@ def _stokes_coefficients(kh: float) -> _Stokes:
                + 827.0 * s**7 + 130.0 * s**8)
         / (384.0 * (3.0 + 2.0 * s) * (4.0 + s) * r**6)
     )  # fmt: skip
-    c0 = math.sqrt(th)
-    c2 = c0 * (2.0 + 7.0 * s**2) / (4.0 * r**2)
-    c4 = c0 * (4.0 + 32.0 * s - 116.0 * s**2 - 400.0 * s**3 - 71.0 * s**4 + 146.0 * s**5) / (32.0 * r**5)
-    return _Stokes(
-        (c0, c2, c4),
-        (
-            (1.0, 0.0, b31, 0.0, -(b53 + b55)),
-            (0.0, b22, 0.0, b42, 0.0),
-            (0.0, 0.0, -b31, 0.0, b53),
-            (0.0, 0.0, 0.0, b44, 0.0),
-            (0.0, 0.0, 0.0, 0.0, b55),
-        ),
-        (
-            (a11, 0.0, a31, 0.0, a51),
-            (0.0, a22, 0.0, a42, 0.0),
-            (0.0, 0.0, a33, 0.0, a53),
-            (0.0, 0.0, 0.0, a44, 0.0),
-            (0.0, 0.0, 0.0, 0.0, a55),
-        ),
+    return (
+        (1.0, 0.0, b31, 0.0, -(b53 + b55)),
+        (0.0, b22, 0.0, b42, 0.0),
+        (0.0, 0.0, -b31, 0.0, b53),
+        (0.0, 0.0, 0.0, b44, 0.0),
+        (0.0, 0.0, 0.0, 0.0, b55),
     )
 
 
 def _stokes_speed(k: float, height: float, site: Site) -> float:
     """Speed [m/s] of a Stokes wave over water whose mean velocity at a point is zero."""
-    c0, c2, c4 = _stokes_coefficients(min(k * site.depth, DEEP)).speed
-    steepness = 0.5 * k * height
+    kh = min(k * site.depth, DEEP)
+    s, steepness = 1.0 / math.cosh(2.0 * kh), 0.5 * k * height
+    r, c0 = 1.0 - s, math.sqrt(math.tanh(kh))
+    c2 = c0 * (2.0 + 7.0 * s**2) / (4.0 * r**2)
+    c4 = c0 * (4.0 + 32.0 * s - 116.0 * s**2 - 400.0 * s**3 - 71.0 * s**4 + 146.0 * s**5) / (32.0 * r**5)
     return math.sqrt(site.gravity / k) * (c0 + steepness**2 * c2 + steepness**4 * c4)
+
+
+def _product(one: Sequence[float], other: Sequence[float]) -> float:
+    return math.fsum(a * b for a, b in zip(one, other, strict=True))
 
 
 def stokes_wave(height: float, period: float, direction: Sequence[float], site: Site = Site()) -> list[Component]:  # noqa: B008
@@ -315,15 +313,11 @@ def stokes_wave(height: float, period: float, direction: Sequence[float], site: 
             break
     if abs(k * _stokes_speed(k, height, site) / omega - 1.0) > 1e-9:
         raise ValueError(f"no Stokes wave of {height:g} m has a period of {period:g} s there")
-    kh = min(k * site.depth, DEEP)
-    coefficients, steepness = _stokes_coefficients(kh), 0.5 * k * height
-    towards, rows = _turned(direction, 0.0), []
-    scale = coefficients.speed[0] * math.sqrt(site.gravity / k)
-    for index in range(5):
-        order = index + 1
-        powers = [steepness**power for power in range(1, 6)]
-        surface = math.fsum(a * b for a, b in zip(coefficients.surface[index], powers, strict=True)) / k
-        potential = math.fsum(a * b for a, b in zip(coefficients.velocity[index], powers, strict=True))
-        orbital = scale * order * potential * math.cosh(order * kh)
-        rows.append(Component(surface, order * k, order * omega, towards, orbital))
+    kh, powers = min(k * site.depth, DEEP), [(0.5 * k * height) ** power for power in range(1, 6)]
+    towards, scale = _turned(direction, 0.0), math.sqrt(math.tanh(kh) * site.gravity / k)
+    rows = []
+    for order, (surface, velocity) in enumerate(zip(_stokes_surface(kh), _stokes_velocity(kh), strict=True), 1):
+        amplitude = _product(surface, powers) / k
+        orbital = scale * order * _product(velocity, powers) * math.cosh(order * kh)
+        rows.append(Component(amplitude, order * k, order * omega, towards, orbital))
     return rows

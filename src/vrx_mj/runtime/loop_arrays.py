@@ -112,18 +112,9 @@ class LoopArrays:
     ) -> None:
         """Tables of a world; `known` are those of one that differs by what came or went."""
         parameters = world.parameters
-        sea, wind = parameters.sea, parameters.wind
         self.model, self.data, self.contact_free = model, data, contact_free
         self.timestep = float(model.opt.timestep)
-        self.waves, self.sea = wave_table(sea, world.seed), sea_table(sea)
-        self._random_sea = sea.random
-        current = parameters.current
-        own = [{name: getattr(current, name) for name in CURRENT} | {"key": 0}] if current else []
-        self.current, self.current_seed = tables.table(tables.CURRENT, own), current.seed if current else 0
-        self.layers = tables.table(tables.LAYER, [vars(row) for row in current.layers] if current else [])
-        self.current_state = np.zeros(len(own), tables.CURRENT_STATE)
-        self.wind = tables.table(tables.WIND, [{**{field: getattr(wind, field) for field in WIND}, "key": 0}])
-        self.wind_seed = wind.seed
+        self._weather(parameters, world.seed)
         self.hulls = tables.table(tables.HULL, [self._whole_body(vars(row)) for row in parameters.hulls])
         self.stations = tables.table(tables.STATION, [vars(row) for row in parameters.stations])
         self.thrusters = tables.table(tables.THRUSTER, [self._engine(vars(row)) for row in parameters.thrusters])
@@ -133,7 +124,6 @@ class LoopArrays:
         self.elements = tables.table(tables.ELEMENT, [vars(row) for row in parameters.elements])
         self.blocks = tables.table(tables.BLOCK, [self._whole_body(vars(row)) for row in parameters.blocks])
         self.moorings = tables.table(tables.MOORING, [vars(row) for row in parameters.moorings])
-        self.wind_state = np.zeros(1, tables.WIND_STATE)
         self.thruster_state = np.zeros(len(self.thrusters), tables.THRUSTER_STATE)
         self.float_state = np.zeros(len(self.floats), tables.FLOAT_STATE)
         self.block_state = np.zeros(len(self.blocks), tables.FLOAT_STATE)
@@ -147,6 +137,19 @@ class LoopArrays:
         self.obstacles: tables.Table = known.obstacles if known and same else obstacles(model)
         self.touches = np.empty(len(parameters.task.rivals) if parameters.task else 0)
         self._mount(world, known)
+
+    def _weather(self, parameters: Parameters, seed: int) -> None:
+        """Tables of sea, current and wind."""
+        sea, current, wind = parameters.sea, parameters.current, parameters.wind
+        self.waves, self.sea = wave_table(sea, seed), sea_table(sea)
+        self._random_sea = sea.random
+        own = [{name: getattr(current, name) for name in CURRENT} | {"key": 0}] if current else []
+        self.current, self.current_seed = tables.table(tables.CURRENT, own), current.seed if current else 0
+        self.layers = tables.table(tables.LAYER, [vars(row) for row in current.layers] if current else [])
+        self.current_state = np.zeros(len(own), tables.CURRENT_STATE)
+        self.wind = tables.table(tables.WIND, [{**{field: getattr(wind, field) for field in WIND}, "key": 0}])
+        self.wind_seed = wind.seed
+        self.wind_state = np.zeros(1, tables.WIND_STATE)
 
     def _mount(self, world: World, known: "LoopArrays | None") -> None:
         """Sensors, lights and placards, and what the sensors' clocks keep."""

@@ -40,7 +40,10 @@ class Sea:
         return self._at(surface_heights, (), x=x, y=y, t=t)
 
     def slope(self, x: npt.ArrayLike, y: npt.ArrayLike, t: npt.ArrayLike) -> FloatArray:
-        """Slope of the surface toward east and north: an array of the broadcast shape + (2,). Errors are `height`'s."""
+        """Slope of the surface toward east and north at (x, y) [m, ENU] and time t [s]: shape + (2,).
+
+        Errors are those of `height`.
+        """
         return self._at(surface_slopes, (2,), x=x, y=y, t=t)
 
     def velocity(self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike, t: npt.ArrayLike) -> FloatArray:
@@ -51,7 +54,10 @@ class Sea:
         return self._at(orbital_motions, (6,), x=x, y=y, z=z, t=t)[..., :3]
 
     def acceleration(self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike, t: npt.ArrayLike) -> FloatArray:
-        """Acceleration [m/s2, ENU] of the water, at a fixed place: shape + (3,). Otherwise like `velocity`."""
+        """Acceleration [m/s2, ENU] of the water at a fixed place (x, y, z) [m, ENU] and time t [s]: shape + (3,).
+
+        Otherwise it is like `velocity`.
+        """
         return self._at(orbital_motions, (6,), x=x, y=y, z=z, t=t)[..., 3:]
 
     def pressure(self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike, t: npt.ArrayLike) -> FloatArray:
