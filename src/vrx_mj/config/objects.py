@@ -141,6 +141,17 @@ MOST_OBJECTS = 10_000
 """Single objects in a world or an object."""
 
 
+class RopeConfig(Config):
+    """A rope from a floating object to an anchor below its place."""
+
+    length: NonNegative = 2.0
+    """Distance from the place up to which it is slack, on the horizontal plane [m]."""
+    stiffness: Positive | None = None
+    """Stiffness [N/m]; by default 10 N/m for each kg of the object."""
+    damping: NonNegative | None = None
+    """Damping [N s/m]; by default critical."""
+
+
 class Placement(Placed):
     """An object somewhere."""
 
@@ -150,6 +161,8 @@ class Placement(Placed):
     """Path along which it swims; by default its model's own. `null`: it drifts."""
     symbols: tuple[Symbol, ...] = ()
     """Symbols that the placards of its docks show at the start, in their order."""
+    mooring: RopeConfig | None = None
+    """Rope of what floats, in profile `marine`, where everything without a path has one. `null`: it drifts."""
 
     @field_validator("symbols")
     @classmethod

@@ -56,6 +56,7 @@ __all__ = [
     "warn_of_degrees",
 ]
 
+MARINE_ONLY = "needs `physics: {profile: marine}`"
 MAX_TURN = 1e6
 """Largest heading [degrees] that a file may give; a saved world holds no larger one."""
 FULL_TURN = 2 * math.pi
@@ -230,8 +231,14 @@ class WorldConfig(FromFile):
         if self.task and self.task.geodetic and not self.georeference:
             text = "latitude and longitude need a `georeference`, which this world does not have"
             found += [(("task", key), text) for key in self.task.geodetic]
+        if self.physics.profile != MARINE:
+            found += [
+                (("objects", number, "mooring"), f"a mooring {MARINE_ONLY}, got {self.physics.profile}")
+                for number, item in enumerate(self.objects)
+                if item.mooring is not None
+            ]
         if self.current is not None and self.physics.profile != MARINE:
-            found.append((("current",), f"a current needs `physics: {{profile: marine}}`, got {self.physics.profile}"))
+            found.append((("current",), f"a current {MARINE_ONLY}, got {self.physics.profile}"))
         if found:
             raise faults(*found)
         return self

@@ -91,7 +91,7 @@ class _Assembly:
         self.boats = boats_afloat(config, fleet, self.docks, self.objects, self._built, nudge=nudge)
         spots = [boat.pose[:2] for boat in self.boats]
         self.objects += tuple(place_fields(config, spots, self.objects, self.docks))
-        self.sea = sea_parameters(config.sea, config.physics.gravity)
+        self.sea = sea_parameters(config.sea, config.physics)
         self.kinds_of_objects: dict[Any, Piece] = {}
         self.parts: list[Part] = []
         self.rows = Rows()

@@ -53,6 +53,7 @@ REFERENCES = {
     "blocks": {"element_start": "elements", "parent": "blocks"},
     "followers": {"waypoint_start": "path_points"},
     "moorings": {"block": "blocks"},
+    "ropes": {"float": "floats"},
 }
 """By table the columns that are numbers of rows, and the tables of those; a number below 0 refers to none."""
 RESERVED = ("terrain", "carrier", "world")
@@ -244,6 +245,7 @@ def staying(world: Parameters, left: str) -> dict[str, BoolArray]:
     )
     stay["elements"] = of_floats & of_blocks
     stay["moorings"] = np.array([bool(stay["blocks"][line.block]) for line in world.moorings], np.bool_)
+    stay["ropes"] = np.array([bool(stay["floats"][rope.float]) for rope in world.ropes], np.bool_)
     stay["followers"] = np.ones(len(world.followers), np.bool_)
     stay["followers"][[row.follower for row in compress(world.floats, ~stay["floats"]) if row.follower >= 0]] = False
     stay["path_points"] = _parts_staying(world.followers, "waypoint", stay["followers"], len(world.path_points))

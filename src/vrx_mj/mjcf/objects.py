@@ -11,16 +11,16 @@ from collections.abc import Set as AbstractSet
 from typing import Literal
 
 from vrx_mj.config.gazebo.models import kind_name
-from vrx_mj.config.objects import BuoyancyElement, ObjectConfig, load_object, path_points
-from vrx_mj.config.profiles import NEWER
+from vrx_mj.config.objects import BuoyancyElement, ObjectConfig, RopeConfig, load_object, path_points
+from vrx_mj.config.profiles import MARINE, NEWER
 from vrx_mj.config.world import PhysicsConfig, WindConfig
-from vrx_mj.frames import rotation
+from vrx_mj.frames import compose, rotation
 from vrx_mj.mjcf.parameters import PROFILES, Rows
 from vrx_mj.mjcf.pieces import Piece
 from vrx_mj.mjcf.placement import PlacedObject
 from vrx_mj.mjcf.templates import geoms, meshes
 from vrx_mj.mjcf.wind import NO_WIND, wind_coefficients
-from vrx_mj.model.afloat import Element, Float, Follower, PathPoint
+from vrx_mj.model.afloat import Element, Float, Follower, PathPoint, Rope
 from vrx_mj.model.site import Light, Object
 from vrx_mj.model.world import Parameters
 
@@ -83,6 +83,8 @@ SHAPES: Mapping[str, Literal[0, 1, 2]] = {"box": 0, "sphere": 1, "cylinder": 2}
 DENSITY = 997.0
 """Of the water [kg/m3] in profile vrx3, for an object whose file gives none. VRX 3's PolyhedraBuoyancyDrag.cc.
 """
+ROPE_STIFFNESS = 10.0
+"""Of ropes that give none, for each kg of what they hold [N/m]: its period is 2 s."""
 TURNS_FIRST = NEWER
 """The profile whose worlds use Gazebo's TrajectoryFollower."""
 
@@ -122,6 +124,8 @@ def object_rows(item: PlacedObject, wind: WindConfig | None, physics: PhysicsCon
             rows.followers.append(row)
             rows.path_points.extend(points)
         floating, elements = float_row(item, wind, physics, len(tables.elements), follower)
+        if item.mooring is not None and physics.profile == MARINE:
+            rows.ropes.append(rope_row(item, item.mooring, len(tables.floats)))
         rows.floats.append(floating)
         rows.elements.extend(elements)
     return rows
@@ -173,6 +177,20 @@ def float_row(
         follower=follower,
     )
     return row, [element_row(element) for element in buoyancy.elements]
+
+
+def rope_row(item: PlacedObject, rope: RopeConfig, number: int) -> Rope:
+    """The rope of the floating object of row `number`, whose anchor is under its centre of mass."""
+    mass = item.config.mass or 0.0
+    stiffness = ROPE_STIFFNESS * mass if rope.stiffness is None else rope.stiffness
+    x, y, *_ = compose(item.pose, (*item.config.center_of_mass, 0.0, 0.0, 0.0))
+    return Rope(
+        float=number,
+        anchor=(x, y),
+        length=rope.length,
+        stiffness=stiffness,
+        damping=2.0 * math.sqrt(stiffness * mass) if rope.damping is None else rope.damping,
+    )
 
 
 def element_row(element: BuoyancyElement) -> Element:

@@ -3,13 +3,14 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any
+from typing import Any, Literal
 
 from vrx_mj.config.current import CurrentConfig, TideConfig
 from vrx_mj.config.sea import REGULAR, SPECTRA, SeaConfig
+from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.constants import SEA_WATER_DENSITY
 from vrx_mj.linear_waves import Site
-from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint
+from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint, Rope
 from vrx_mj.model.boats import Boat, Hull, Sensor, Station, Thruster
 from vrx_mj.model.kinds import ProfileCode
 from vrx_mj.model.site import Dock, Light, Object, Placard
@@ -39,10 +40,10 @@ SEA_FIELDS = ("direction", "model", "period", "tau")
 """Fields of VRX's seas that a world file gives and a compiled world takes over as they are."""
 
 
-def sea_parameters(sea: SeaConfig, gravity: float) -> Sea:
+def sea_parameters(sea: SeaConfig, physics: PhysicsConfig) -> Sea:
     """Wave components and start-up ramp; `model: none` has no components. VRX's seas have a gravity of their own."""
     if sea.model in (*SPECTRA, *REGULAR):
-        return _ocean(sea, gravity)
+        return _ocean(sea, physics)
     shape = (sea.number, sea.scale, sea.angle, sea.steepness)
     waves: Sequence[Row] = ()
     if sea.model == "pms":
@@ -52,12 +53,23 @@ def sea_parameters(sea: SeaConfig, gravity: float) -> Sea:
     afloat = [wave for wave in waves if wave["amplitude"] > NIL_AMPLITUDE]
     height = 4.0 * math.sqrt(math.fsum(wave["amplitude"] ** 2 for wave in afloat) / 2.0)
     same: Row = {name: getattr(sea, name) for name in SEA_FIELDS}
-    return Sea(**same, level=0.0, waves=tuple(Wave(**wave) for wave in afloat), significant_height=height)
+    return Sea(
+        **same,
+        level=0.0,
+        waves=tuple(Wave(**wave) for wave in afloat),
+        significant_height=height,
+        moving=_moving(physics),
+    )
 
 
-def _ocean(sea: SeaConfig, gravity: float) -> Sea:
+def _moving(physics: PhysicsConfig) -> Literal[0, 1]:
+    """Whether what floats feels how the water moves."""
+    return 1 if PROFILES[physics.profile] == MARINE else 0
+
+
+def _ocean(sea: SeaConfig, physics: PhysicsConfig) -> Sea:
     """A sea of a spectrum, or of one regular wave, under a world's gravity."""
-    site = Site(math.inf if sea.depth is None else sea.depth, gravity)
+    site = Site(math.inf if sea.depth is None else sea.depth, physics.gravity)
     if sea.model == "stokes5":
         waves = stokes_wave(sea.height or 0.0, sea.period, sea.direction, site)
     elif sea.model == "regular":
@@ -77,8 +89,9 @@ def _ocean(sea: SeaConfig, gravity: float) -> Sea:
         period=sea.period if regular else sea.tp,
         direction=sea.direction,
         depth=sea.depth,
-        gravity=gravity,
+        gravity=physics.gravity,
         density=SEA_WATER_DENSITY,
+        moving=_moving(physics),
     )
 
 
@@ -121,6 +134,7 @@ class Rows:
     elements: list[Element] = field(default_factory=list)
     blocks: list[Block] = field(default_factory=list)
     moorings: list[Mooring] = field(default_factory=list)
+    ropes: list[Rope] = field(default_factory=list)
     followers: list[Follower] = field(default_factory=list)
     path_points: list[PathPoint] = field(default_factory=list)
     lights: list[Light] = field(default_factory=list)

@@ -14,7 +14,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.bays import Cell
 from vrx_mj.config.docks import Berths, DockLayout, DockPlacement, berths, load_dock
-from vrx_mj.config.objects import FieldConfig, ObjectConfig, PathConfig, Placement, load_object
+from vrx_mj.config.objects import FieldConfig, ObjectConfig, PathConfig, Placement, RopeConfig, load_object
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import CompileError
 from vrx_mj.frames import Pose, compose
@@ -22,6 +22,8 @@ from vrx_mj.mjcf.terrain import land_distance
 from vrx_mj.physics.noise import stream_key, uniform
 
 ORIGIN: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+DEFAULT_ROPE = RopeConfig()
+"""What holds an object of a world whose water streams, unless it gives another, or swims."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,8 @@ class PlacedObject:
     pose: Pose
     path: PathConfig | None = None
     """Along which it swims."""
+    mooring: RopeConfig | None = None
+    """Rope that holds it, where the water streams."""
 
 
 @dataclass(frozen=True)
@@ -66,17 +70,23 @@ class PlacedDock:
         return berths(self.config, self.layout.cells)
 
 
-def place_objects(placements: Sequence[Placement], at: Pose = ORIGIN, prefix: str = "") -> Iterator[PlacedObject]:
-    """Every single object of the placements, courses taken apart."""
+def place_objects(
+    placements: Sequence[Placement], at: Pose = ORIGIN, prefix: str = "", mooring: RopeConfig | None = DEFAULT_ROPE
+) -> Iterator[PlacedObject]:
+    """Every single object of the placements, courses taken apart; `mooring` is that of objects that give none."""
     for item in placements:
         config = load_object(item.model, item.folder)
         pose = compose(at, item.pose)
         name = prefix + item.name
         if config.kind == "composite":
-            yield from place_objects(config.objects, pose, f"{name}/")
+            yield from place_objects(config.objects, pose, f"{name}/", _rope(item, mooring))
         else:
             path = item.path if "path" in item.model_fields_set else config.path
-            yield PlacedObject(name, item.model, config, pose, path)
+            yield PlacedObject(name, item.model, config, pose, path, None if path else _rope(item, mooring))
+
+
+def _rope(item: Placement, mooring: RopeConfig | None) -> RopeConfig | None:
+    return item.mooring if "mooring" in item.model_fields_set else mooring
 
 
 def place_docks(
@@ -141,7 +151,7 @@ def _field(field: FieldConfig, config: WorldConfig, taken: FloatArray, ground: "
         taken = np.concatenate([taken, [(x, y)]])
         model = load_object(kind.model, kind.folder)
         name = f"{field.name}/{kind.stem}_{index}"
-        yield PlacedObject(name, kind.model, model, (x, y, 0.0, 0.0, 0.0, 0.0), model.path)
+        yield PlacedObject(name, kind.model, model, (x, y, 0.0, 0.0, 0.0, 0.0), model.path, DEFAULT_ROPE)
 
 
 def _full(field: FieldConfig, world: str, done: int, wanted: int) -> str:

@@ -137,6 +137,23 @@ class Mooring:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Rope:
+    """A line that holds a floating object."""
+
+    __pydantic_config__ = STRICT
+    float: Row
+    """The floating object, a row of `floats`."""
+    anchor: Vec2
+    """Where it is held, x and y [m]."""
+    length: NonNegative
+    """Distance up to which it is slack, on the horizontal plane [m]."""
+    stiffness: NonNegative
+    """Stiffness [N/m]."""
+    damping: NonNegative
+    """Damping [N s/m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Follower:
     """What drives a floating object along a path."""
 

@@ -60,6 +60,9 @@ def _afloat(world: Parameters) -> Iterator[str]:
     wet: list[Float | Block] = [*world.floats, *world.blocks]
     own = [(row.element_start, row.element_count) for row in wet]
     yield from _inside("floats and blocks", "element", own, len(world.elements))
+    for number, rope in enumerate(world.ropes):
+        if rope.float >= len(world.floats):
+            yield f"ropes[{number}].float: there is no float {rope.float}"
     paths = [(row.waypoint_start, row.waypoint_count) for row in world.followers]
     yield from _inside("followers", "waypoint", paths, len(world.path_points))
 

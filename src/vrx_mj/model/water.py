@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from vrx_mj.constants import WATER_DENSITY, WAVE_GRAVITY
-from vrx_mj.model.kinds import LEFT_OUT, STRICT, NonNegative, Positive, Real, Share, Vec2
+from vrx_mj.model.kinds import LEFT_OUT, STRICT, Flag, NonNegative, Positive, Real, Share, Vec2
 
 __all__ = ["Current", "Layer", "Sea", "Wave", "Wind"]
 
@@ -55,6 +55,8 @@ class Sea:
     """Gravity of the waves and of their pressure [m/s2]."""
     density: Positive = field(default=WATER_DENSITY, metadata=LEFT_OUT)
     """Density of the water [kg/m3]."""
+    moving: Flag = field(default=0, metadata=LEFT_OUT)
+    """1: what floats feels how the water moves, as in profile `marine`."""
 
     @property
     def random(self) -> bool:

@@ -10,7 +10,7 @@ import pydantic
 from pydantic import BaseModel, TypeAdapter
 
 from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
-from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint
+from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint, Rope
 from vrx_mj.model.boats import Boat, Hull, Sensor, Spawn, Station, Thruster
 from vrx_mj.model.kinds import LEFT_OUT, STRICT, Angle, Count, NonNegative, Pose, Real, Text
 from vrx_mj.model.site import Dock, Georeference, Light, Marker, Object, Placard, Ring, Scene
@@ -77,6 +77,8 @@ class Parameters:
     """Blocks of floating docks, in the order of `docks`."""
     moorings: tuple[Mooring, ...]
     """Lines that hold blocks."""
+    ropes: tuple[Rope, ...] = field(default=(), metadata=LEFT_OUT)
+    """Lines that hold floating objects."""
     followers: tuple[Follower, ...] = ()
     """What drives floating objects along paths."""
     path_points: tuple[PathPoint, ...] = ()

@@ -43,6 +43,7 @@ __all__ = [
     "add_flotation_drag",
     "flotation",
     "flotation_of_step",
+    "flotation_under",
     "follow",
     "sums_wrench",
     "water_at_elements",
@@ -137,6 +138,15 @@ def flotation(
     the link but weight, world axes about its centre of mass (`zero_wrench()` for none). `dt` = 0 gives VRX's
     explicit force.
     """
+    return flotation_under(body.gravity, body, elements, water, motion, height, rise, dt, external)
+
+
+@kernel
+def flotation_under(
+    gravity: float, body: Record, elements: Table, water: Table | None, motion: Motion,
+    height: float, rise: float, dt: float, external: Wrench,
+) -> Flotation:  # fmt: skip
+    """Return `flotation` in water that presses as under another gravity [m/s2] than the body's own."""
     lever = rotate(motion, body.com[0], body.com[1], body.com[2])
     inertia = _world_inertia(body, motion)
     velocity = rotate(motion, motion.u, motion.v, motion.w)
@@ -144,7 +154,7 @@ def flotation(
     slip = (velocity[0], velocity[1], velocity[2] - rise)
     lowest = -math.inf
     for _ in range(body.element_count + 1):
-        sums = wet_sums(body, elements, water, motion, lever, height + body.level, lowest)
+        sums = wet_sums(body, elements, water, motion, lever, height + body.level, lowest, gravity)
         a, alpha = _accelerations(body, sums, inertia, lever, slip, spin, dt, external)
         if slip[2] + dt * a[2] <= sums.limit:
             break
@@ -187,9 +197,10 @@ def add_flotation_drag(inertia: FloatArray, inertia_row: IntArray, dof: int, dam
 
 @kernel
 def wet_sums(
-    body: Record, elements: Table, water: Table | None, motion: Motion, lever: Vector, level: float, lowest: float
-) -> Sums:
-    """Return the sums over the elements; those with a limit up to `lowest` do not push upward."""
+    body: Record, elements: Table, water: Table | None, motion: Motion, lever: Vector, level: float, lowest: float,
+    gravity: float,
+) -> Sums:  # fmt: skip
+    """Return the sums over the elements, whose water has a gravity; up to a limit of `lowest` they do not push up."""
     lift = lift_x = lift_y = k = sx = sy = sz = kz = zx = zy = kappa = 0.0
     nearest = math.inf
     x0, y0, z0 = motion.x + lever[0], motion.y + lever[1], motion.z + lever[2]
@@ -208,7 +219,7 @@ def wet_sums(
         kappa += moving * body.angular_drag * element.mean_dimension * element.mean_dimension
         limit = _pull_speed(body, element) + rise
         if limit > lowest:
-            buoyancy = body.density * wet.volume * body.gravity + drag * rise
+            buoyancy = body.density * wet.volume * gravity + drag * rise
             lift, lift_x, lift_y = lift + buoyancy, lift_x + y * buoyancy, lift_y - x * buoyancy
             kz, zx, zy = kz + drag, zx + drag * x, zy + drag * y
             nearest = min(nearest, limit)

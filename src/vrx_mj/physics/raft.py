@@ -20,7 +20,8 @@ import numpy as np
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics.flotation import Sums, sums_wrench, water_rise, wet_sums
 from vrx_mj.physics.kernel import allocating_kernel, kernel
-from vrx_mj.physics.motion import Motion, Vector, Wrench, add, motion, rotate
+from vrx_mj.physics.kinematics import orbital_motion
+from vrx_mj.physics.motion import Motion, Vector, Wrench, add, motion, rotate, zero_wrench
 from vrx_mj.physics.tables import Record, Table
 from vrx_mj.physics.waves import surface_height
 from vrx_mj.physics.wind import wind_load
@@ -43,9 +44,13 @@ RAFT_WORK = np.dtype(
 @kernel
 def block_load(
     index: int, blocks: Table, work: Table, elements: Table, water: Table, states: Table,
-    waves: Table, sea: Record, air: tuple[float, float], qpos: FloatArray, qvel: FloatArray, time: float, dt: float,
+    waves: Table, sea: Record, stream: tuple[float, float], air: tuple[float, float],
+    qpos: FloatArray, qvel: FloatArray, time: float, dt: float,
 ) -> Wrench:  # fmt: skip
     """Return buoyancy, drag and wind on a block at its present velocity, about its centre of mass.
+
+    `stream` is the current [m/s], east and north. Where the water moves (`sea.moving`) drag is that of the velocity
+    through it, and buoyancy leans with the surface.
 
     The blocks that it hangs on come before it. Its row of `work` gets its frame, its hinge's axis and its own drag.
     """
@@ -67,8 +72,15 @@ def block_load(
     _add_drag(own, here, dt * sums.k, dt * sums.kz)
     for k in range(3, 6):
         own[k, k] += dt * sums.kappa
-    slip = (velocity[0], velocity[1], velocity[2] - rise)
-    return add(sums_wrench(sums, slip, rotate(body, body.p, body.q, body.r)), wind_load(block.wind, body, air))
+    east, north, lean = stream[0], stream[1], zero_wrench()
+    if sea.moving != 0:
+        orbital = orbital_motion(waves, sea, body.x, body.y, body.z, time)
+        east, north = east + orbital.u, north + orbital.v
+        lift = sums.lift / block.gravity
+        lean = Wrench(lift * orbital.du, lift * orbital.dv, 0.0, 0.0, 0.0, 0.0)
+    slip = (velocity[0] - east, velocity[1] - north, velocity[2] - rise)
+    pushes = add(sums_wrench(sums, slip, rotate(body, body.p, body.q, body.r)), wind_load(block.wind, body, air))
+    return add(pushes, lean)
 
 
 @kernel
@@ -223,7 +235,7 @@ def _sums_of_step(
     lowest = -math.inf
     center = (0.0, 0.0, 0.0)
     for _ in range(block.element_count + 1):
-        sums = wet_sums(block, elements, water, body, center, height + block.level, lowest)
+        sums = wet_sums(block, elements, water, body, center, height + block.level, lowest, block.gravity)
         end = (slip + dt * (sums.lift / block.mass - block.gravity)) / (1.0 + dt * sums.kz / block.mass)
         if end <= sums.limit:
             break

@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 __all__ = [
     "BLOCK", "BOX", "CURRENT", "CURRENT_STATE", "CYLINDER", "ELEMENT", "ELEMENT_STATE", "FLOAT", "FLOAT_STATE",
-    "FOLLOWER", "FOLLOWER_STATE", "GLF", "HULL", "LAYER", "LINEAR", "MARINE", "MOORING", "NEWTONS", "RUDDER", "SEA",
-    "SPHERE", "STATION", "THRUSTER", "THRUSTER_STATE", "VRX", "VRX3", "WAVE", "WAYPOINT", "WIND", "WIND_STATE",
+    "FOLLOWER", "FOLLOWER_STATE", "GLF", "HULL", "LAYER", "LINEAR", "MARINE", "MOORING", "NEWTONS", "ROPE", "RUDDER",
+    "SEA", "SPHERE", "STATION", "THRUSTER", "THRUSTER_STATE", "VRX", "VRX3", "WAVE", "WAYPOINT", "WIND", "WIND_STATE",
     "Record", "Table", "columns_of", "table",
 ]  # fmt: skip
 
@@ -60,6 +60,7 @@ SEA = np.dtype(
         ("depth", _f),  # of the water under the mean surface [m]; infinite: deep
         ("gravity", _f),  # of the waves and of their pressure [m/s2]
         ("density", _f),  # of the water [kg/m3]
+        ("moving", _i),  # 1: what floats feels how the water moves, as in profile marine
     ],
     align=True,
 )
@@ -215,6 +216,17 @@ MOORING = np.dtype(
         ("block", _i),  # row of the block that it holds
         ("point", *_vector),  # where it holds it [m], body axes from the block's frame
         ("anchor", _f, (2,)),  # where that is at rest [m], world
+        ("stiffness", _f),  # [N/m]
+        ("damping", _f),  # [N s/m]
+    ],
+    align=True,
+)
+
+ROPE = np.dtype(
+    [
+        ("float", _i),  # row of FLOAT that it holds
+        ("anchor", _f, (2,)),  # [m], world
+        ("length", _f),  # on the horizontal plane, up to which it is slack [m]
         ("stiffness", _f),  # [N/m]
         ("damping", _f),  # [N s/m]
     ],

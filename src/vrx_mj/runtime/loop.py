@@ -12,6 +12,7 @@ from numba import types
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.libmujoco import c_function
+from vrx_mj.physics.afloat import flotation_in_waves, rope_pull
 from vrx_mj.physics.current import current_step, current_velocity
 from vrx_mj.physics.drag import added_inertia, bias_on_hull, drag_on_hull
 from vrx_mj.physics.flotation import (
@@ -251,14 +252,20 @@ def push_floats(a: Views, air: Air, damping: FloatArray, time: float, dt: float)
     """Let water, wind and their own strength push all floating objects."""
     for i in range(a.floats.size):
         apply(a.xfrc_applied, a.floats[i].body, floating(i, a, air, damping[i], time, dt))
+    for i in range(a.ropes.size):
+        rope = a.ropes[i]
+        item = a.floats[rope.float]
+        pull = rope_pull(rope, item, motion(a.qpos, a.qvel, item.qpos, item.dof), dt, damping[rope.float])
+        apply_more(a.xfrc_applied, item.body, pull)
 
 
 @inlined_kernel
 def push_docks(a: Views, air: Air, time: float, dt: float) -> None:
     """Let water and wind push the blocks of floating docks, and their moorings pull."""
+    stream = current_velocity(a.current, a.current_state, a.layers, 0.0, time)
     for i in range(a.blocks.size):
         wrench = block_load(
-            i, a.blocks, a.raft_work, a.elements, a.element_state, a.block_state, a.waves, a.sea[0], air,
+            i, a.blocks, a.raft_work, a.elements, a.element_state, a.block_state, a.waves, a.sea[0], stream, air,
             a.qpos, a.qvel, time, dt,
         )  # fmt: skip
         apply(a.xfrc_applied, a.blocks[i].body, wrench)
@@ -270,7 +277,7 @@ def push_docks(a: Views, air: Air, time: float, dt: float) -> None:
 @inlined_kernel
 def floating(index: int, a: Views, air: Air, damping: FloatArray, time: float, dt: float) -> Wrench:
     """Wrench of water, wind and its own strength on what floats, about its centre of mass; zero on what is held."""
-    item, state, water = a.floats[index], a.float_state[index], a.element_state
+    item, state = a.floats[index], a.float_state[index]
     if state.held != 0:
         damping[:] = 0.0
         return zero_wrench()
@@ -279,9 +286,14 @@ def floating(index: int, a: Views, air: Air, damping: FloatArray, time: float, d
     if item.follower >= 0:
         follower = a.followers[item.follower]
         load = add(load, follow(follower, a.waypoints, a.follower_state[item.follower], item.com, body))
-    if item.profile == VRX3:
-        water_at_elements(item, a.elements, water, body, a.waves, a.sea[0], time, dt)
-        found = flotation(item, a.elements, water, body, 0.0, 0.0, dt, load)
+    if item.profile == MARINE:
+        height = surface_height(a.waves, a.sea[0], body.x, body.y, time)
+        east, north = current_velocity(a.current, a.current_state, a.layers, a.sea[0].level - body.z, time)
+        water = orbital_motion(a.waves, a.sea[0], body.x, body.y, body.z, time)
+        found = flotation_in_waves(item, a.elements, body, height, (east, north, 0.0), water, dt, load)
+    elif item.profile == VRX3:
+        water_at_elements(item, a.elements, a.element_state, body, a.waves, a.sea[0], time, dt)
+        found = flotation(item, a.elements, a.element_state, body, 0.0, 0.0, dt, load)
     else:
         height = surface_height(a.waves, a.sea[0], body.x, body.y, time)
         rise = water_rise(state, height, dt)

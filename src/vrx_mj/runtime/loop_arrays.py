@@ -124,6 +124,7 @@ class LoopArrays:
         self.elements = tables.table(tables.ELEMENT, [vars(row) for row in parameters.elements])
         self.blocks = tables.table(tables.BLOCK, [self._whole_body(vars(row)) for row in parameters.blocks])
         self.moorings = tables.table(tables.MOORING, [vars(row) for row in parameters.moorings])
+        self.ropes = tables.table(tables.ROPE, [vars(row) for row in parameters.ropes])
         self.thruster_state = np.zeros(len(self.thrusters), tables.THRUSTER_STATE)
         self.float_state = np.zeros(len(self.floats), tables.FLOAT_STATE)
         self.block_state = np.zeros(len(self.blocks), tables.FLOAT_STATE)

@@ -73,6 +73,7 @@ class Views(NamedTuple):
     block_state: Annotated[Table, Array(tables.FLOAT_STATE, use=STATE)]
     raft_work: Annotated[Table, Array(RAFT_WORK, use=OWN)]
     moorings: Annotated[Table, Array(tables.MOORING)]
+    ropes: Annotated[Table, Array(tables.ROPE)]
     touches: Annotated[FloatArray, Array(use=STATE)]
     """Time [s] of the last contact that each of MuJoCo's contact sensors found."""
     movers: Annotated[Table, Array(MOVER, use=OWN)]

@@ -1,0 +1,140 @@
+"""Floating objects in water that moves: buoyancy square to the surface, and drag on the velocity through the water.
+
+The water around a small body presses as if it were at rest in a frame that falls with it: with the acceleration a of
+the water, by Euler's equation, its pressure falls along a - g, with g downward. So the body floats as in still water
+whose plane is square to that apparent gravity and goes through the surface above the body; in linear waves that is the
+surface's own plane. `flotation` computes there, in axes that are turned accordingly, with the water's velocity taken
+off; its result is turned back.
+
+A mooring is a rope to an anchor, which pulls beyond its length.
+"""
+
+import math
+from typing import NamedTuple
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.physics.flotation import Flotation, flotation_under
+from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.kinematics import Orbital
+from vrx_mj.physics.motion import Motion, Vector, Wrench, relative_motion, rotate, zero_wrench
+from vrx_mj.physics.tables import Record, Table
+
+__all__ = ["apparent_gravity", "flotation_in_waves", "rope_pull"]
+
+
+class Turn(NamedTuple):
+    """A rotation from world axes, by its rows."""
+
+    x: Vector
+    y: Vector
+    z: Vector
+
+
+@kernel
+def apparent_gravity(gravity: float, water: Orbital) -> Vector:
+    """Return the vector against which still water would press as the moving water does [m/s2], world axes: upward."""
+    return water.du, water.dv, max(gravity + water.dw, 0.1 * gravity)
+
+
+@kernel
+def _upright(up: Vector) -> Turn:
+    """Return the smallest rotation that brings the direction `up`, which is above the horizon, to the vertical."""
+    length = math.sqrt(up[0] * up[0] + up[1] * up[1] + up[2] * up[2])
+    x, y, z = up[0] / length, up[1] / length, up[2] / length
+    share = 1.0 / (1.0 + z)
+    return Turn((1.0 - share * x * x, -share * x * y, -x), (-share * x * y, 1.0 - share * y * y, -y), (x, y, z))
+
+
+@kernel
+def _turn(turn: Turn, v: Vector) -> Vector:
+    a, b, c = turn.x, turn.y, turn.z
+    return (
+        a[0] * v[0] + a[1] * v[1] + a[2] * v[2],
+        b[0] * v[0] + b[1] * v[1] + b[2] * v[2],
+        c[0] * v[0] + c[1] * v[1] + c[2] * v[2],
+    )
+
+
+@kernel
+def _back(turn: Turn, v: Vector) -> Vector:
+    a, b, c = turn.x, turn.y, turn.z
+    return (
+        a[0] * v[0] + b[0] * v[1] + c[0] * v[2],
+        a[1] * v[0] + b[1] * v[1] + c[1] * v[2],
+        a[2] * v[0] + b[2] * v[1] + c[2] * v[2],
+    )
+
+
+@kernel
+def _turned_wrench(turn: Turn, wrench: Wrench) -> Wrench:
+    """Return a wrench of the turned axes in world axes, about the same point."""
+    fx, fy, fz = _back(turn, (wrench.fx, wrench.fy, wrench.fz))
+    tx, ty, tz = _back(turn, (wrench.tx, wrench.ty, wrench.tz))
+    return Wrench(fx, fy, fz, tx, ty, tz)
+
+
+@kernel
+def _turned_motion(turn: Turn, m: Motion, height: float) -> Motion:
+    """Return a motion in turned axes whose origin is on the surface, `height` [m] high, above the link's."""
+    x, y, z = _turn(turn, (0.0, 0.0, m.z - height))
+    a, b, c = (
+        _turn(turn, (m.r00, m.r10, m.r20)), _turn(turn, (m.r01, m.r11, m.r21)), _turn(turn, (m.r02, m.r12, m.r22))
+    )  # fmt: skip
+    return Motion(
+        x, y, z, a[0], b[0], c[0], a[1], b[1], c[1], a[2], b[2], c[2], m.u, m.v, m.w, m.p, m.q, m.r
+    )  # fmt: skip
+
+
+@kernel
+def flotation_in_waves(
+    body: Record, elements: Table, motion: Motion, height: float, stream: Vector, water: Orbital, dt: float,
+    external: Wrench,
+) -> Flotation:  # fmt: skip
+    """Return buoyancy and drag at the end of a step: world axes, about the link's centre of mass, without weight.
+
+    Args:
+        body: a row of `tables.FLOAT`.
+        elements: `tables.ELEMENT`.
+        motion: of the link.
+        height: of the surface at the link's origin [m].
+        stream: the current there [m/s], world axes.
+        water: how the waves move the water there.
+        dt: step [s].
+        external: every other wrench on the link but weight, world axes about its centre of mass.
+    """
+    up = apparent_gravity(body.gravity, water)
+    turn = _upright(up)
+    flow = stream[0] + water.u, stream[1] + water.v, stream[2] + water.w
+    level = _turned_motion(turn, relative_motion(motion, flow), height)
+    weight = _turn(turn, (0.0, 0.0, -body.mass * body.gravity))
+    fx, fy, fz = _turn(turn, (external.fx, external.fy, external.fz))
+    tx, ty, tz = _turn(turn, (external.tx, external.ty, external.tz))
+    pull = math.sqrt(up[0] * up[0] + up[1] * up[1] + up[2] * up[2])
+    beside = Wrench(fx + weight[0], fy + weight[1], fz + weight[2] + body.mass * body.gravity, tx, ty, tz)
+    found = flotation_under(pull, body, elements, None, level, 0.0, 0.0, dt, beside)
+    return Flotation(
+        _turned_wrench(turn, found.wrench), found.sums, _back(turn, found.acceleration), _back(turn, found.turning)
+    )
+
+
+@kernel
+def rope_pull(rope: Record, body: Record, motion: Motion, dt: float, damping: FloatArray) -> Wrench:
+    """Return the pull of a rope on what floats [N], world axes, about its centre of mass, at which it holds it.
+
+    It counts on the horizontal plane, and within its length it is slack. Stretched by d it pulls with
+    s d + (c + dt s) d', and `damping[0]` gets dt (c + dt s) [kg] for the inertia, as for drag: so a stiff rope is stable on a light buoy.
+    """
+    lever = rotate(motion, body.com[0], body.com[1], body.com[2])
+    x, y = motion.x + lever[0] - rope.anchor[0], motion.y + lever[1] - rope.anchor[1]
+    distance = math.sqrt(x * x + y * y)
+    if distance <= rope.length:
+        return zero_wrench()
+    x, y = x / distance, y / distance
+    velocity, spin = rotate(motion, motion.u, motion.v, motion.w), rotate(motion, motion.p, motion.q, motion.r)
+    east = velocity[0] + spin[1] * lever[2] - spin[2] * lever[1]
+    north = velocity[1] + spin[2] * lever[0] - spin[0] * lever[2]
+    resistance = rope.damping + dt * rope.stiffness
+    force = -rope.stiffness * (distance - rope.length) - resistance * (x * east + y * north)
+    damping[0] += dt * resistance
+    force = min(force, 0.0)
+    return Wrench(force * x, force * y, 0.0, 0.0, 0.0, 0.0)
