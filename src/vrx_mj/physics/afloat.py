@@ -122,7 +122,8 @@ def rope_pull(rope: Record, body: Record, motion: Motion, dt: float, damping: Fl
     """Return the pull of a rope on what floats [N], world axes, about its centre of mass, at which it holds it.
 
     It counts on the horizontal plane, and within its length it is slack. Stretched by d it pulls with
-    s d + (c + dt s) d', and `damping[0]` gets dt (c + dt s) [kg] for the inertia, as for drag: so a stiff rope is stable on a light buoy.
+    s d + (c + dt s) d', and `damping[0]` gets dt (c + dt s) [kg] for the inertia, as for drag: so a stiff rope is
+    stable on a light buoy.
     """
     lever = rotate(motion, body.com[0], body.com[1], body.com[2])
     x, y = motion.x + lever[0] - rope.anchor[0], motion.y + lever[1] - rope.anchor[1]

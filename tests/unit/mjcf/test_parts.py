@@ -30,10 +30,10 @@ def test_an_upright_marker_stands_at_its_height_and_the_other_points_ahead_of_it
 
 def test_the_significant_height_is_four_standard_deviations_of_the_surface():
     """Of cosines: the variance is half the sum of their squared amplitudes."""
-    sea = sea_parameters(SeaConfig(model="cwr", number=3, amplitude=0.4, scale=1.5, period=6.0), 9.8)
+    sea = sea_parameters(SeaConfig(model="cwr", number=3, amplitude=0.4, scale=1.5, period=6.0), PhysicsConfig())
     variance = sum(wave.amplitude**2 / 2.0 for wave in sea.waves)
     assert sea.significant_height == pytest.approx(4.0 * math.sqrt(variance))
-    assert sea_parameters(SeaConfig(model="none"), 9.8).significant_height == 0.0
+    assert sea_parameters(SeaConfig(model="none"), PhysicsConfig()).significant_height == 0.0
 
 
 def test_the_wind_blows_toward_its_direction_and_pushes_whom_it_names():

@@ -62,7 +62,7 @@ def in_body_axes(body, wrench):
 def sea(waves=(), *, tau=0.0, level=0.0, depth=math.inf):
     """Waves, from their rows, and the sea that has them; by default their motion is that of linear deep water."""
     rows = [{"orbital": wave["amplitude"] * wave["frequency"]} | wave for wave in waves]
-    water = {"tau": tau, "level": level, "depth": depth, "gravity": 9.81, "density": 1025.0}
+    water = {"tau": tau, "level": level, "depth": depth, "gravity": 9.81, "density": 1025.0, "moving": 0}
     return table(tables.WAVE, rows), table(tables.SEA, [water])[0]
 
 

@@ -24,7 +24,7 @@ def test_a_table_may_be_empty():
 
 def test_a_missing_field_and_an_unknown_one_are_named():
     message = "row 1: missing fields ['tau'], unknown fields ['swell']"
-    water = {"level": 0.0, "depth": 5.0, "gravity": 9.8, "density": 1000.0}
+    water = {"level": 0.0, "depth": 5.0, "gravity": 9.8, "density": 1000.0, "moving": 0}
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         table(SEA, [{"tau": 2.0} | water, {"swell": 3.0} | water])
 

@@ -18,6 +18,7 @@ from vrx_mj.physics.waves import (
     surface_height,
     surface_heights,
 )
+from vrx_mj.runtime.rows import NOMINAL
 
 TAU = 2.0
 
@@ -178,7 +179,7 @@ def test_pms_has_three_waves_at_most():
 def changed(phases=(0.0, 0.0, 0.0), **change):
     """The sea J, of peak 2 pi / 5 s towards east, with factors, a turn and phases."""
     waves = SEAS["J"][0]
-    nominal = np.array([(2 * math.pi / 5, (1.0, 0.0))], [("peak", float), ("direction", float, (2,))])
+    nominal = np.array([(2 * math.pi / 5, (1.0, 0.0), 9.8)], NOMINAL)
     row = {"amplitude": 1.0, "period": 1.0, "band": 1.0, "spread": 1.0, "turn": 0.0} | change
     given, out = np.array([tuple(row.values())], [(name, float) for name in row]), np.zeros(len(waves), WAVE)
     stretched(waves, nominal[0], given[0], np.array(phases), out)

@@ -32,7 +32,7 @@ def raft(**keys):
 
 def loads(sim):
     arrays, data = sim._live.arrays, sim.data
-    calm = np.zeros(0, arrays.waves.dtype), arrays.sea[0], (0.0, 0.0)
+    calm = np.zeros(0, arrays.waves.dtype), arrays.sea[0], (0.0, 0.0), (0.0, 0.0)
     common = arrays.elements, arrays.element_state, arrays.block_state, *calm, data.qpos, data.qvel, 1.0, DT
     return [np.array(block_load(i, arrays.blocks, arrays.raft_work, *common)) for i in range(len(arrays.blocks))]
 
