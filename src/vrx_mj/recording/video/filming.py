@@ -208,7 +208,9 @@ class Film:
         """The world of the boats that sail together, with a context for the largest picture."""
         if self._stage is None or self._stage[0] != boat_set:
             self.close()
-            self._stage = boat_set, Stage(self._footage.boat_set(boat_set), self._paths, self.size)
+            seed = self._footage.recorded.properties.get("seed", 0)
+            own = seed if isinstance(seed, int) else 0
+            self._stage = boat_set, Stage(self._footage.boat_set(boat_set), self._paths, self.size, own)
         return self._stage[1]
 
     def _write(self, shown: Image, time: float) -> None:

@@ -314,13 +314,14 @@ TRIANGLES = 4
 class Stage:
     """The world of boats that sail together, with a drawing context."""
 
-    def __init__(self, boat_set: BoatSet, paths: Paths, size: tuple[int, int]) -> None:
+    def __init__(self, boat_set: BoatSet, paths: Paths, size: tuple[int, int], seed: int = 0) -> None:
         """Compile and open what is needed.
 
         Args:
             boat_set: the boats and their world.
             paths: by boat, times [s], places [m] and headings [rad], (n, 4), of the whole recording.
             size: of the largest picture: width, height [pixels].
+            seed: of the run, from which a random sea has its phases.
 
         Raises:
             RenderError: nothing can draw here.
@@ -332,7 +333,7 @@ class Stage:
         self._model = drawing_model(world)
         check_columns(boat_set, self._model)
         self._data = mujoco.MjData(self._model)
-        self._sea = SeaSkin(self._model, parameters.sea)
+        self._sea = SeaSkin(self._model, parameters.sea, seed)
         self._displays = displays_of(parameters)
         self._wakes = [Wake(paths[boat], stern) for boat, stern in sterns(parameters) if boat in paths]
         self._foam_at = math.nan, (np.zeros((0, 3, 3)), np.zeros(0))
