@@ -55,6 +55,10 @@ SEA = {
     },
 }
 """Open water with the sea of VRX's Sydney worlds and a gusty wind."""
+OCEAN = {**SEA, "sea": {"model": "jonswap", "sea_state": 2, "spreading": 10}}
+"""The same with a sea of 60 waves."""
+MARINE = {**OCEAN, "physics": {"profile": "marine"}, "current": {"speed": 0.3, "var_gain": 0.05}}
+"""The same in profile `marine`, with a current."""
 
 
 def fleet(count: int) -> Mapping[str, object]:
@@ -63,9 +67,9 @@ def fleet(count: int) -> Mapping[str, object]:
     return {"usv_count": count, "thrusters": "H", "positions": places}
 
 
-def sailing(count: int) -> Simulation:
+def sailing(count: int, world: Mapping[str, object] = SEA) -> Simulation:
     """Boats under way in the sea, warmed up."""
-    sim = Simulation(compile_world(SEA, fleet=fleet(count)))
+    sim = Simulation(compile_world(world, fleet=fleet(count)))
     sim.step({boat: {"left": 0.1, "right": 0.1} for boat in sim.boats}, duration=2.0)
     return sim
 
@@ -80,7 +84,7 @@ def resident_memory() -> float:
 
 Row = dict[str, Any]
 ROUNDS = 15
-FIGURES = 15
+FIGURES = 18
 """Figures that `measure` takes: for the progress only."""
 VERDICTS = {True: "yes", False: "[red]no[/]", None: ""}
 NO_MEMORY = "it needs the memory of a process, which only Linux gives"
@@ -118,6 +122,9 @@ def measure() -> list[Row]:
 def _measured() -> Iterator[Row]:
     yield _row("step_ratio_1", step_ratio(1, 2000), "x bare mj_step", 1.5)
     yield _row("step_ratio_100", step_ratio(100, 100), "x bare mj_step", 2.5)
+    yield _row("sea_60_ratio", step_ratio(1, 2000, OCEAN), "x bare mj_step", 4.0)
+    yield _row("marine_step_ratio_1", step_ratio(1, 2000, MARINE), "x bare mj_step", 8.0)
+    yield _row("marine_step_ratio_100", step_ratio(100, 100, MARINE), "x bare mj_step", 8.0)
     yield _row("boats_in_real_time", boats_in_real_time(500), "boats", 3000, at_least=True)
     yield _row("record_overhead", record_overhead(), "of the run", 0.05)
     yield _row("import_s", import_seconds(), "s", 0.1)
@@ -217,9 +224,9 @@ def ratio(ours: Callable[[], object], theirs: Callable[[], object]) -> float:
     return statistics.median(a / b for a, b in zip(seconds[ours], seconds[theirs], strict=True))
 
 
-def step_ratio(count: int, steps: int) -> float:
+def step_ratio(count: int, steps: int, world: Mapping[str, object] = SEA) -> float:
     """Cost of our step, sea and wind and all, over that of a bare one."""
-    sim, step = sailing(count), bare(count)
+    sim, step = sailing(count, world), bare(count)
     return ratio(lambda: sim.advance(steps), lambda: step(steps))
 
 
