@@ -17,9 +17,7 @@ from vrx_mj.config.base import (
     Longitude,
     NonNegative,
     Pose,
-    Positive,
     Seed,
-    Vec3,
     fault,
     faults,
 )
@@ -36,6 +34,7 @@ from vrx_mj.config.search import find_terrain
 from vrx_mj.config.series.worlds import world_source
 from vrx_mj.config.tasks import Task
 from vrx_mj.config.tree import Section
+from vrx_mj.config.wind import WindConfig
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import VrxWarning
@@ -48,8 +47,6 @@ __all__ = [
     "SeaConfig",
     "Sensors",
     "SpawnConfig",
-    "WindConfig",
-    "WindObject",
     "WorldConfig",
     "check_thrusters",
     "load_world",
@@ -61,38 +58,6 @@ MAX_TURN = 1e6
 """Largest heading [degrees] that a file may give; a saved world holds no larger one."""
 FULL_TURN = 2 * math.pi
 """Angle [rad] beyond which a pose was probably meant in degrees."""
-
-
-class WindObject(Config):
-    """Something that the wind pushes: a boat, an object, or every boat of a kind."""
-
-    model: str
-    """Name of a boat, an object, a kind of robot or a model of objects."""
-    link: str | None = None
-    """VRX's link_name; without effect."""
-    coefficients: Vec3
-    """Coefficients of the force along x and y and of the torque about z [N s2/m2, N s2/m]."""
-
-
-class WindConfig(Config):
-    """VRX's usv_gazebo_wind_plugin: a mean wind with Gauss-Markov gusts."""
-
-    direction: float = 270.0
-    """Direction in which the air moves [degrees], counter-clockwise from east."""
-    mean_velocity: NonNegative = 0.0
-    """Mean speed [m/s]."""
-    var_gain: NonNegative = 0.0
-    """Standard deviation of the gusts [m/s]."""
-    var_time: Positive = 2.0
-    """Time constant of the gusts [s]."""
-    seed: Seed = 0
-    """Seed of the gusts; 0 leaves it to the world's seed."""
-    update_rate: float = 10.0
-    """Rate at which VRX publishes the wind [Hz]; no effect on motion."""
-    objects: tuple[WindObject, ...] | None = None
-    """What the wind pushes besides boats whose robot has coefficients of its own; by default these boats alone.
-
-    `[]`: nothing at all."""
 
 
 class PhysicsConfig(Config):
@@ -236,6 +201,10 @@ class WorldConfig(FromFile):
                 (("objects", number, "mooring"), f"a mooring {MARINE_ONLY}, got {self.physics.profile}")
                 for number, item in enumerate(self.objects)
                 if item.mooring is not None
+            ]
+            found += [
+                (("wind", key), f"{key} {MARINE_ONLY}, got {self.physics.profile}")
+                for key in (self.wind.marine_keys if self.wind else ())
             ]
         if self.current is not None and self.physics.profile != MARINE:
             found.append((("current",), f"a current {MARINE_ONLY}, got {self.physics.profile}"))

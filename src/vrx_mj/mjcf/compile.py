@@ -32,7 +32,7 @@ from vrx_mj.mjcf.robots import boat_rows, fitted, stiffness
 from vrx_mj.mjcf.scene import scene_parameters, scene_values
 from vrx_mj.mjcf.tasks import Touch, lock_of, task_parameters, touch_sensor, touches_of, waypoints
 from vrx_mj.mjcf.terrain import shoreline, terrain_piece
-from vrx_mj.mjcf.wind import newcomer_wind, warn_if_unmoved, warn_if_unpushed, wind_parameters
+from vrx_mj.mjcf.wind import air_parameters, newcomer_wind, warn_if_unmoved, warn_if_unpushed, wind_parameters
 from vrx_mj.mjcf.world import World, joined_world
 from vrx_mj.model.boats import Spawn
 from vrx_mj.model.site import Georeference
@@ -240,6 +240,7 @@ class _Assembly:
             sea=self.sea,
             current=current_parameters(config.current),
             wind=wind_parameters(config.wind, config.physics.profile),
+            air=air_parameters(config.wind, config.physics.profile),
             **self.rows.tables,
             spawn=spawn_parameters(config),
             task=self.task,

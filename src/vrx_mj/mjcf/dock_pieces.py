@@ -8,7 +8,7 @@ from typing import Any
 from vrx_mj.config.bays import RGB, Cell, PlacardConfig
 from vrx_mj.config.objects import BuoyancyElement, ObjectConfig, load_object
 from vrx_mj.config.shapes import Visual
-from vrx_mj.config.world import WindConfig
+from vrx_mj.config.wind import WindConfig
 from vrx_mj.frames import Pose, apply, compose, inverse, rotation
 from vrx_mj.mjcf.docks import BlockTree, block_tree
 from vrx_mj.mjcf.objects import element_row

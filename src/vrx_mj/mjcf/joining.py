@@ -19,8 +19,9 @@ from vrx_mj.config.docks import DockPlacement
 from vrx_mj.config.fleet import BoatConfig, joining_boat
 from vrx_mj.config.loading import joining
 from vrx_mj.config.objects import MOST_OBJECTS, Placement
+from vrx_mj.config.wind import WindConfig
 from vrx_mj.config.wording import ros_names_note
-from vrx_mj.config.world import PhysicsConfig, SpawnConfig, WindConfig
+from vrx_mj.config.world import PhysicsConfig, SpawnConfig
 from vrx_mj.errors import CommandError, CompileError, UnknownNameError, VrxWarning
 from vrx_mj.mjcf import boats
 from vrx_mj.mjcf.afloat import depth_in_land

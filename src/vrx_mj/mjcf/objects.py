@@ -13,7 +13,8 @@ from typing import Literal
 from vrx_mj.config.gazebo.models import kind_name
 from vrx_mj.config.objects import BuoyancyElement, ObjectConfig, RopeConfig, load_object, path_points
 from vrx_mj.config.profiles import MARINE, NEWER
-from vrx_mj.config.world import PhysicsConfig, WindConfig
+from vrx_mj.config.wind import WindConfig
+from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.frames import compose, rotation
 from vrx_mj.mjcf.parameters import PROFILES, Rows
 from vrx_mj.mjcf.pieces import Piece

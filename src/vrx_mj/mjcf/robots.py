@@ -22,7 +22,8 @@ from vrx_mj.config.dynamics import ContactConfig
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.profiles import CLASSIC
 from vrx_mj.config.sensors import CameraConfig
-from vrx_mj.config.world import PhysicsConfig, WindConfig
+from vrx_mj.config.wind import WindConfig
+from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.constants import HULL_GRAVITY
 from vrx_mj.frames import Pose, rotation
 from vrx_mj.mjcf.afloat import outline

@@ -5,12 +5,15 @@ import warnings
 from collections.abc import Iterable
 
 from vrx_mj.config.fleet import BoatConfig
-from vrx_mj.config.profiles import CLASSIC, NEWER
+from vrx_mj.config.profiles import CLASSIC, MARINE, NEWER
 from vrx_mj.config.search import catalogue
-from vrx_mj.config.world import PhysicsConfig, WindConfig
+from vrx_mj.config.wind import WindConfig
+from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.errors import VrxWarning
 from vrx_mj.model.boats import WindCoefficients
-from vrx_mj.model.water import Wind
+from vrx_mj.model.water import Air, Wind
+from vrx_mj.physics.gusts import gust_frequencies, gust_variance, npd
+from vrx_mj.physics.spectra import Spectrum
 
 __all__ = [
     "NO_WIND",
@@ -23,6 +26,8 @@ __all__ = [
 ]
 
 NO_WIND = (0.0, 0.0, 0.0)
+NPD_HEIGHT = 10.0
+"""Height of the mean speed on which the NPD spectrum depends [m]."""
 STALE = "wind_stale_link"
 """VRX's defect by which the wind pushes no boat."""
 FIRST_GUST = {"vrx": 0.0, "vrx3": 0.001, "marine": 0.0}
@@ -37,16 +42,45 @@ Coefficients = tuple[float, float, float]
 def wind_parameters(wind: WindConfig | None, profile: str = CLASSIC) -> Wind:
     """The gust process and its direction; a world without wind is one of 0 m/s."""
     wind = wind or WindConfig(mean_velocity=0.0, var_gain=0.0)
-    toward = math.radians(wind.direction)
+    toward, gusts = math.radians(wind.direction), _spectrum(wind)
     return Wind(
         direction=(math.cos(toward), math.sin(toward)),
         mean=wind.mean_velocity,
-        gain=wind.var_gain,
+        gain=math.sqrt(gust_variance(gusts)) if gusts else wind.var_gain,
         time_constant=wind.var_time,
         first_step=FIRST_GUST[profile],
         seed=wind.seed,
         update_rate=wind.update_rate,
     )
+
+
+def air_parameters(wind: WindConfig | None, profile: str) -> Air | None:
+    """What the wind of profile `marine` has besides; None in VRX's, and where none blows."""
+    if wind is None or profile != MARINE:
+        return None
+    gusts = _spectrum(wind)
+    return Air(
+        height=wind.height,
+        exponent=wind.exponent or 0.0,
+        roughness=wind.roughness or 0.0,
+        turning=math.radians(wind.turning),
+        spread=math.radians(wind.var_direction),
+        time_constant=wind.var_direction_time,
+        gust_frequencies=tuple(gust_frequencies(gusts, wind.components)) if gusts else (),
+    )
+
+
+def _spectrum(wind: WindConfig) -> Spectrum | None:
+    """The spectrum of the gusts at the wind's height; the speed at 10 m, on which it depends, is by the wind's profile.
+
+    None: they are a Gauss-Markov process, or there is no wind.
+    """
+    if wind.spectrum != "npd" or not wind.mean_velocity:
+        return None
+    share = (NPD_HEIGHT / wind.height) ** (wind.exponent or 0.0)
+    if wind.roughness:
+        share = math.log(max(NPD_HEIGHT, wind.roughness) / wind.roughness) / math.log(wind.height / wind.roughness)
+    return npd(share * wind.mean_velocity, wind.height)
 
 
 def wind_coefficients(wind: WindConfig | None, *names: str) -> Coefficients | None:

@@ -8,7 +8,7 @@ from pydantic import Field
 from vrx_mj.constants import WATER_DENSITY, WAVE_GRAVITY
 from vrx_mj.model.kinds import LEFT_OUT, STRICT, Flag, NonNegative, Positive, Real, Share, Vec2
 
-__all__ = ["Current", "Layer", "Sea", "Wave", "Wind"]
+__all__ = ["Air", "Current", "Layer", "Sea", "Wave", "Wind"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,3 +119,24 @@ class Wind:
     """Seed of the gusts; 0 leaves it to the run's."""
     update_rate: Real
     """Rate at which VRX publishes the wind [Hz]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Air:
+    """Profile over height, gusts of a spectrum and turning direction of a wind in profile `marine`."""
+
+    __pydantic_config__ = STRICT
+    height: Positive
+    """Height above the water at which the wind has its speed [m]."""
+    exponent: NonNegative
+    """Exponent of its power law over height; 0: the same at all heights."""
+    roughness: NonNegative
+    """Roughness length of its logarithmic profile [m]; 0: it has the power law."""
+    turning: Real
+    """Rate at which its direction turns [rad/s], counter-clockwise."""
+    spread: NonNegative
+    """Standard deviation of its direction [rad]."""
+    time_constant: Positive
+    """Time constant of its direction [s]."""
+    gust_frequencies: Annotated[tuple[Positive, ...], Field(max_length=10_000)]
+    """Angular frequencies of the harmonics of its gusts [rad/s]; none: a Gauss-Markov process."""

@@ -15,7 +15,7 @@ from vrx_mj.model.boats import Boat, Hull, Sensor, Spawn, Station, Thruster
 from vrx_mj.model.kinds import LEFT_OUT, STRICT, Angle, Count, NonNegative, Pose, Real, Text
 from vrx_mj.model.site import Dock, Georeference, Light, Marker, Object, Placard, Ring, Scene
 from vrx_mj.model.tasks import Task
-from vrx_mj.model.water import Current, Sea, Wind
+from vrx_mj.model.water import Air, Current, Sea, Wind
 
 __all__ = [
     "FORMAT",
@@ -63,6 +63,8 @@ class Parameters:
     """The current."""
     wind: Wind
     """The wind."""
+    air: Air | None = field(default=None, metadata=LEFT_OUT)
+    """What the wind of profile `marine` has besides."""
     hulls: tuple[Hull, ...]
     """Hulls of the boats, in their order."""
     stations: tuple[Station, ...]

@@ -50,7 +50,7 @@ def block_load(
     """Return buoyancy, drag and wind on a block at its present velocity, about its centre of mass.
 
     `stream` is the current [m/s], east and north. Where the water moves (`sea.moving`) drag is that of the velocity
-    through it, and buoyancy leans with the surface.
+    through it, and buoyancy leans with the surface; the wind is then the apparent one.
 
     The blocks that it hangs on come before it. Its row of `work` gets its frame, its hinge's axis and its own drag.
     """
@@ -72,14 +72,15 @@ def block_load(
     _add_drag(own, here, dt * sums.k, dt * sums.kz)
     for k in range(3, 6):
         own[k, k] += dt * sums.kappa
-    east, north, lean = stream[0], stream[1], zero_wrench()
+    east, north, lean, breeze = stream[0], stream[1], zero_wrench(), air
     if sea.moving != 0:
         orbital = orbital_motion(waves, sea, body.x, body.y, body.z, time)
         east, north = east + orbital.u, north + orbital.v
         lift = sums.lift / block.gravity
+        breeze = air[0] - velocity[0], air[1] - velocity[1]
         lean = Wrench(lift * orbital.du, lift * orbital.dv, 0.0, 0.0, 0.0, 0.0)
     slip = (velocity[0] - east, velocity[1] - north, velocity[2] - rise)
-    pushes = add(sums_wrench(sums, slip, rotate(body, body.p, body.q, body.r)), wind_load(block.wind, body, air))
+    pushes = add(sums_wrench(sums, slip, rotate(body, body.p, body.q, body.r)), wind_load(block.wind, body, breeze))
     return add(pushes, lean)
 
 

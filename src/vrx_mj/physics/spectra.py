@@ -16,6 +16,7 @@ from vrx_mj.linear_waves import DEEP, Site, wavenumber
 __all__ = [
     "Component",
     "Spectrum",
+    "band_frequencies",
     "irregular_sea",
     "jonswap",
     "pierson_moskowitz",

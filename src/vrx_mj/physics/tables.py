@@ -12,9 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 __all__ = [
-    "BLOCK", "BOX", "CURRENT", "CURRENT_STATE", "CYLINDER", "ELEMENT", "ELEMENT_STATE", "FLOAT", "FLOAT_STATE",
-    "FOLLOWER", "FOLLOWER_STATE", "GLF", "HULL", "LAYER", "LINEAR", "MARINE", "MOORING", "NEWTONS", "ROPE", "RUDDER",
-    "SEA", "SPHERE", "STATION", "THRUSTER", "THRUSTER_STATE", "VRX", "VRX3", "WAVE", "WAYPOINT", "WIND", "WIND_STATE",
+    "AIR", "AIR_STATE", "BLOCK", "BOX", "CURRENT", "CURRENT_STATE", "CYLINDER", "ELEMENT", "ELEMENT_STATE", "FLOAT",
+    "FLOAT_STATE", "FOLLOWER", "FOLLOWER_STATE", "GLF", "GUST_BAND", "HULL", "LAYER", "LINEAR", "MARINE", "MOORING",
+    "NEWTONS", "ROPE", "RUDDER", "SEA", "SPHERE", "STATION", "THRUSTER", "THRUSTER_STATE", "VRX",
+    "VRX3", "WAVE", "WAYPOINT", "WIND", "WIND_STATE",
     "Record", "Table", "columns_of", "table",
 ]  # fmt: skip
 
@@ -266,6 +267,27 @@ WIND = np.dtype(
     align=True,
 )
 
+AIR = np.dtype(
+    [
+        ("height", _f),  # above the water, at which the wind has its speed [m]
+        ("exponent", _f),  # of its power law over height; 0: the same at all heights
+        ("roughness", _f),  # length of its logarithmic profile [m]; 0: it has the power law
+        ("turning", _f),  # rate of its direction [rad/s]
+        ("spread", _f),  # standard deviation of its direction [rad]
+        ("time_constant", _f),  # of its direction [s]
+        ("key", _u),  # of its stream of random numbers
+    ],
+    align=True,
+)
+
+GUST_BAND = np.dtype(
+    [
+        ("frequency", _f),  # angular [rad/s]
+        ("phase", _f),  # at time 0 [rad]
+    ],
+    align=True,
+)
+
 THRUSTER_STATE = np.dtype(
     [
         ("command", _f),
@@ -307,6 +329,15 @@ CURRENT_STATE = np.dtype(
     [
         ("east", _f),  # random part [m/s]
         ("north", _f),
+        ("counter", _u),  # steps so far
+    ],
+    align=True,
+)
+
+AIR_STATE = np.dtype(
+    [
+        ("deviation", _f),  # random part of the direction [rad]
+        ("angle", _f),  # by which the wind blows off `WIND.direction` [rad], counter-clockwise
         ("counter", _u),  # steps so far
     ],
     align=True,

@@ -142,9 +142,12 @@ def _component(amplitude: float, frequency: float, direction: tuple[float, float
     }
 
 
-def random_phases(seed: int, number: int) -> FloatArray:
-    """Return the phases (number,) [rad] that a run's seed gives to a sea's waves, even over a full turn."""
-    key = np.uint64(stream_key(seed, "waves"))
+def random_phases(seed: int, number: int, *names: str) -> FloatArray:
+    """Return the phases (number,) [rad] that a run's seed gives to waves, even over a full turn.
+
+    `names` are those of their stream, by default the one of a sea's waves.
+    """
+    key = np.uint64(stream_key(seed, *(names or ("waves",))))
     return np.array([2.0 * math.pi * uniform(key, np.uint64(index)) for index in range(number)])
 
 

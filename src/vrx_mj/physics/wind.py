@@ -8,9 +8,20 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Wrench, from_origin, rotate, rotated_wrench
 from vrx_mj.physics.noise import normal
-from vrx_mj.physics.tables import MARINE, VRX3, Record
+from vrx_mj.physics.tables import MARINE, VRX3, Record, Table
 
-__all__ = ["apparent_wind_load", "gust_step", "wind_load", "wind_on_float", "wind_on_hull", "wind_velocity"]
+__all__ = [
+    "air_velocity",
+    "apparent_wind_load",
+    "gust_step",
+    "wind_load",
+    "wind_on_float",
+    "wind_on_hull",
+    "wind_series",
+    "wind_share",
+    "wind_step",
+    "wind_velocity",
+]
 
 
 @kernel
@@ -37,6 +48,77 @@ def gust_step(wind: Record, state: Record, dt: float) -> float:
 def wind_velocity(wind: Record, state: Record) -> tuple[float, float]:
     """Return the wind's velocity [m/s] east and north, where it blows toward."""
     return state.speed * wind.direction[0], state.speed * wind.direction[1]
+
+
+@kernel
+def wind_step(wind: Record, state: Record, bands: Table, air: Table, air_state: Table, dt: float) -> None:
+    """Advance gusts and direction by `dt` [s]; without `air`, of 0 or 1 rows, it is `gust_step`.
+
+    Gusts of a spectrum are gain sqrt(2 / N) sum cos(omega_i t + phase_i) over the N `bands`, whose standard deviation
+    is `wind.gain`. The direction is off by turning t + v, where v is an exact Gauss-Markov process:
+    v' = v exp(-dt / tau) + spread sqrt(1 - exp(-2 dt / tau)) xi.
+    """
+    for i in range(air.size):
+        own, now = air[i], air_state[i]
+        if own.spread > 0.0:
+            keep = math.exp(-dt / own.time_constant)
+            now.deviation = keep * now.deviation + own.spread * math.sqrt(1.0 - keep * keep) * normal(
+                own.key, now.counter
+            )
+        now.counter += np.uint64(1)
+        t = float(now.counter) * dt
+        now.angle = own.turning * t + now.deviation
+        if bands.size > 0:
+            state.gust = wind.gain * _harmonics(bands, t)
+            state.speed = wind.mean + state.gust
+    if bands.size == 0:
+        gust_step(wind, state, dt)
+
+
+@kernel
+def _harmonics(bands: Table, t: float) -> float:
+    """Return the sum of the bands' harmonics at a time [s], of variance 1."""
+    total = 0.0
+    for i in range(bands.size):
+        total += math.cos(bands[i].frequency * t + bands[i].phase)
+    return total * math.sqrt(2.0 / bands.size)
+
+
+@kernel
+def air_velocity(wind: Record, state: Record, air_state: Table) -> tuple[float, float]:
+    """Return `wind_velocity`, turned by the angle in `air_state` if there is one."""
+    east, north = wind_velocity(wind, state)
+    for i in range(air_state.size):
+        cos, sin = math.cos(air_state[i].angle), math.sin(air_state[i].angle)
+        east, north = cos * east - sin * north, sin * east + cos * north
+    return east, north
+
+
+@kernel
+def wind_series(
+    wind: Record, state: Record, bands: Table, air: Table, air_state: Table, dt: float, out: FloatArray
+) -> None:
+    """Advance by steps of `dt` [s], and write the velocity [m/s] east and north after each into `out`, (steps, 2)."""
+    for n in range(out.shape[0]):
+        wind_step(wind, state, bands, air, air_state, dt)
+        out[n, 0], out[n, 1] = air_velocity(wind, state, air_state)
+
+
+@kernel
+def wind_share(air: Table, z: float) -> float:
+    """Return the wind's speed at a height `z` [m] above the water over that at `air.height`: 1 without `air`.
+
+    Power law (z / h)^exponent, or the logarithmic profile ln(z / z0) / ln(h / z0), which is 0 up to the roughness
+    length z0 (DNV-RP-C205, 2.3.2).
+    """
+    share = 1.0
+    for i in range(air.size):
+        own = air[i]
+        if own.roughness > 0.0:
+            share = math.log(max(z, own.roughness) / own.roughness) / math.log(own.height / own.roughness)
+        elif own.exponent > 0.0:
+            share = (max(z, 0.0) / own.height) ** own.exponent
+    return share
 
 
 @kernel
@@ -91,6 +173,8 @@ def wind_on_hull(hull: Record, motion: Motion, wind_vector: tuple[float, float])
 @kernel
 def wind_on_float(item: Record, motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
     """Return the same for a floating object: world axes, about its centre of mass."""
+    if item.profile == MARINE:
+        return wind_load(item.wind, motion, _less(wind_vector, motion))
     if item.profile == VRX3:
         return from_origin(apparent_wind_load(item.wind, motion, wind_vector), motion, item.com)
     return wind_load(item.wind, motion, wind_vector)

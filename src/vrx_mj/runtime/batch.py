@@ -19,7 +19,7 @@ from vrx_mj.physics.noise import stream_key
 from vrx_mj.runtime.bodies import write_pose
 from vrx_mj.runtime.crowding import check_room
 from vrx_mj.runtime.limits import ThreadPool, thread_count
-from vrx_mj.runtime.loop_arrays import LoopArrays
+from vrx_mj.runtime.loop_arrays import LoopArrays, air_key, gust_phases
 from vrx_mj.runtime.physics_models import stepping_models
 from vrx_mj.runtime.row_arguments import Rows, as_numbers, row_seeds, row_vectors, varied, which_rows
 from vrx_mj.runtime.row_tables import SEPARATE, RowTables, allocating, check_memory
@@ -156,7 +156,12 @@ class Batch(RowTables):
         """Wind velocity east and north in each row, (n, 2) [m/s], in the direction of the air's motion."""
         speed: FloatArray = self._stacks["wind_state"]["speed"]
         velocity: FloatArray = speed * self._stacks["wind"]["direction"][:, 0]
-        return velocity
+        angle = self._stacks["air_state"]["angle"]
+        if not angle.shape[1]:
+            return velocity
+        cos, sin = np.cos(angle[:, 0]), np.sin(angle[:, 0])
+        east, north = velocity.T
+        return np.stack((cos * east - sin * north, sin * east + cos * north), axis=1)
 
     # Running
 
@@ -179,6 +184,10 @@ class Batch(RowTables):
         wind["key"][which, 0] = [stream_key(int(s), "wind", wind_seed) for s in self._seeds[which]]
         current, own_seed = self._stacks["current"], str(self._arrays.current_seed)
         current["key"][which] = [[stream_key(int(s), "current", own_seed)] for s in self._seeds[which]]
+        for row in which if len(self._arrays.air) else ():
+            run = int(self._seeds[row]), self._arrays.wind_seed
+            self._stacks["air"]["key"][row] = air_key(*run)
+            self._stacks["gust_bands"]["phase"][row] = gust_phases(*run, len(self._arrays.gust_bands))
         self._stacks["wind_state"]["speed"][which, 0] = wind["mean"][which, 0]
         if self._seas.drawn.any():
             self._separate("waves")[which] = self._seas.draw(which, self._seeds)

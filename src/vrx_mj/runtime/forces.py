@@ -13,7 +13,7 @@ from vrx_mj.physics.drag import added_inertia
 from vrx_mj.physics.motion import Motion, Wrench, add, from_origin, motion, shift, zero_vector, zero_wrench
 from vrx_mj.physics.tables import MARINE, RUDDER, VRX3, Record
 from vrx_mj.physics.thrust import servo_step, steering_target, thruster_wrench
-from vrx_mj.physics.wind import gust_step, wind_velocity
+from vrx_mj.physics.wind import air_velocity, wind_step
 from vrx_mj.runtime.loop import hull_loads, update_force, water_at_hull
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
@@ -43,9 +43,9 @@ def boat_forces(arrays: LoopArrays, index: int, time: float) -> Forces:
     def about_center(wrench: Wrench) -> FloatArray:
         return np.array(shift(wrench, lever))
 
-    gusts = arrays.wind_state.copy()
-    gust_step(arrays.wind[0], gusts[0], arrays.timestep)
-    air = wind_velocity(arrays.wind[0], gusts[0])
+    gusts, turned = arrays.wind_state.copy(), arrays.air_state.copy()
+    wind_step(arrays.wind[0], gusts[0], arrays.gust_bands, arrays.air, turned, arrays.timestep)
+    air = air_velocity(arrays.wind[0], gusts[0], turned)
     water = zero_vector()
     if hull["profile"] == MARINE:
         state = arrays.current_state.copy()

@@ -51,7 +51,7 @@ from vrx_mj.physics.thrust import (
     thruster_wrench,
 )
 from vrx_mj.physics.waves import surface_height
-from vrx_mj.physics.wind import gust_step, wind_on_float, wind_on_hull, wind_velocity
+from vrx_mj.physics.wind import air_velocity, wind_on_float, wind_on_hull, wind_step
 from vrx_mj.runtime.proximity import contact_free, touch_begins
 from vrx_mj.runtime.sample_clocks import latch
 from vrx_mj.runtime.views import Views, views
@@ -116,9 +116,9 @@ def advance(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
         sample(a, time)
         latch(a.clocks, a.latched, a.qpos, a.qvel, a.device_state, time)
         time += dt
-        gust_step(a.wind[0], a.wind_state[0], dt)
+        wind_step(a.wind[0], a.wind_state[0], a.gust_bands, a.air, a.air_state, dt)
         current_step(a.current, a.current_state, dt)
-        air = wind_velocity(a.wind[0], a.wind_state[0])
+        air = air_velocity(a.wind[0], a.wind_state[0], a.air_state)
         push_hulls(a, air, time, dt)
         push_floats(a, air, damping, time, dt)
         push_docks(a, air, time, dt)

@@ -39,6 +39,8 @@ MODEL_ARRAYS = (
 
 WIND = ("direction", "mean", "gain", "time_constant", "first_step")
 """Parameters of the wind that the loop reads."""
+AIR = ("height", "exponent", "roughness", "turning", "spread", "time_constant")
+"""The same of its profile and direction."""
 CURRENT = ("mean", "tide_major", "tide_minor", "tide_frequency", "tide_phase", "gain", "time_constant")
 """The same of the current."""
 Row = Mapping[str, Any]
@@ -72,6 +74,16 @@ def mujoco_arrays(data: mujoco.MjData) -> dict[str, FloatArray]:
     """The arrays of MuJoCo's data that the loop reads and writes."""
     names = ("qpos", "qvel", "xfrc_applied", "qfrc_applied", "qfrc_constraint", "sensordata")
     return {**{name: getattr(data, name) for name in names}, "inertia": data.M}
+
+
+def air_key(seed: int, wind_seed: int) -> int:
+    """Key of the stream of a wind's direction in the run of a seed."""
+    return stream_key(seed, "wind direction", str(wind_seed))
+
+
+def gust_phases(seed: int, wind_seed: int, number: int) -> FloatArray:
+    """Phases of the harmonics of a wind's gusts in the run of a seed, (number,) [rad]."""
+    return random_phases(seed, number, "gusts", str(wind_seed))
 
 
 class Run:
@@ -151,6 +163,11 @@ class LoopArrays:
         self.wind = tables.table(tables.WIND, [{**{field: getattr(wind, field) for field in WIND}, "key": 0}])
         self.wind_seed = wind.seed
         self.wind_state = np.zeros(1, tables.WIND_STATE)
+        air = parameters.air
+        bands = [{"frequency": frequency} for frequency in air.gust_frequencies] if air else []
+        self.gust_bands = tables.table(tables.GUST_BAND, bands)
+        self.air = tables.table(tables.AIR, [{name: getattr(air, name) for name in AIR} | {"key": 0}] if air else [])
+        self.air_state = np.zeros(len(self.air), tables.AIR_STATE)
 
     def _mount(self, world: World, known: "LoopArrays | None") -> None:
         """Sensors, lights and placards, and what the sensors' clocks keep."""
@@ -225,6 +242,8 @@ class LoopArrays:
         """Set the keys of the noise streams, of which the wind's own seed is a part, and the phases of a random sea."""
         self.wind["key"] = stream_key(seed, "wind", str(self.wind_seed))
         self.current["key"] = stream_key(seed, "current", str(self.current_seed))
+        self.air["key"] = air_key(seed, self.wind_seed)
+        self.gust_bands["phase"] = gust_phases(seed, self.wind_seed, len(self.gust_bands))
         if self._random_sea:
             self.waves["phase"] = random_phases(seed, len(self.waves))
 

@@ -84,7 +84,7 @@ def with_scaled_mass(model: mujoco.MjModel, roots: Iterable[int], factor: float)
 
 SEPARATE = tuple(name for name, array in ARRAYS.items() if array.use in {STATE, OWN})
 """Tables of which every row has its own part."""
-STACKED = (*SEPARATE, "current", "wind", "waves", "hulls", "thrusters")
+STACKED = (*SEPARATE, "current", "wind", "gust_bands", "air", "waves", "hulls", "thrusters")
 """Tables of which rows may have their own part."""
 CARRIED = ("_seeds", "_time", "_done", "_qpos", "_qvel", "_stacks", "_seas", "_varied")
 """What a copy of a batch has besides its world and MuJoCo's states."""
@@ -183,7 +183,7 @@ class RowTables:
         self._qpos, self._qvel = np.zeros((self.n, model.nq)), np.zeros((self.n, model.nv))
         self._features = np.zeros((self.n, len(self.boats), FEATURES))
         self._stacks = {name: self._shared[name] for name in STACKED}
-        for name in (*SEPARATE, "current", "wind"):
+        for name in (*SEPARATE, "current", "wind", "gust_bands", "air"):
             self._separate(name)
         self._seas = RowSeas(arrays.waves, self.world.parameters.sea, self.n)
         self._varied = {name: np.full(self.n, usual) for name, usual in self._usual().items()}

@@ -58,6 +58,10 @@ class Views(NamedTuple):
     layers: Annotated[Table, Array(tables.LAYER)]
     wind: Annotated[Table, Array(tables.WIND)]
     wind_state: Annotated[Table, Array(tables.WIND_STATE, use=STATE)]
+    gust_bands: Annotated[Table, Array(tables.GUST_BAND)]
+    air: Annotated[Table, Array(tables.AIR)]
+    """None or one."""
+    air_state: Annotated[Table, Array(tables.AIR_STATE, use=STATE)]
     hulls: Annotated[Table, Array(tables.HULL)]
     stations: Annotated[Table, Array(tables.STATION)]
     thrusters: Annotated[Table, Array(tables.THRUSTER)]

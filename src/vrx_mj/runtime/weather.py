@@ -11,7 +11,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.physics.kinematics import orbital_motions, pressures, surface_slopes
 from vrx_mj.physics.waves import surface_heights
-from vrx_mj.physics.wind import gust_step
+from vrx_mj.physics.wind import wind_series, wind_share
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.row_arguments import as_numbers
 
@@ -90,8 +90,7 @@ class Wind:
     def __init__(self, arrays: LoopArrays) -> None:
         self.bind(arrays)
         self._lock = threading.Lock()
-        self._replayed = np.zeros(0)
-        self._replay = np.zeros(1, arrays.wind_state.dtype)
+        self.forget()
 
     def bind(self, arrays: LoopArrays) -> None:
         """Go on in arrays in which boats have come or gone."""
@@ -105,44 +104,61 @@ class Wind:
 
     @property
     def direction(self) -> float:
-        """Where it blows to [rad], counter-clockwise from east."""
+        """Where it blows to now [rad], counter-clockwise from east."""
         east, north = self._arrays.wind["direction"][0]
-        return math.atan2(north, east)
+        toward = math.atan2(north, east)
+        for angle in self._arrays.air_state["angle"].tolist():
+            toward = math.remainder(toward + angle, 2.0 * math.pi)
+        return toward
 
-    def velocity(self, t: npt.ArrayLike) -> FloatArray:
+    def velocity(self, t: npt.ArrayLike, z: npt.ArrayLike | None = None) -> FloatArray:
         """Velocity [m/s, ENU] of the air at simulated time t [s]: an array of t's shape + (3,).
 
         Gusts come from a numbered stream, so any time can be asked for, past or future; between
-        steps the gust of the last one holds, and at t = 0 the first is still to come.
+        steps the gust of the last one holds, and at t = 0 the first is still to come. `z` is the height above the
+        water [m], broadcast against t, in winds with a profile; by default that at which the wind has its speed.
 
         Raises:
-            CommandError: a time is not a number, or more than 1e5 s and twice the simulated time so far.
+            CommandError: a time or a height is not a number, they cannot be broadcast, or a time is more than 1e5 s
+                and twice the simulated time so far.
         """
         times = as_numbers("t", t)
         latest = max(FORESEEN, 2.0 * float(self._arrays.data.time))
         if not (np.abs(times) <= latest).all():
             raise CommandError(f"invalid t {shown(t)}: times up to {latest:g} s are needed")
+        shares = np.ones(()) if z is None else self._shares(as_numbers("z", z))
+        try:
+            shares = np.broadcast_arrays(times, shares)[1]
+        except ValueError:
+            shapes = f"{times.shape}, {shares.shape}"
+            raise CommandError(f"invalid t and z of shapes {shapes}: they cannot be broadcast") from None
         steps = np.floor(times / self._arrays.timestep + 1e-6).astype(np.int64)
         with self._lock:
             self._replay_to(int(steps.max(initial=0)))
-            speeds = np.concatenate(([self._arrays.wind["mean"][0]], self._replayed))[np.maximum(steps, 0)]
-        out = np.zeros((*times.shape, 3))
-        out[..., 0] = speeds * self._arrays.wind["direction"][0, 0]
-        out[..., 1] = speeds * self._arrays.wind["direction"][0, 1]
+            found = self._replayed[np.maximum(steps, 0)]
+        out = np.zeros((*shares.shape, 3))
+        out[..., 0], out[..., 1] = shares * found[..., 0], shares * found[..., 1]
         return out
 
     def forget(self) -> None:
         """Start the replay again: the noise stream has changed."""
+        wind, kinds = self._arrays.wind, (self._arrays.wind_state, self._arrays.air_state)
         with self._lock:
-            self._replayed = np.zeros(0)
-            self._replay[:] = np.zeros(1, self._replay.dtype)
+            self._replay, self._turned = (np.zeros(len(table), table.dtype) for table in kinds)
+            self._replayed = wind["mean"][:, None] * wind["direction"]
+
+    def _shares(self, heights: FloatArray) -> FloatArray:
+        """Speeds at heights over that at the wind's own."""
+        if not np.isfinite(heights).all():
+            raise CommandError(f"invalid z {shown(heights.tolist())}: finite numbers are needed")
+        found = [wind_share(self._arrays.air, height) for height in heights.reshape(-1).tolist()]
+        return np.array(found, np.float64).reshape(heights.shape)
 
     def _replay_to(self, steps: int) -> None:
-        missing = steps - len(self._replayed)
+        """Have the velocities (steps + 1, 2) after each step so far."""
+        missing = steps + 1 - len(self._replayed)
         if missing <= 0:
             return
-        more = np.empty(missing)
-        for index in range(missing):
-            gust_step(self._arrays.wind[0], self._replay[0], self._arrays.timestep)
-            more[index] = self._replay["speed"][0]
+        arrays, more = self._arrays, np.empty((missing, 2))
+        wind_series(arrays.wind[0], self._replay[0], arrays.gust_bands, arrays.air, self._turned, arrays.timestep, more)
         self._replayed = np.concatenate((self._replayed, more))

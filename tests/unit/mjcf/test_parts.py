@@ -7,7 +7,8 @@ import pytest
 
 from vrx_mj.config.objects import PathConfig, load_object
 from vrx_mj.config.scene import MarkersConfig
-from vrx_mj.config.world import PhysicsConfig, SeaConfig, WindConfig
+from vrx_mj.config.wind import WindConfig
+from vrx_mj.config.world import PhysicsConfig, SeaConfig
 from vrx_mj.mjcf.markers import AHEAD, marker_rows
 from vrx_mj.mjcf.objects import DENSITY, float_row, follower_row
 from vrx_mj.mjcf.parameters import sea_parameters

@@ -1,0 +1,84 @@
+"""The wind of a world's file: a mean with a profile over height, gusts, a direction that turns, and what it pushes."""
+
+from collections.abc import Iterator
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from vrx_mj.config.base import Config, NonNegative, Positive, Seed, Vec3, faults
+
+__all__ = ["WindConfig", "WindObject"]
+
+MARINE_KEYS = (
+    "height", "exponent", "roughness", "spectrum", "components", "turning", "var_direction", "var_direction_time",
+)  # fmt: skip
+"""Keys that worlds of VRX's profiles cannot have."""
+MOST_GUSTS = 500
+"""Components of gusts, at most."""
+
+
+class WindObject(Config):
+    """Something that the wind pushes: a boat, an object, or every boat of a kind."""
+
+    model: str
+    """Name of a boat, an object, a kind of robot or a model of objects."""
+    link: str | None = None
+    """VRX's link_name; without effect."""
+    coefficients: Vec3
+    """Coefficients of the force along x and y and of the torque about z [N s2/m2, N s2/m]."""
+
+
+class WindConfig(Config):
+    """VRX's usv_gazebo_wind_plugin: a mean wind with Gauss-Markov gusts; and what profile `marine` adds to it."""
+
+    direction: float = 270.0
+    """Direction in which the air moves [degrees], counter-clockwise from east."""
+    mean_velocity: NonNegative = 0.0
+    """Mean speed [m/s]."""
+    var_gain: NonNegative = 0.0
+    """Standard deviation of the gusts [m/s]."""
+    var_time: Positive = 2.0
+    """Time constant of the gusts [s]."""
+    seed: Seed = 0
+    """Seed of the gusts; 0 leaves it to the world's seed."""
+    update_rate: float = 10.0
+    """Rate at which VRX publishes the wind [Hz]; no effect on motion."""
+    height: Positive = 10.0
+    """Height above the water at which the wind has its speed [m]; this and what follows are for profile `marine`."""
+    exponent: Annotated[float, Field(ge=0, le=1)] | None = None
+    """Exponent of a power law over height, 0.11 over open water; by default the wind is the same at all heights."""
+    roughness: Positive | None = None
+    """Roughness length of a logarithmic profile over height [m], 0.0002 over open water; instead of `exponent`."""
+    spectrum: Literal["gauss_markov", "npd"] = "gauss_markov"
+    """Gusts: those of `var_gain` and `var_time`, or the NPD (Froya) spectrum, which follows from speed and height."""
+    components: Annotated[int, Field(ge=1, le=MOST_GUSTS)] = 60
+    """Number of harmonics of which the gusts of a spectrum consist."""
+    turning: float = 0.0
+    """Rate at which the direction turns [degrees/s], counter-clockwise."""
+    var_direction: NonNegative = 0.0
+    """Standard deviation of the direction (Gauss-Markov) [degrees]."""
+    var_direction_time: Positive = 60.0
+    """Time constant of the direction [s]."""
+    objects: tuple[WindObject, ...] | None = None
+    """What the wind pushes besides boats whose robot has coefficients of its own; by default these boats alone.
+
+    `[]`: nothing at all."""
+
+    @property
+    def marine_keys(self) -> Iterator[str]:
+        """The keys that it gives and VRX's profiles do not have."""
+        return (key for key in MARINE_KEYS if key in self.model_fields_set)
+
+    @model_validator(mode="after")
+    def _is_consistent(self) -> Self:
+        found: list[tuple[tuple[str | int, ...], str]] = []
+        if self.exponent is not None and self.roughness is not None:
+            found.append((("roughness",), "a profile has an exponent or a roughness: give one of them"))
+        if self.roughness is not None and self.roughness >= self.height:
+            text = f"a roughness below `height`, {self.height:g} m, is needed, got {self.roughness:g} m"
+            found.append((("roughness",), text))
+        if self.spectrum == "npd" and self.var_gain:
+            found.append((("var_gain",), "the gusts of npd follow from `mean_velocity` and `height`: leave it out"))
+        if found:
+            raise faults(*found)
+        return self
