@@ -1,22 +1,25 @@
 """`vrx-mj robot`: from thruster and component files to a boat."""
 
+import json
 import warnings
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from vrx_mj.cli.files import writing
-from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, shown
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from vrx_mj.config.parts.catalogue import Parameter, PartsFile, PartType
     from vrx_mj.config.parts.compliance import PartVerdict, Point, Rules, Verdict
+    from vrx_mj.mjcf.hull_sheet import HullSheet
 
-__all__ = ["SensorYaml", "app", "build", "check", "one_of", "parts"]
+__all__ = ["SensorYaml", "app", "build", "check", "hydro", "one_of", "parts"]
 
 app = typer.Typer(
     name="robot",
@@ -25,6 +28,8 @@ app = typer.Typer(
     add_completion=False,
     rich_markup_mode=None,
 )
+LARGEST = 1e9
+"""Bound of numbers."""
 SensorYaml = Annotated[Path | None, typer.Option(help="The name of --components in VRX until 1.5.")]
 RuleSet = Annotated[str, typer.Option(help="Rule set: classic, jazzy or 2019.")]
 
@@ -172,6 +177,78 @@ def parts(
         for line in _limits(TYPES[name], book):
             out.print(line, markup=False, highlight=False, soft_wrap=True)
         out.print()
+
+
+@app.command()
+def hydro(
+    mesh: Annotated[Path, typer.Argument(help="Closed mesh of the hull [m]: x forward, y left, z up.")],
+    mass: Annotated[float, typer.Option(help="Mass of the boat [kg].")],
+    center: Annotated[str, typer.Option(help="Centre of mass in the mesh's axes: x,y,z [m].")] = "0,0,0",
+    density: Annotated[float, typer.Option(help="Density of the water [kg/m3].")] = 1025.0,
+    scale: Annotated[float, typer.Option(help="Factor of the mesh's lengths.")] = 1.0,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the sheet as JSON too.")] = None,
+) -> None:
+    """Print the hydrostatics of a hull: displacement, centres, metacentric heights, righting arms to 180 degrees.
+
+    The boat floats upright and without trim.
+
+    Example: vrx-mj robot hydro hull.stl --mass 180 --center 0,0,0.15
+    """
+    from vrx_mj.config.solids import solid_of_mesh
+    from vrx_mj.config.urdf.meshes import read_mesh
+    from vrx_mj.mjcf.hull_sheet import hull_sheet
+
+    for name, value in (("mass", mass), ("density", density), ("scale", scale)):
+        if not 0.0 < value < LARGEST:
+            raise CommandError(f"invalid --{name} {value:g}: a number above 0 is needed")
+    data = read_mesh(mesh, (scale, scale, scale))
+    whole = solid_of_mesh(mesh.name, data.points, data.triangles)
+    for note in whole.notes:
+        warnings.warn(note, VrxWarning, stacklevel=1)
+    sheet = hull_sheet(whole.corners, mass, _coordinates(center), density)
+    for line in _sheet_lines(sheet):
+        typer.echo(line)
+    if output is not None:
+        with writing("the sheet", output):
+            output.write_text(json.dumps(asdict(sheet), indent=1) + "\n", encoding="utf-8", newline="\n")
+
+
+def _coordinates(text: str) -> tuple[float, float, float]:
+    try:
+        x, y, z = (float(word) for word in text.split(","))
+    except ValueError:
+        raise CommandError(f"invalid --center {shown(text)}: x,y,z [m] are needed, as 0,0,0.15") from None
+    if not all(abs(value) < LARGEST for value in (x, y, z)):
+        raise CommandError(f"invalid --center {shown(text)}: numbers are needed")
+    return x, y, z
+
+
+def _m(value: float) -> str:
+    """A length [m] with four digits, and no sign before 0."""
+    return f"{round(value, 4) + 0.0:.4f}"
+
+
+def _sheet_lines(sheet: "HullSheet") -> Iterator[str]:
+    """The sheet as text."""
+    (gm_t, gm_l), (bm_t, bm_l), (c33, c44, c55) = sheet.gm, sheet.bm, sheet.stiffness
+    x, y, z = sheet.center_of_buoyancy
+    rows = (
+        ("displacement", f"{sheet.mass:.4g} kg, {sheet.volume:.4g} m3 at {sheet.density:g} kg/m3"),
+        ("draft", f"{sheet.draft:.4f} m; the water is at z = {sheet.waterline:.4f} m of the mesh"),
+        ("centre of buoyancy", f"x {_m(x)}, y {_m(y)}, z {_m(z)} m; KB {_m(sheet.kb)} m, KG {_m(sheet.kg)} m"),
+        ("waterplane", f"{sheet.waterplane_area:.4f} m2, its middle at x {_m(sheet.center_of_flotation)} m"),
+        ("metacentric radius", f"BM {bm_t:.4f} m, longitudinal {bm_l:.4f} m"),
+        ("metacentric height", f"GM {gm_t:.4f} m, longitudinal {gm_l:.4f} m"),
+        ("stiffness", f"C33 {c33:.5g} N/m, C44 {c44:.5g} N m/rad, C55 {c55:.5g} N m/rad"),
+        ("sinkage", f"{sheet.tonnes_per_centimetre:.4g} t for each cm"),
+    )
+    width = max(len(name) for name, _ in rows)
+    yield from (f"{name:<{width}}  {text}" for name, text in rows)
+    yield "righting arms GZ [m] by heel [deg]:"
+    arms = [f"{heel:3.0f}: {_m(arm):>7}" for heel, arm in sheet.righting_arms]
+    yield from ("  " + "   ".join(arms[start : start + 6]) for start in range(0, len(arms), 6))
+    if gm_t <= 0.0:
+        yield "it capsizes from upright: GM is not above 0; lower the centre of mass"
 
 
 def print_verdict(verdict: "Verdict") -> None:

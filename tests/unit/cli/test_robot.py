@@ -1,3 +1,4 @@
+import json
 import xml.etree.ElementTree as ET
 
 import mujoco
@@ -269,3 +270,57 @@ def test_build_names_a_file_that_is_not_there(cli, folder):
     assert said.code == 2
     assert said.err.startswith("gone.yaml: ")
     assert not (folder / "w.urdf").exists()
+
+
+BARGE = "\n".join(
+    [f"v {x} {y} {z}" for x in (-2, 2) for y in (-1, 1) for z in (0, 1.5)]
+    + ["f 1 2 4", "f 1 4 3", "f 5 7 8", "f 5 8 6", "f 1 5 6", "f 1 6 2", "f 3 4 8", "f 3 8 7", "f 1 3 7", "f 1 7 5",
+       "f 2 6 8", "f 2 8 4"]
+)  # fmt: skip
+
+
+def test_the_sheet_of_a_hull(cli, folder):
+    (folder / "barge.obj").write_text(BARGE, encoding="utf-8")
+    said = cli("robot", "hydro", "barge.obj", "--mass", "4100", "--center", "0,0,0.5", "-o", "sheet.json")
+    assert (said.code, said.err) == (0, "")
+    assert "displacement        4100 kg, 4 m3 at 1025 kg/m3\ndraft               0.5000 m; the water is at" in said.out
+    assert "metacentric height  GM 0.4167 m, longitudinal 2.4167 m\n" in said.out
+    assert "  0:  0.0000    10:  0.0742    20:  0.1576" in said.out
+    assert json.loads((folder / "sheet.json").read_text(encoding="utf-8"))["draft"] == pytest.approx(0.5)
+    said = cli("robot", "hydro", "barge.obj", "--mass", "4100", "--center", "0,0,1.2")
+    assert said.out.endswith("it capsizes from upright: GM is not above 0; lower the centre of mass\n")
+
+
+@pytest.mark.filterwarnings("always")
+def test_a_mesh_that_is_open_or_inside_out_is_mended_and_said(cli, folder):
+    (folder / "open.obj").write_text(BARGE.rpartition("\n")[0], encoding="utf-8")
+    said = cli("robot", "hydro", "open.obj", "--mass", "4100")
+    assert said.code == 0
+    assert "mesh open.obj is open (3 edges without a second triangle): its convex hull is used" in said.err
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (
+            ["--mass", "41000"],
+            "it sinks: 41000 kg, its volume of 12 m3 carries 1.23e+04 kg; check the mesh's unit (m), or its --scale",
+        ),
+        (["--mass", "-1"], "invalid --mass -1: a number above 0 is needed"),
+        (["--mass", "nan"], "invalid --mass nan: a number above 0 is needed"),
+        (["--mass", "9", "--center", "a,b"], "invalid --center 'a,b': x,y,z [m] are needed, as 0,0,0.15"),
+        (["--mass", "9", "--center", "0,0,nan"], "invalid --center '0,0,nan': numbers are needed"),
+    ],
+)
+def test_sheets_that_cannot_be(cli, folder, words, message):
+    (folder / "barge.obj").write_text(BARGE, encoding="utf-8")
+    said = cli("robot", "hydro", "barge.obj", *words)
+    assert (said.code, said.out, said.err) == (2, "", f"{message}\n")
+
+
+def test_a_mesh_that_is_none(cli, folder):
+    (folder / "boat.txt").write_text("v", encoding="utf-8")
+    said = cli("robot", "hydro", "boat.txt", "--mass", "9")
+    assert (said.code, said.err) == (
+        2, "expected a mesh that ends in .obj, .stl, .dae, .ply, .glb, got 'boat.txt'\n"
+    )  # fmt: skip

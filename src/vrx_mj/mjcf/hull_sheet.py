@@ -1,0 +1,167 @@
+"""The hydrostatics of a hull's mesh: displacement, centres, stiffness and righting arms.
+
+Axes are the mesh's own, x forward, y left, z up. The figures come from the pressure on the mesh (`physics.panels`), the
+same function that moves a boat; derivatives are central differences of it.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vrx_mj.arrays import FloatArray, IntArray
+from vrx_mj.errors import VrxError
+from vrx_mj.frames import rotation
+from vrx_mj.physics.panels import panel_wrench, still_pressures
+
+__all__ = ["HullSheet", "hull_sheet"]
+
+HEELS = tuple(range(0, 181, 10))
+"""Angles of heel of the righting arms [degrees]."""
+STEP = 1e-4
+"""Of central differences [m], [rad]."""
+
+
+@dataclass(frozen=True)
+class HullSheet:
+    """A hull afloat upright, without trim."""
+
+    mass: float
+    """Mass [kg]."""
+    center_of_mass: tuple[float, float, float]
+    """Centre of mass [m]."""
+    density: float
+    """Density of the water [kg/m3]."""
+    gravity: float
+    """Gravity [m/s2]."""
+    waterline: float
+    """Height of the water [m]."""
+    draft: float
+    """Depth of the keel under it [m]."""
+    volume: float
+    """Displaced volume [m3]."""
+    center_of_buoyancy: tuple[float, float, float]
+    """Centre of buoyancy [m]."""
+    waterplane_area: float
+    """Area of the waterplane [m2]."""
+    center_of_flotation: float
+    """x of the waterplane's middle [m]."""
+    stiffness: tuple[float, float, float]
+    """C33 [N/m], C44 and C55 [N m/rad] about the centre of mass."""
+    righting_arms: tuple[tuple[float, float], ...]
+    """Angle of heel to starboard [degrees] and righting arm GZ [m], at the same displacement and without trim."""
+
+    @property
+    def kb(self) -> float:
+        """Centre of buoyancy over the keel [m]."""
+        return self.center_of_buoyancy[2] - self.waterline + self.draft
+
+    @property
+    def kg(self) -> float:
+        """Centre of mass over the keel [m]."""
+        return self.center_of_mass[2] - self.waterline + self.draft
+
+    @property
+    def gm(self) -> tuple[float, float]:
+        """Metacentric heights, transverse and longitudinal [m]."""
+        weight = self.mass * self.gravity
+        return self.stiffness[1] / weight, self.stiffness[2] / weight
+
+    @property
+    def bm(self) -> tuple[float, float]:
+        """Metacentric radii, transverse and longitudinal [m]."""
+        across, along = self.gm
+        return across + self.kg - self.kb, along + self.kg - self.kb
+
+    @property
+    def tonnes_per_centimetre(self) -> float:
+        """Mass that sinks it by a centimetre [t]."""
+        return self.density * self.waterplane_area / 1e5
+
+
+class _Hull:
+    """A mesh about its centre of mass, in water of a weight [N/m3]."""
+
+    def __init__(self, corners: FloatArray, center: Sequence[float], weight: float) -> None:
+        self._vertices = np.ascontiguousarray(corners.reshape(-1, 3) - np.asarray(center, np.float64))
+        self._triangles: IntArray = np.arange(len(self._vertices), dtype=np.int64).reshape(-1, 3)
+        self._pressures, self._weight = np.empty(len(self._vertices)), weight
+
+    def wrench(self, height: float, roll: float = 0.0, pitch: float = 0.0) -> FloatArray:
+        """Force [N] and torque [N m] (6,) of the water about the centre, which is `height` [m] over it; world axes."""
+        turn = np.array(rotation(roll, pitch, 0.0))
+        still_pressures(self._vertices, turn[2], height, self._weight, self._pressures)
+        found = np.array(panel_wrench(self._vertices, self._triangles, self._pressures))
+        return np.concatenate((turn @ found[:3], turn @ found[3:]))
+
+    def height(self, load: float, roll: float = 0.0) -> float:
+        """The height [m] at which the water carries a load [N]."""
+        from scipy.optimize import brentq
+
+        vertical = self._vertices @ np.array(rotation(roll, 0.0, 0.0))[2]
+        low, high = -float(vertical.max()), -float(vertical.min())
+        return float(brentq(lambda height: self.wrench(height, roll)[2] - load, low, high, xtol=1e-10))
+
+
+def hull_sheet(
+    corners: FloatArray, mass: float, center: Sequence[float], density: float = 1025.0, gravity: float = 9.80665
+) -> HullSheet:
+    """The hydrostatics of closed triangles (n, 3, 3) [m], counter-clockwise from outside.
+
+    Args:
+        corners: of the hull.
+        mass: of the boat [kg].
+        center: its centre of mass [m].
+        density: of the water [kg/m3].
+        gravity: [m/s2]
+
+    Raises:
+        VrxError: it does not float.
+    """
+    whole = float(np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum()) / 6.0
+    if whole * density <= mass:
+        raise VrxError(
+            f"it sinks: {mass:g} kg, its volume of {whole:.4g} m3 carries {whole * density:.4g} kg; check the "
+            "mesh's unit (m), or its --scale"
+        )
+    hull, load = _Hull(corners, center, density * gravity), mass * gravity
+    height = hull.height(load)
+    upright = hull.wrench(height)
+    waterline, keel = center[2] - height, float(corners[..., 2].min())
+    area = (hull.wrench(height - STEP)[2] - hull.wrench(height + STEP)[2]) / (2.0 * STEP * density * gravity)
+    lever = (hull.wrench(height - STEP)[4] - hull.wrench(height + STEP)[4]) / (2.0 * STEP * density * gravity)
+    slopes = [
+        -(hull.wrench(height, *(STEP * axis))[index] - hull.wrench(height, *(-STEP * axis))[index]) / (2.0 * STEP)
+        for index, axis in ((3, np.array([1.0, 0.0])), (4, np.array([0.0, 1.0])))
+    ]
+    return HullSheet(
+        mass=mass,
+        center_of_mass=(float(center[0]), float(center[1]), float(center[2])),
+        density=density,
+        gravity=gravity,
+        waterline=waterline,
+        draft=waterline - keel,
+        volume=mass / density,
+        center_of_buoyancy=_buoyancy(corners, waterline, upright, load, center),
+        waterplane_area=area,
+        center_of_flotation=center[0] - lever / area,
+        stiffness=(density * gravity * area, slopes[0], slopes[1]),
+        righting_arms=tuple((float(heel), _arm(hull, load, math.radians(heel))) for heel in HEELS),
+    )
+
+
+def _buoyancy(
+    corners: FloatArray, waterline: float, upright: FloatArray, load: float, center: Sequence[float]
+) -> tuple[float, float, float]:
+    """The centre of buoyancy [m]; its height is that of the wet volume."""
+    from vrx_mj.mjcf.derive import displaced
+
+    x, y = center[0] - upright[4] / load, center[1] + upright[3] / load
+    return float(x), float(y), float(displaced(corners, waterline).center[2])
+
+
+def _arm(hull: _Hull, load: float, heel: float) -> float:
+    """Righting arm [m] at an angle of heel to starboard [rad]: how far buoyancy is to starboard of the weight."""
+    torque = hull.wrench(hull.height(load, heel), heel)[3]
+    return float(-torque / load)

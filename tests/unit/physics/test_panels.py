@@ -1,0 +1,141 @@
+"""Pressure on meshes: closed forms of barges and spheres, and another program's hydrostatics."""
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from unit.physics.rows import rotation
+from vrx_mj.physics.panels import panel_wrench, still_pressures
+
+GOLDEN = Path(__file__).parents[2] / "golden"
+WEIGHT = 1025.0 * 9.81
+BOX = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+FACES = np.array(
+    [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4),
+     (1, 5, 7), (1, 7, 3)], np.int64
+)  # fmt: skip
+
+
+def barge(length, beam, depth, up=0.0):
+    return BOX * (length, beam, depth) + (0.0, 0.0, up), FACES
+
+
+def off(name):
+    lines = (GOLDEN / "hulls" / f"{name}.off").read_text(encoding="utf-8").split("\n")
+    count, faces, _ = (int(word) for word in lines[1].split())
+    vertices = np.array([[float(word) for word in line.split()] for line in lines[2 : 2 + count]])
+    triangles = [[int(word) for word in line.split()[1:]] for line in lines[2 + count : 2 + count + faces]]
+    return vertices, np.array(triangles, np.int64)
+
+
+def wrench(mesh, roll=0.0, pitch=0.0, height=0.0, weight=WEIGHT):
+    """World axes, about the link's origin."""
+    vertices, triangles = mesh
+    turn = rotation(roll, pitch, 0.0)
+    pressures = np.empty(len(vertices))
+    still_pressures(vertices, turn[2], height, weight, pressures)
+    found = np.array(panel_wrench(vertices, triangles, pressures))
+    return np.concatenate((turn @ found[:3], turn @ found[3:]))
+
+
+@pytest.mark.parametrize("draft", [0.1, 0.5, 0.9])
+def test_a_barge_displaces_its_draft(draft):
+    found = wrench(barge(4.0, 2.0, 1.0, up=0.5), height=-draft)
+    assert found == pytest.approx((0, 0, WEIGHT * 8.0 * draft, 0, 0, 0), abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("size", "weight", "kg", "stiffness"),
+    [
+        ((4.0, 2.0, 0.5), 1025.0 * 9.81, 0.5, (80_442.0, 16_758.75, 97_200.75)),
+        ((10.0, 4.0, 1.0), 1000.0 * 9.81, 1.5, (392_400.0, 130_800.0, 2_877_600.0)),
+    ],
+)
+def test_stiffness_of_barges(size, weight, kg, stiffness):
+    """About the centre of mass, KG over the keel: C33 = rho g A, C44 = rho g V GM_T, C55 = rho g V GM_L."""
+    length, beam, draft = size
+    mesh, step = barge(length, beam, 3.0 * draft, up=0.5 * draft - kg + draft), 1e-4  # origin at the centre of mass
+    height = kg - draft
+
+    def restoring(heave=0.0, roll=0.0, pitch=0.0):
+        return wrench(mesh, roll, pitch, height + heave, weight)[[2, 3, 4]]
+
+    found = [
+        (restoring(**{name: -step}) - restoring(**{name: step}))[index] / (2.0 * step)
+        for index, name in enumerate(("heave", "roll", "pitch"))
+    ]
+    assert found == pytest.approx(stiffness, rel=1e-3)
+
+
+def rows():
+    with (GOLDEN / "capytaine_hydrostatics.csv").open(encoding="utf-8") as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+
+
+@pytest.mark.parametrize("row", rows(), ids=lambda row: f"{row['mesh']}-{row['heel']}-{row['trim']}")
+def test_meshes_displace_what_another_program_says(row):
+    mesh, heel, trim = off(row["mesh"]), math.radians(float(row["heel"])), math.radians(float(row["trim"]))
+    found = wrench(mesh, heel, trim, weight=9810.0)
+    volume = float(row["volume"])
+    assert found[2] / 9810.0 == pytest.approx(volume, rel=5e-3)
+    assert found[:2] == pytest.approx((0.0, 0.0), abs=1e-6 * found[2])
+    center = -found[4] / found[2], found[3] / found[2]
+    size = np.ptp(mesh[0], axis=0).max()
+    assert center == pytest.approx((float(row["x"]), float(row["y"])), abs=5e-4 * size)
+    step = 1e-5
+    area = (wrench(mesh, heel, trim, -step, 9810.0) - wrench(mesh, heel, trim, step, 9810.0))[2] / (2 * step * 9810.0)
+    assert area == pytest.approx(float(row["area"]), rel=5e-3)
+
+
+@settings(max_examples=60)
+@given(*[st.floats(-math.pi, math.pi)] * 2)
+def test_a_closed_hull_far_under_water_feels_its_volume_alone(roll, pitch):
+    """Archimedes: rho g V upward through the centre of volume, however it lies."""
+    found = wrench(barge(1.0, 0.5, 0.2, up=0.3), roll, pitch, height=-9.0)
+    lever = rotation(roll, pitch, 0.0) @ (0.0, 0.0, 0.3)
+    lift = WEIGHT * 0.1
+    assert found == pytest.approx((0, 0, lift, lever[1] * lift, -lever[0] * lift, 0), abs=1e-6 * lift)
+
+
+@settings(max_examples=60)
+@given(st.floats(-math.pi, math.pi), st.floats(-1.0, 1.0))
+def test_what_is_under_water_and_what_is_over_it_make_the_whole(roll, height):
+    """The wet part of a body and that of the same body upside down, in water up to the same plane, fill it."""
+    mesh = barge(1.0, 0.7, 0.4)
+    below = wrench(mesh, roll, 0.0, height)[2]
+    above = wrench(mesh, roll + math.pi, 0.0, -height)[2]
+    assert below + above == pytest.approx(WEIGHT * 0.28, rel=1e-9)
+
+
+def test_dry_and_wet_corners_in_every_order():
+    """A triangle cut anywhere gives what its parts give: pressure is linear, whatever the corners' numbers."""
+    random = np.random.default_rng(3)
+    for _ in range(12):
+        corners, pressures = random.normal(size=(3, 3)), random.normal(size=3)
+        order = random.permutation(3)
+        turned = order if np.linalg.det(np.eye(3)[order]) > 0 else order[::-1]
+        one = panel_wrench(corners, np.array([[0, 1, 2]]), pressures)
+        other = panel_wrench(corners[turned], np.array([[0, 1, 2]]), pressures[turned])
+        assert np.array(one) == pytest.approx(np.array(other), abs=1e-12)
+        fine, many = subdivided(corners, pressures, 48)
+        assert np.array(one) == pytest.approx(np.array(many), abs=2e-3), fine
+
+
+def subdivided(corners, pressures, count):
+    """The same by midpoints of many small triangles."""
+    total = np.zeros(6)
+    normal = 0.5 * np.cross(corners[1] - corners[0], corners[2] - corners[0]) / count**2
+    for i in range(count):
+        for j in range(count - i):
+            for shift in ((1 / 3, 1 / 3), (2 / 3, 2 / 3)) if j < count - i - 1 else ((1 / 3, 1 / 3),):
+                u, v = (i + shift[0]) / count, (j + shift[1]) / count
+                weights = np.array([1 - u - v, u, v])
+                pressure = max(weights @ pressures, 0.0)
+                force = -pressure * normal
+                total += np.concatenate((force, np.cross(weights @ corners, force)))
+    return count, total
