@@ -29,6 +29,7 @@ from vrx_mj.config.profiles import NEWER
 from vrx_mj.config.search import contained
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.tree import Section
+from vrx_mj.config.windage import WindageConfig
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import UnknownNameError, VrxError
 
@@ -198,6 +199,8 @@ class RobotConfig(Config):
     """Rudders by the names that commands have."""
     wind: Vec3 | None = None
     """Wind coefficients along x and y and about z [N s2/m2, N s2/m], in worlds that list none for it."""
+    windage: WindageConfig | None = None
+    """Areas and coefficients in worlds of profile `marine`, instead of `wind`."""
     sensors: tuple[SensorConfig, ...] = ()
     """Sensors besides those of the URDF; posed in their link's frame."""
     profiles: Profiles = Profiles()

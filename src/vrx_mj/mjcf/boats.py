@@ -14,6 +14,7 @@ from vrx_mj.config.robots import RobotConfig
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.urdf.model import Gazebo, Inertial, Joint, Urdf, UrdfThruster
+from vrx_mj.config.windage import WindageConfig
 from vrx_mj.errors import ConfigError, Problem
 from vrx_mj.frames import Pose, apply, compose, facing, inverse, rotation
 from vrx_mj.mjcf.steering import HERE, Hinges, Tree, known, own_problem, read_hinges, room
@@ -94,6 +95,8 @@ class Boat:
     """How the hull yields to what it touches."""
     water: Mapping[str, Any] = field(default_factory=dict)
     """Fields of `HydrodynamicsConfig` that are known where the rest is to be derived; in a six None is what is not."""
+    windage: WindageConfig | None = None
+    """Areas and coefficients in profile `marine`, instead of `wind`."""
     pushed: Vector | None = None
     """Where in the base link water and wind push [m]; None: at the centre of mass of what is held to it."""
 
@@ -130,6 +133,7 @@ def assembled(
         hydrodynamics=gazebo.hydrodynamics,
         water=gazebo.water,
         wind=config.wind or gazebo.wind,
+        windage=config.windage,
         sensors=sensors,
         warnings=(
             *urdf.remarks,

@@ -32,7 +32,7 @@ from vrx_mj.mjcf.robots import boat_rows, fitted, stiffness
 from vrx_mj.mjcf.scene import scene_parameters, scene_values
 from vrx_mj.mjcf.tasks import Touch, lock_of, task_parameters, touch_sensor, touches_of, waypoints
 from vrx_mj.mjcf.terrain import shoreline, terrain_piece
-from vrx_mj.mjcf.wind import air_parameters, newcomer_wind, warn_if_unmoved, warn_if_unpushed, wind_parameters
+from vrx_mj.mjcf.wind import air_parameters, newcomer_wind, own_load, warn_if_unmoved, warn_if_unpushed, wind_parameters
 from vrx_mj.mjcf.world import World, joined_world
 from vrx_mj.model.boats import Spawn
 from vrx_mj.model.site import Georeference
@@ -207,7 +207,10 @@ class _Assembly:
     def _check_wind(self) -> None:
         config = self.config
         warn_if_unpushed(
-            config.name, config.wind, config.physics, [(boat, self._built(boat).wind) for boat in self.boats]
+            config.name,
+            config.wind,
+            config.physics,
+            [(boat, own_load(self._built(boat), config.physics)) for boat in self.boats],
         )
         names = {name for boat in self.boats for name in (boat.name, boat.robot)}
         names |= {name for item in self.objects if item.config.kind == "floating" for name in (item.name, item.model)}

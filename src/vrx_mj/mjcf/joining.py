@@ -34,7 +34,7 @@ from vrx_mj.mjcf.pieces import Part
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject, place_docks, place_objects
 from vrx_mj.mjcf.robots import Fitted, boat_rows, fitted
 from vrx_mj.mjcf.tasks import Touch, named_things, thing_touches, touch_sensor
-from vrx_mj.mjcf.wind import warn_if_unpushed
+from vrx_mj.mjcf.wind import own_load, warn_if_unpushed
 from vrx_mj.mjcf.world import World, joined_world
 from vrx_mj.model.boats import Boat
 from vrx_mj.model.site import Dock, Object
@@ -84,7 +84,7 @@ def with_boat(world: World, entry: Mapping[str, object], folder: Path | None = N
     _check_shore(old, boat, fit)
     wind, physics = _conditions(old)
     rows = boat_rows(fit, boat, Rows.of(old), wind, physics, old.lives.get(boat.name, 0))
-    warn_if_unpushed(old.name, wind, physics, [(boat, fit.boat.wind)])
+    warn_if_unpushed(old.name, wind, physics, [(boat, own_load(fit.boat, physics))])
     balls = list(_with_balls(old, rows, wind, physics))
     parts = [Part.placed(boat.name, fit.piece, boat.pose), *balls]
     return _joined(world, parts, rows, [Touch(boat.name, rows.hulls[0].body)], asleep=bool(balls))

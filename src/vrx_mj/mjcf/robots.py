@@ -41,7 +41,7 @@ from vrx_mj.mjcf.masses import (
 from vrx_mj.mjcf.parameters import PROFILES, Rows
 from vrx_mj.mjcf.pieces import PREFIX, Piece
 from vrx_mj.mjcf.templates import Geom, geoms, meshes
-from vrx_mj.mjcf.wind import boat_wind
+from vrx_mj.mjcf.wind import boat_wind, boat_windage
 from vrx_mj.model.boats import Boat as Entry
 from vrx_mj.model.boats import Hull, Sensor, Station, Thruster
 from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER
@@ -386,6 +386,7 @@ def boat_rows(
     row = replace(
         _named(fit.hull, boat.name),
         wind=boat_wind(wind, physics, boat.name, boat.robot, own=fit.boat.wind),
+        windage=boat_windage(wind, physics, (boat.name, boat.robot), fit.boat.windage),
         profile=PROFILES[physics.profile],
         # VRX 3's water weighs what the world's gravity makes it weigh
         gravity=HULL_GRAVITY if physics.profile == CLASSIC else physics.gravity,

@@ -2,23 +2,28 @@
 
 import math
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.profiles import CLASSIC, MARINE, NEWER
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.wind import WindConfig
+from vrx_mj.config.windage import WindageConfig
 from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.errors import VrxWarning
-from vrx_mj.model.boats import WindCoefficients
+from vrx_mj.mjcf.boats import Boat
+from vrx_mj.model.boats import Windage, WindCoefficients
 from vrx_mj.model.water import Air, Wind
 from vrx_mj.physics.gusts import gust_frequencies, gust_variance, npd
 from vrx_mj.physics.spectra import Spectrum
+from vrx_mj.physics.windage import BLENDERMANN
 
 __all__ = [
     "NO_WIND",
     "boat_wind",
+    "boat_windage",
     "newcomer_wind",
+    "own_load",
     "warn_if_unmoved",
     "warn_if_unpushed",
     "wind_coefficients",
@@ -100,6 +105,31 @@ def boat_wind(
     return wind_coefficients(wind, name, robot) or (own if _pushes_boats(wind, physics) else None) or NO_WIND
 
 
+def boat_windage(
+    wind: WindConfig | None, physics: PhysicsConfig, names: Sequence[str], own: WindageConfig | None
+) -> Windage | None:
+    """Areas of a boat in profile `marine`, unless the world lists coefficients for its names, or pushes nothing."""
+    listed = wind_coefficients(wind, *names) is not None
+    if (
+        own is None
+        or physics.profile != MARINE
+        or listed
+        or STALE in physics.quirks
+        or not _pushes_boats(wind, physics)
+    ):
+        return None
+    return Windage(
+        frontal_area=own.frontal_area,
+        lateral_area=own.lateral_area,
+        length=own.length,
+        height=own.height,
+        offset=own.offset,
+        coefficients=own.coefficients,
+        curve=tuple((math.radians(angle), cx, cy, cn) for angle, cx, cy, cn in own.curve),
+        vessel=BLENDERMANN[own.vessel] if own.vessel else None,
+    )
+
+
 def _pushes_boats(wind: WindConfig | None, physics: PhysicsConfig) -> bool:
     """Whether boats that nobody lists are pushed. VRX 3's wind is apparent: in a world without wind it adds no drag."""
     return physics.profile != NEWER if wind is None else wind.objects != ()
@@ -112,10 +142,15 @@ def newcomer_wind(wind: WindConfig | None, physics: PhysicsConfig) -> tuple[Wind
     return None if _pushes_boats(wind, physics) else ()
 
 
+def own_load(boat: Boat, physics: PhysicsConfig) -> object:
+    """What a kind of boat has of its own for the wind to push it; None if nothing."""
+    return boat.wind or (boat.windage if physics.profile == MARINE else None)
+
+
 def warn_if_unpushed(
-    world: str, wind: WindConfig | None, physics: PhysicsConfig, boats: Iterable[tuple[BoatConfig, Coefficients | None]]
+    world: str, wind: WindConfig | None, physics: PhysicsConfig, boats: Iterable[tuple[BoatConfig, object]]
 ) -> None:
-    """One warning if a wind blows that has no coefficients for some boats, each given with those of its own."""
+    """One warning if a wind blows that has no coefficients for some boats, each given with what it has of its own."""
     if wind is None or wind.objects == () or STALE in physics.quirks or not (wind.mean_velocity or wind.var_gain):
         return
     still = [boat for boat, own in boats if not own and wind_coefficients(wind, boat.name, boat.robot) is None]

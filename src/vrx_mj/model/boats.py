@@ -2,12 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Annotated, Literal
+
+from pydantic import Field
 
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.model.kinds import (
     LEFT_OUT,
     STRICT,
+    Angle,
     Coefficient,
     Count,
     Index,
@@ -26,11 +29,34 @@ from vrx_mj.model.kinds import (
     Vec3,
 )
 
-__all__ = ["Boat", "Hull", "Sensor", "Spawn", "Station", "Thruster", "WindCoefficients"]
+__all__ = ["Boat", "Hull", "Sensor", "Spawn", "Station", "Thruster", "WindCoefficients", "Windage"]
 
 
 NEWTONS = 3
 """Value of `Thruster.mapping`, as in `physics.tables`."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Windage:
+    """What a hull shows to the wind; angles are those off the bow from which it comes."""
+
+    __pydantic_config__ = STRICT
+    frontal_area: Positive
+    """Area seen from ahead [m2]."""
+    lateral_area: Positive
+    """Area seen from the side [m2]."""
+    length: Positive
+    """Length overall [m]."""
+    height: NonNegative
+    """Height of the lateral area's centre over the link's origin [m]."""
+    offset: Real
+    """Distance of that centre ahead of the link's origin [m]."""
+    coefficients: Vec3 | None = None
+    """Coefficients of -cos, sin and sin 2 of the angle."""
+    curve: Annotated[tuple[tuple[Angle, Real, Real, Real], ...], Field(max_length=1000)] = ()
+    """Angles [rad] and coefficients of surge, sway and yaw."""
+    vessel: tuple[Positive, Positive, Positive, NonNegative, Positive] | None = None
+    """Blendermann's parameters CD_t, CD_l,AF from ahead and from astern, delta and kappa."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,6 +98,8 @@ class Hull:
     """Number of its stations."""
     thruster_start: Row
     """First of its thrusters."""
+    windage: Windage | None = field(default=None, metadata=LEFT_OUT)
+    """What it shows to the wind, instead of its coefficients."""
 
 
 @dataclass(frozen=True, kw_only=True)

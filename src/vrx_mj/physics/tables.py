@@ -15,7 +15,7 @@ __all__ = [
     "AIR", "AIR_STATE", "BLOCK", "BOX", "CURRENT", "CURRENT_STATE", "CYLINDER", "ELEMENT", "ELEMENT_STATE", "FLOAT",
     "FLOAT_STATE", "FOLLOWER", "FOLLOWER_STATE", "GLF", "GUST_BAND", "HULL", "LAYER", "LINEAR", "MARINE", "MOORING",
     "NEWTONS", "ROPE", "RUDDER", "SEA", "SPHERE", "STATION", "THRUSTER", "THRUSTER_STATE", "VRX",
-    "VRX3", "WAVE", "WAYPOINT", "WIND", "WIND_STATE",
+    "VRX3", "WAVE", "WAYPOINT", "WIND", "WINDAGE", "WIND_STATE",
     "Record", "Table", "columns_of", "table",
 ]  # fmt: skip
 
@@ -106,8 +106,23 @@ HULL = np.dtype(
         ("body_com", *_vector),  # CoM of the MuJoCo body [m], body axes
         ("mass", _f),  # of the MuJoCo body [kg]
         ("wind", *_vector),  # coefficients: x, y [N s2/m2], turning [N m s2/m2]
+        ("windage_start", _i),  # rows of its coefficients over the angle of the wind, consecutive
+        ("windage_count", _i),  # 0: it has those of `wind`
+        ("windage_height", _f),  # of the point where the wind acts, over the link's origin [m]
+        ("windage_offset", _f),  # of that point ahead of the link's origin [m]
         ("thruster_start", _i),  # its thrusters are consecutive rows
         ("thruster_count", _i),
+    ],
+    align=True,
+)
+
+WINDAGE = np.dtype(
+    [
+        ("angle", _f),  # off the bow, from which the apparent wind comes [rad], 0 to pi
+        ("surge", _f),  # force ahead [N s2/m2]
+        ("sway", _f),  # force to lee [N s2/m2]
+        ("roll", _f),  # heeling torque besides that of the force at its height [N m s2/m2]
+        ("yaw", _f),  # torque that turns the bow to lee [N m s2/m2]
     ],
     align=True,
 )

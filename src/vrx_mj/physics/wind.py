@@ -9,11 +9,13 @@ from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Wrench, from_origin, rotate, rotated_wrench
 from vrx_mj.physics.noise import normal
 from vrx_mj.physics.tables import MARINE, VRX3, Record, Table
+from vrx_mj.physics.windage import windage_load
 
 __all__ = [
     "air_velocity",
     "apparent_wind_load",
     "gust_step",
+    "wind_at_hull",
     "wind_load",
     "wind_on_float",
     "wind_on_hull",
@@ -122,6 +124,15 @@ def wind_share(air: Table, z: float) -> float:
 
 
 @kernel
+def wind_at_hull(hull: Record, air: Table, wind_vector: tuple[float, float]) -> tuple[float, float]:
+    """Return the wind [m/s] at the height at which it acts on a hull; on one without windage, at its own height."""
+    if hull.windage_count == 0:
+        return wind_vector
+    share = wind_share(air, hull.windage_height)
+    return share * wind_vector[0], share * wind_vector[1]
+
+
+@kernel
 def wind_load(coefficients: FloatArray, motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
     """Return the wind's wrench: world axes, about the link's centre of mass.
 
@@ -161,8 +172,10 @@ def _less(wind_vector: tuple[float, float], motion: Motion) -> tuple[float, floa
 
 
 @kernel
-def wind_on_hull(hull: Record, motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
+def wind_on_hull(hull: Record, windage: Table, motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
     """Return what the wind does to a hull by the profile of its row: world axes, about `hull.link_com`."""
+    if hull.windage_count > 0:
+        return windage_load(hull, windage, motion, wind_vector)
     if hull.profile == MARINE:
         return wind_load(hull.wind, motion, _less(wind_vector, motion))
     if hull.profile == VRX3:

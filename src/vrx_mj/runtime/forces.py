@@ -13,7 +13,7 @@ from vrx_mj.physics.drag import added_inertia
 from vrx_mj.physics.motion import Motion, Wrench, add, from_origin, motion, shift, zero_vector, zero_wrench
 from vrx_mj.physics.tables import MARINE, RUDDER, VRX3, Record
 from vrx_mj.physics.thrust import servo_step, steering_target, thruster_wrench
-from vrx_mj.physics.wind import air_velocity, wind_step
+from vrx_mj.physics.wind import air_velocity, wind_at_hull, wind_step
 from vrx_mj.runtime.loop import hull_loads, update_force, water_at_hull
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
@@ -51,7 +51,8 @@ def boat_forces(arrays: LoopArrays, index: int, time: float) -> Forces:
         state = arrays.current_state.copy()
         current_step(arrays.current, state, arrays.timestep)
         water = water_at_hull(hull, body, arrays.waves, arrays.sea[0], arrays.current, state, arrays.layers, then)
-    loads = hull_loads(hull, arrays.stations, arrays.waves, arrays.sea[0], air, water, body, then)
+    here = wind_at_hull(hull, arrays.air, air)
+    loads = hull_loads(hull, arrays.stations, arrays.windage, arrays.waves, arrays.sea[0], here, water, body, then)
     outside = {
         "gravity": mass * np.array([*arrays.model.opt.gravity, 0.0, 0.0, 0.0]),
         **{name: about_center(wrench) for name, wrench in loads._asdict().items() if name != "added_mass_bias"},

@@ -51,7 +51,7 @@ from vrx_mj.physics.thrust import (
     thruster_wrench,
 )
 from vrx_mj.physics.waves import surface_height
-from vrx_mj.physics.wind import air_velocity, wind_on_float, wind_on_hull, wind_step
+from vrx_mj.physics.wind import air_velocity, wind_at_hull, wind_on_float, wind_on_hull, wind_step
 from vrx_mj.runtime.proximity import contact_free, touch_begins
 from vrx_mj.runtime.sample_clocks import latch
 from vrx_mj.runtime.views import Views, views
@@ -142,7 +142,8 @@ def push_hulls(a: Views, air: Air, time: float, dt: float) -> None:
         water = zero_vector()
         if hull.profile == MARINE:
             water = water_at_hull(hull, body, a.waves, a.sea[0], a.current, a.current_state, a.layers, time)
-        loads = hull_loads(hull, a.stations, a.waves, a.sea[0], air, water, body, time)
+        here = wind_at_hull(hull, a.air, air)
+        loads = hull_loads(hull, a.stations, a.windage, a.waves, a.sea[0], here, water, body, time)
         wrench = add(add(add(loads.hydrostatics, loads.drag), loads.added_mass_bias), loads.wind)
         push = thrust(hull, body, a, time, dt)
         apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
@@ -150,8 +151,9 @@ def push_hulls(a: Views, air: Air, time: float, dt: float) -> None:
 
 @kernel
 def hull_loads(
-    hull: Record, stations: Table, waves: Table, sea: Record, air: Air, water: Vector, body: Motion, time: float
-) -> HullLoads:
+    hull: Record, stations: Table, windage: Table, waves: Table, sea: Record,
+    air: Air, water: Vector, body: Motion, time: float,
+) -> HullLoads:  # fmt: skip
     """Return what water and wind do to a hull; with `thrust` it is all that acts on it from outside.
 
     `water` is the water's velocity there [m/s, world], which is zero in VRX's profiles.
@@ -161,7 +163,7 @@ def hull_loads(
         hydrostatics(hull, stations, waves, sea, body, time),
         drag_on_hull(hull, through),
         bias_on_hull(hull, through),
-        wind_on_hull(hull, body, air),
+        wind_on_hull(hull, windage, body, air),
     )
 
 

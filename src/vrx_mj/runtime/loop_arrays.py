@@ -12,11 +12,13 @@ from vrx_mj.config.sensors import BallShooterConfig
 from vrx_mj.errors import CompileError, StateError
 from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.mjcf.world import World
+from vrx_mj.model.boats import Hull, Windage
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics import tables
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.raft import RAFT_WORK
 from vrx_mj.physics.waves import random_phases
+from vrx_mj.physics.windage import Areas, blendermann_curve, three_number_curve, windage_rows
 from vrx_mj.runtime.loop import HUGE
 from vrx_mj.runtime.mounted import Mounted, mounted, start_marks
 from vrx_mj.runtime.proximity import BROADPHASE, movers, obstacles, unconstrained
@@ -86,6 +88,16 @@ def gust_phases(seed: int, wind_seed: int, number: int) -> FloatArray:
     return random_phases(seed, number, "gusts", str(wind_seed))
 
 
+def _windage(own: Windage) -> list[dict[str, float]]:
+    """Rows of `tables.WINDAGE` of what a hull shows to the wind."""
+    areas = Areas(own.frontal_area, own.lateral_area, own.length, own.height)
+    if own.vessel:
+        return windage_rows(blendermann_curve(own.vessel, areas), areas)
+    if own.coefficients:
+        return windage_rows(three_number_curve(*own.coefficients), areas)
+    return windage_rows([(angle, cx, cy, 1.0, cn) for angle, cx, cy, cn in own.curve], areas)
+
+
 class Run:
     """A table of one run, and the arrays to which it leads."""
 
@@ -127,7 +139,7 @@ class LoopArrays:
         self.model, self.data, self.contact_free = model, data, contact_free
         self.timestep = float(model.opt.timestep)
         self._weather(parameters, world.seed)
-        self.hulls = tables.table(tables.HULL, [self._whole_body(vars(row)) for row in parameters.hulls])
+        self._hulls(parameters.hulls)
         self.stations = tables.table(tables.STATION, [vars(row) for row in parameters.stations])
         self.thrusters = tables.table(tables.THRUSTER, [self._engine(vars(row)) for row in parameters.thrusters])
         self.floats = tables.table(tables.FLOAT, [self._free_body(vars(row)) for row in parameters.floats])
@@ -168,6 +180,24 @@ class LoopArrays:
         self.gust_bands = tables.table(tables.GUST_BAND, bands)
         self.air = tables.table(tables.AIR, [{name: getattr(air, name) for name in AIR} | {"key": 0}] if air else [])
         self.air_state = np.zeros(len(self.air), tables.AIR_STATE)
+
+    def _hulls(self, hulls: Sequence[Hull]) -> None:
+        """Tables of hulls, and of their coefficients in the wind, which hulls of a kind share."""
+        starts: dict[Windage, tuple[int, int]] = {}
+        curves: list[Row] = []
+        rows = []
+        for hull in hulls:
+            row, own = dict(vars(hull)), hull.windage
+            del row["windage"]
+            if own is not None and own not in starts:
+                curve = _windage(own)
+                starts[own] = len(curves), len(curve)
+                curves += curve
+            start, count = starts[own] if own else (0, 0)
+            row |= {"windage_start": start, "windage_count": count}
+            row |= {"windage_height": own.height if own else 0.0, "windage_offset": own.offset if own else 0.0}
+            rows.append(self._whole_body(row))
+        self.hulls, self.windage = tables.table(tables.HULL, rows), tables.table(tables.WINDAGE, curves)
 
     def _mount(self, world: World, known: "LoopArrays | None") -> None:
         """Sensors, lights and placards, and what the sensors' clocks keep."""

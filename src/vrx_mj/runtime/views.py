@@ -63,6 +63,7 @@ class Views(NamedTuple):
     """None or one."""
     air_state: Annotated[Table, Array(tables.AIR_STATE, use=STATE)]
     hulls: Annotated[Table, Array(tables.HULL)]
+    windage: Annotated[Table, Array(tables.WINDAGE)]
     stations: Annotated[Table, Array(tables.STATION)]
     thrusters: Annotated[Table, Array(tables.THRUSTER)]
     thruster_state: Annotated[Table, Array(tables.THRUSTER_STATE, use=STATE)]

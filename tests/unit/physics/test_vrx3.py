@@ -13,7 +13,7 @@ from vrx_mj.physics.drag import added_bias, added_inertia, bias_on_hull, drag, d
 from vrx_mj.physics.flotation import flotation, water_at_elements
 from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.motion import zero_wrench
-from vrx_mj.physics.tables import ELEMENT_STATE, NEWTONS, STATION, VRX, VRX3, WIND, WIND_STATE, table
+from vrx_mj.physics.tables import ELEMENT_STATE, NEWTONS, STATION, VRX, VRX3, WIND, WIND_STATE, WINDAGE, table
 from vrx_mj.physics.thrust import thrust_force
 from vrx_mj.physics.waves import pms_components, surface_height
 from vrx_mj.physics.wind import apparent_wind_load, gust_step, wind_load, wind_on_float, wind_on_hull
@@ -23,6 +23,9 @@ MOST, LEAST = 2353.53383668, -1000.0
 POINTS = [(-1.4, -1.03, 0.0), (0.6, -1.03, 0.0), (-1.4, 1.03, 0.0), (0.6, 1.03, 0.0)]
 WAMV = np.array([0.5, 0.5, 0.33])
 COM = (-0.003514, -0.000965, 0.255206)
+
+NONE = table(WINDAGE, [])
+"""Hulls have their coefficients."""
 
 
 def boat(**changes):
@@ -168,14 +171,14 @@ def test_wind_pushes_at_the_links_origin():
     body, air = moving(angles=(0.1, 0.2, 0.7), velocity=(1, 0.5, 0, 0, 0, 0.2)), (6.0, -2.0)
     item, _ = floating([element("sphere", (0.3, 0, 0))], com=(0.1, 0.2, -2.0), wind=WAMV, profile=VRX3)
     for found, com in (
-        (wind_on_hull(boat(link_com=COM), body, air), COM),
+        (wind_on_hull(boat(link_com=COM), NONE, body, air), COM),
         (wind_on_float(item, body, air), item["com"]),
     ):
         plain = apparent_wind_load(WAMV, body, air)
         torque = np.array(plain[3:]) + np.cross(matrix(body) @ -np.array(com), plain[:3])
         assert found == pytest.approx([*plain[:3], *torque], rel=1e-12)
     classic = hull(wind=WAMV)
-    assert wind_on_hull(classic, body, air) == wind_load(WAMV, body, air)
+    assert wind_on_hull(classic, NONE, body, air) == wind_load(WAMV, body, air)
 
 
 def test_the_first_gust_is_one_of_a_millisecond():

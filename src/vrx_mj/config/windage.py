@@ -1,0 +1,70 @@
+"""What a boat shows to the wind: areas, and coefficients over the angle at which it comes."""
+
+import itertools
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from vrx_mj.config.base import Config, NonNegative, Positive, faults, numbers
+
+__all__ = ["WindageConfig"]
+
+Vessel = Literal[
+    "car_carrier", "cargo_vessel", "cargo_vessel_containers", "container_ship", "destroyer", "diving_support_vessel",
+    "drilling_vessel", "ferry", "fishing_vessel", "lng_tanker", "offshore_supply_vessel", "passenger_liner",
+    "research_vessel", "speed_boat", "tanker_loaded", "tanker_ballast", "tender",
+]  # fmt: skip
+MOST_POINTS = 361
+"""Points of a curve, at most."""
+FORMS = ("coefficients", "curve", "vessel")
+Point = Annotated[tuple[float, float, float, float], numbers("angle cx cy cn")]
+Three = Annotated[tuple[NonNegative, NonNegative, float], numbers("cx cy cn")]
+
+
+class WindageConfig(Config):
+    """Areas of a boat in the wind, and one of `coefficients`, `curve` and `vessel`; for worlds of profile `marine`."""
+
+    frontal_area: Positive
+    """Area above the water, seen from ahead [m2]."""
+    lateral_area: Positive
+    """Area above the water, seen from the side [m2]."""
+    length: Positive
+    """Length overall [m]."""
+    height: NonNegative
+    """Height of the lateral area's centre over the link's origin, which counts as the water's level [m].
+
+    There the wind acts, with its speed at this height."""
+    offset: float = 0.0
+    """Distance of that centre ahead of the link's origin [m]."""
+    coefficients: Three | None = None
+    """Coefficients cx, cy, cn of -cx cos, cy sin and cn sin 2 of the angle off the bow from which the wind comes."""
+    curve: Annotated[tuple[Point, ...], Field(max_length=MOST_POINTS)] = ()
+    """Coefficients over that angle from 0 to 180 [degrees], with straight lines between them, the same on both sides.
+
+    cx is below 0 in wind from ahead; cy above 0 pushes to lee; cn above 0 turns the bow to lee."""
+    vessel: Vessel | None = None
+    """Type of vessel, whose coefficients Blendermann (1994) gives."""
+
+    @model_validator(mode="after")
+    def _is_consistent(self) -> Self:
+        given = [name for name in FORMS if getattr(self, name)]
+        found: list[tuple[tuple[str | int, ...], str]] = []
+        if len(given) != 1:
+            text = f"one of {', '.join(FORMS)} is needed, got {' and '.join(given) or 'none'}"
+            found.append(((given[-1],) if given else (), text))
+        angles = [row[0] for row in self.curve]
+        if angles and (len(angles) < 2 or (angles[0], angles[-1]) != (0.0, 180.0)):
+            found.append((("curve",), f"angles from 0 to 180 are needed, got {angles[0]:g} to {angles[-1]:g}"))
+        found += [
+            (("curve", index), f"an angle above that of the row before, {before:g}, is needed, got {angle:g}")
+            for index, (before, angle) in enumerate(itertools.pairwise(angles), 1)
+            if angle <= before
+        ]
+        found += [
+            (("curve", index), f"cy and cn of 0 are needed at {angle:g}, where the sides meet")
+            for index, (angle, _, cy, cn) in enumerate(self.curve)
+            if angle in (0.0, 180.0) and (cy or cn)
+        ]
+        if found:
+            raise faults(*found)
+        return self
