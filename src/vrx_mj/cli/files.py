@@ -63,11 +63,12 @@ def _line(kind: str, name: str, file: Path, *, verbose: bool) -> str:
 
 
 def command_lines(robot: str) -> Iterator[str]:
-    """For each profile a line about the commands of a robot with its first layout; none if it cannot be built."""
+    """For the profiles lines about the commands of a robot with its first layout; none if it cannot be built."""
     from vrx_mj.config.fleet import Order
     from vrx_mj.config.profiles import Profile
     from vrx_mj.mjcf.build import build_boat
 
+    found: dict[str, list[str]] = {}
     for profile in get_args(Profile):
         try:
             with warnings.catch_warnings():
@@ -76,7 +77,9 @@ def command_lines(robot: str) -> Iterator[str]:
         except VrxError:
             return
         shown = "; ".join((*_thrusts(boat), *_angles(boat)))
-        yield f"{profile}: {shown}" if shown else f"{profile}: no commands"
+        found.setdefault(shown or "no commands", []).append(profile)
+    for shown, profiles in found.items():
+        yield f"{', '.join(profiles)}: {shown}"
 
 
 def _thrusts(boat: "Boat") -> Iterator[str]:

@@ -142,20 +142,20 @@ def test_new_overwrites_nothing(cli, folder):
 TOLD = {
     "wamv": (
         (
-            "vrx: left, right -1 to 1 of full power, which is at most 250 N ahead and 100 N astern, for 1 s; "
+            "vrx, marine: left, right -1 to 1 of full power, which is at most 250 N ahead and 100 N astern, for 1 s; "
             "left_angle, right_angle -1.571 to 1.571 rad"
         ),
         "vrx3: left, right -1000 to 2353.53 N, until the next command; left_angle, right_angle -3.142 to 3.142 rad",
     ),
     "skiff": (
         (
-            "vrx: propeller -1 to 1 of full power, which is at most 120 N ahead and 60 N astern, for 1 s; "
+            "vrx, marine: propeller -1 to 1 of full power, which is at most 120 N ahead and 60 N astern, for 1 s; "
             "rudder_angle -0.61 to 0.61 rad"
         ),
         "vrx3: propeller -60 to 120 N, until the next command; rudder_angle -0.61 to 0.61 rad",
     ),
     "cora": (
-        "vrx: left, right -1 to 1 of full power, which is at most 120000 N ahead and 50000 N astern, for 1 s",
+        ("vrx, marine: left, right -1 to 1 of full power, which is at most 120000 N ahead and 50000 N astern, for 1 s"),
         "vrx3: left, right -50000 to 120000 N, until the next command",
     ),
 }

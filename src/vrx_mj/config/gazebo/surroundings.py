@@ -15,6 +15,8 @@ WAVES = ("number", "scale", "gain", "period", "angle", "tau", "amplitude", "stee
 """Elements of a wave field that are one number."""
 LONGEST_MESSAGE = 20_000
 """Characters of a message that VRX 3's worlds publish; theirs have 2,000."""
+MODELS = ("pms", "cwr", "none")
+"""VRX's models of waves."""
 _KEY = re.compile(r'key:\s{0,80}"(\w{1,40})"')
 _VALUE = re.compile(r'(?:(?:double|int)_value|[xyz]):\s{0,80}([-+.\deE]{1,40})|string_value:\s{0,80}"(\w{1,20})"')
 
@@ -27,7 +29,7 @@ def wave_field(plugin: Element) -> Content:
     if "number" in sea:
         sea["number"] = wave.whole("number")
     return {
-        "model": (wave.text("model") or "PMS").lower(),
+        "model": _model(wave, wave.text("model") or "PMS"),
         **sea,
         **({"direction": direction} if direction else {}),
     }
@@ -48,13 +50,20 @@ def published_sea(plugin: Element) -> Content | None:
             numbers = [_published(message, name, value) for value in values]
             found["direction"] = numbers[:2] if len(numbers) > 1 else [math.cos(numbers[0]), math.sin(numbers[0])]
         elif values and name == "model":
-            found["model"] = values[0].lower()
+            found["model"] = _model(message, values[0])
         elif values and name in WAVES:
             number = _published(message, name, values[0])
             if name == "number" and not number.is_integer():
                 raise message.fault(f"expected a whole number, got {shown(values[0])}", name)
             found[name] = int(number) if name == "number" else number
     return found
+
+
+def _model(element: Element, name: str) -> str:
+    """The model of VRX's waves that has a name."""
+    if name.lower() not in MODELS:
+        raise element.fault(f"expected PMS, CWR or none, got {shown(name)}", "model")
+    return name.lower()
 
 
 def _published(message: Element, name: str, text: str) -> float:
