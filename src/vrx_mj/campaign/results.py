@@ -77,7 +77,7 @@ class Result:
 
 
 def write_result(folder: Path, result: Result) -> None:
-    """Write a cell's result into its folder; whoever reads meanwhile sees all of it or nothing."""
+    """Write a cell's result into its folder; a reader meanwhile sees all of it or nothing."""
     write_json(folder / RESULT, {"format": FORMAT, **asdict(result)})
 
 

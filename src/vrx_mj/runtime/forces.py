@@ -1,4 +1,4 @@
-"""What acts on a boat, effect by effect: the kernels of the loop, called once for whoever wants to look."""
+"""What acts on a boat, effect by effect: the kernels of the loop, called once to look at them."""
 
 from collections.abc import Mapping
 

@@ -84,7 +84,7 @@ def _meminfo(file: Path, name: str) -> float | None:
 
 
 PIECES = 4
-"""Pieces for each thread: rows do not all take the same time, and whoever is done takes the next."""
+"""Pieces for each thread: rows do not all take the same time, and a thread that is done takes the next."""
 SMALLEST = 8
 """Rows of a piece, at least: to begin one takes some 50 microseconds."""
 
@@ -148,7 +148,7 @@ def _run_calls(
             _run_pieces(*call)
         except BaseException as error:
             failure = error
-        del call  # whoever made the call may go
+        del call  # its caller may go
         ends.put(failure)
 
 

@@ -267,7 +267,7 @@ class Docking(PlainRules):
                 return
 
     def _time_stay(self, bay: Bay, inside: bool, time: float, context: TaskContext) -> None:
-        """Time the stay in a bay; whoever leaves too early begins anew."""
+        """Time the stay in a bay; a boat that leaves too early begins anew."""
         own, docked = self.state, bay.name in self.state.docked
         if inside and bay.name not in own.inside:
             own.inside[bay.name] = time

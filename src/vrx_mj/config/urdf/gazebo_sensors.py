@@ -129,7 +129,7 @@ class Scope:
 
 
 def _nested(name: str, known: Iterable[str]) -> str:
-    """The one link or joint of this name in a model in the model; empty where there is none, or several."""
+    """The one link or joint of this name in a model in the model; empty without one, or with several."""
     found = [one for one in known if one.endswith(f"::{name}")] if name else []
     return found[0] if len(found) == 1 else ""
 

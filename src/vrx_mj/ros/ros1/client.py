@@ -83,7 +83,7 @@ class Client:
         return decode(body, f"{kind}Response")
 
     def _api(self, service: str) -> str:
-        """The address of a service; empty if there is none."""
+        """The address of a service; empty without one."""
         code, _, api = self._ask("lookupService", service)
         return str(api) if code == 1 else ""
 

@@ -116,7 +116,7 @@ class Bodies:
         return ((name, self._placed(index)) for name, index in self._links.items())
 
     def frame(self, name: str) -> Placed | None:
-        """A frame of reference: None for the world's, else a model's or a link's; UnknownNameError if there is none."""
+        """A frame of reference: None for the world's, else a model's or a link's; UnknownNameError if it is unknown."""
         if name in WORLD_FRAMES:
             return None
         is_model = "::" not in name or name in self._models

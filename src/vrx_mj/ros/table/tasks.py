@@ -250,7 +250,7 @@ def _symbol(host: Host) -> Message | None:
 
 
 def _contact(host: Host) -> Message | None:
-    """The first contact of the boat that has the task, by Gazebo's names of collisions; None where there is none."""
+    """The first contact of the boat that has the task, by Gazebo's names of collisions; None without one."""
     boat, model = str(_task(host)["boat"]), host.sim.model
     for contact in host.sim.data.contact:
         names = [collision_name(model, int(geom), host.sim.boats) for geom in contact.geom]
