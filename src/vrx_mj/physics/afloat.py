@@ -10,24 +10,15 @@ A mooring is a rope to an anchor, which pulls beyond its length.
 """
 
 import math
-from typing import NamedTuple
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.flotation import Flotation, flotation_under
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.kinematics import Orbital
-from vrx_mj.physics.motion import Motion, Vector, Wrench, relative_motion, rotate, zero_wrench
+from vrx_mj.physics.motion import Motion, Vector, Wrench, relative_motion, rotate, rotated_wrench, unrotate, zero_wrench
 from vrx_mj.physics.tables import Record, Table
 
 __all__ = ["apparent_gravity", "flotation_in_waves", "rope_pull"]
-
-
-class Turn(NamedTuple):
-    """A rotation from world axes, by its rows."""
-
-    x: Vector
-    y: Vector
-    z: Vector
 
 
 @kernel
@@ -37,49 +28,27 @@ def apparent_gravity(gravity: float, water: Orbital) -> Vector:
 
 
 @kernel
-def _upright(up: Vector) -> Turn:
-    """Return the smallest rotation that brings the direction `up`, which is above the horizon, to the vertical."""
+def _level_axes(up: Vector) -> Motion:
+    """Return axes at rest whose z is `up`, which is above the horizon, turned from the world's as little as can be."""
     length = math.sqrt(up[0] * up[0] + up[1] * up[1] + up[2] * up[2])
     x, y, z = up[0] / length, up[1] / length, up[2] / length
     share = 1.0 / (1.0 + z)
-    return Turn((1.0 - share * x * x, -share * x * y, -x), (-share * x * y, 1.0 - share * y * y, -y), (x, y, z))
-
-
-@kernel
-def _turn(turn: Turn, v: Vector) -> Vector:
-    a, b, c = turn.x, turn.y, turn.z
-    return (
-        a[0] * v[0] + a[1] * v[1] + a[2] * v[2],
-        b[0] * v[0] + b[1] * v[1] + b[2] * v[2],
-        c[0] * v[0] + c[1] * v[1] + c[2] * v[2],
-    )
-
-
-@kernel
-def _back(turn: Turn, v: Vector) -> Vector:
-    a, b, c = turn.x, turn.y, turn.z
-    return (
-        a[0] * v[0] + b[0] * v[1] + c[0] * v[2],
-        a[1] * v[0] + b[1] * v[1] + c[1] * v[2],
-        a[2] * v[0] + b[2] * v[1] + c[2] * v[2],
-    )
-
-
-@kernel
-def _turned_wrench(turn: Turn, wrench: Wrench) -> Wrench:
-    """Return a wrench of the turned axes in world axes, about the same point."""
-    fx, fy, fz = _back(turn, (wrench.fx, wrench.fy, wrench.fz))
-    tx, ty, tz = _back(turn, (wrench.tx, wrench.ty, wrench.tz))
-    return Wrench(fx, fy, fz, tx, ty, tz)
-
-
-@kernel
-def _turned_motion(turn: Turn, m: Motion, height: float) -> Motion:
-    """Return a motion in turned axes whose origin is on the surface, `height` [m] high, above the link's."""
-    x, y, z = _turn(turn, (0.0, 0.0, m.z - height))
-    a, b, c = (
-        _turn(turn, (m.r00, m.r10, m.r20)), _turn(turn, (m.r01, m.r11, m.r21)), _turn(turn, (m.r02, m.r12, m.r22))
+    cross = -share * x * y
+    return Motion(
+        0.0, 0.0, 0.0, 1.0 - share * x * x, cross, x, cross, 1.0 - share * y * y, y, -x, -y, z,
+        0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
     )  # fmt: skip
+
+
+@kernel
+def _seen_from(axes: Motion, m: Motion, height: float) -> Motion:
+    """Return a motion in level axes whose origin is on the surface, `height` [m] high, above the link's."""
+    x, y, z = unrotate(axes, 0.0, 0.0, m.z - height)
+    a, b, c = (
+        unrotate(axes, m.r00, m.r10, m.r20),
+        unrotate(axes, m.r01, m.r11, m.r21),
+        unrotate(axes, m.r02, m.r12, m.r22),
+    )
     return Motion(
         x, y, z, a[0], b[0], c[0], a[1], b[1], c[1], a[2], b[2], c[2], m.u, m.v, m.w, m.p, m.q, m.r
     )  # fmt: skip
@@ -103,18 +72,20 @@ def flotation_in_waves(
         external: every other wrench on the link but weight, world axes about its centre of mass.
     """
     up = apparent_gravity(body.gravity, water)
-    turn = _upright(up)
+    axes = _level_axes(up)
     flow = stream[0] + water.u, stream[1] + water.v, stream[2] + water.w
-    level = _turned_motion(turn, relative_motion(motion, flow), height)
-    weight = _turn(turn, (0.0, 0.0, -body.mass * body.gravity))
-    fx, fy, fz = _turn(turn, (external.fx, external.fy, external.fz))
-    tx, ty, tz = _turn(turn, (external.tx, external.ty, external.tz))
+    level = _seen_from(axes, relative_motion(motion, flow), height)
+    weight = unrotate(axes, 0.0, 0.0, -body.mass * body.gravity)
+    fx, fy, fz = unrotate(axes, external.fx, external.fy, external.fz)
+    tx, ty, tz = unrotate(axes, external.tx, external.ty, external.tz)
     pull = math.sqrt(up[0] * up[0] + up[1] * up[1] + up[2] * up[2])
     beside = Wrench(fx + weight[0], fy + weight[1], fz + weight[2] + body.mass * body.gravity, tx, ty, tz)
     found = flotation_under(pull, body, elements, None, level, 0.0, 0.0, dt, beside)
+    a, alpha = found.acceleration, found.turning
     return Flotation(
-        _turned_wrench(turn, found.wrench), found.sums, _back(turn, found.acceleration), _back(turn, found.turning)
-    )
+        rotated_wrench(axes, found.wrench), found.sums, rotate(axes, a[0], a[1], a[2]),
+        rotate(axes, alpha[0], alpha[1], alpha[2]),
+    )  # fmt: skip
 
 
 @kernel

@@ -132,7 +132,7 @@ def file_of_folder(folder: Path, arguments: Mapping[str, str] | None = None) -> 
 
     Raises:
         ChoiceError: there are several.
-        VrxError: there is none, with what there is instead.
+        VrxError: the folder holds nothing that can be opened; the message says what it holds.
     """
     found = _launches(folder, arguments or {})
     tops = {file: launch for file, launch in found.launches.items() if not _is_included(file, found)}

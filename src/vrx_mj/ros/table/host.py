@@ -123,7 +123,7 @@ class Bodies:
         return self.model(name) if is_model else self.link(name)
 
     def model_of_link(self, name: str) -> str:
-        """The boat, object or dock whose own frame is this link; UnknownNameError or CommandError if it is none's."""
+        """The boat, object or dock whose own frame is this link; UnknownNameError or CommandError without one."""
         index = self._links.get(name)
         if index is None:
             raise UnknownNameError("link", name, self._links)
