@@ -27,19 +27,18 @@ from vrx_mj.config.base import (
     numbers,
 )
 from vrx_mj.config.bays import LightConfig, Symbol
+from vrx_mj.config.buoyancy import BuoyancyConfig
 from vrx_mj.config.docks import DockPlacement, Placed, berths, load_dock
 from vrx_mj.config.gazebo.models import is_gazebo_model, kind_name, model_file, model_section
+from vrx_mj.config.joints import JointConfig, LinkConfig, tree_faults
 from vrx_mj.config.loading import Loading, check, read_source, referenced, validated
 from vrx_mj.config.search import display
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.tree import Section
-from vrx_mj.constants import WATER_DENSITY
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 from vrx_mj.frames import rotation
 
 __all__ = [
-    "BuoyancyConfig",
-    "BuoyancyElement",
     "CirclePath",
     "FieldConfig",
     "FieldKind",
@@ -132,7 +131,7 @@ def _points(path: PathConfig, pose: Pose) -> Sequence[tuple[float, float]]:
 
 
 BODY_KEYS = ("mass", "inertia", "center_of_mass", "collisions", "visuals", "buoyancy", "static", "link", "path",
-             "light")  # fmt: skip
+             "light", "links", "joints")  # fmt: skip
 """Keys of a single body, which a composite has not."""
 
 MOST_LEVELS = 8
@@ -188,36 +187,6 @@ class Placement(Placed):
         return value
 
 
-class BuoyancyElement(Shape):
-    """A shape that displaces water."""
-
-    type: Literal["box", "sphere", "cylinder"]
-    """Kind of shape."""
-
-    @property
-    def volume(self) -> float:
-        """Volume [m3]."""
-        if self.type == "box":
-            return math.prod(self.size or ())
-        radius, length = self.radius or 0.0, self.length or 0.0
-        return 4 / 3 * math.pi * radius**3 if self.type == "sphere" else math.pi * radius**2 * length
-
-
-class BuoyancyConfig(Config):
-    """VRX's buoyancy_gazebo_plugin: what an object displaces, and its drag in water."""
-
-    fluid_density: Positive = WATER_DENSITY
-    """Density of the water [kg/m3]."""
-    fluid_level: float = 0.0
-    """Mean water level [m]."""
-    linear_drag: NonNegative
-    """Drag of each element over the link's mass and linear velocity [1/s], scaled by the share of it under water."""
-    angular_drag: NonNegative
-    """Drag torque of each element over mass, mean extent squared and angular velocity [1/s], scaled likewise."""
-    elements: Annotated[tuple[BuoyancyElement, ...], NotEmpty]
-    """Shapes that displace water; the whole volume of each counts."""
-
-
 class ObjectConfig(Config):
     """An object's file. One that floats has mass, inertia and buoyancy; a composite only has parts."""
 
@@ -244,6 +213,10 @@ class ObjectConfig(Config):
     """Path along which it swims, unless the world gives another."""
     light: LightConfig | None = None
     """Panels of a light buoy."""
+    links: tuple[LinkConfig, ...] = ()
+    """Links beside its own, each of which hangs on a joint."""
+    joints: tuple[JointConfig, ...] = ()
+    """Joints, by which its links hang on each other and on its own."""
     objects: tuple[Placement, ...] = ()
     """Other objects that this one is made of."""
     docks: tuple[DockPlacement, ...] = ()
@@ -256,9 +229,15 @@ class ObjectConfig(Config):
             return "composite"
         return "static" if self.static else "floating"
 
+    @property
+    def whole_mass(self) -> float:
+        """Mass of all its links [kg]."""
+        return (self.mass or 0.0) + sum(link.mass for link in self.links)
+
     @model_validator(mode="after")
     def _is_one_kind(self) -> Self:
         found = {"composite": _composite, "static": _static, "floating": _floating}[self.kind](self) + _unlit(self)
+        found += tree_faults(self.link, self.links, self.joints) if self.kind != "composite" else []
         if found:
             raise faults(*found)
         return self
@@ -286,7 +265,9 @@ def _static(thing: ObjectConfig) -> list[Fault]:
 
 def _floating(thing: ObjectConfig) -> list[Fault]:
     needs = "required for a floating object; for a fixed one write `static: true`"
-    return [((key,), needs) for key in ("mass", "inertia", "buoyancy") if getattr(thing, key) is None]
+    wet = any(link.buoyancy for link in thing.links)
+    keys = ("mass", "inertia") if wet else ("mass", "inertia", "buoyancy")
+    return [((key,), needs) for key in keys if getattr(thing, key) is None]
 
 
 def _unlit(thing: ObjectConfig) -> list[Fault]:
@@ -362,11 +343,12 @@ def _count(file: Path, whole: Loading) -> None:
 
 
 def _warn_if_it_sinks(thing: ObjectConfig, file: Path) -> None:
-    if thing.buoyancy is None or thing.mass is None:
+    if thing.kind != "floating":
         return
-    displaced = thing.buoyancy.fluid_density * sum(element.volume for element in thing.buoyancy.elements)
-    if thing.mass > displaced:
-        text = f"{display(file)}: sinks: mass {thing.mass:g} kg; its buoyancy displaces at most {displaced:g} kg"
+    parts = [part.buoyancy for part in (thing, *thing.links) if part.buoyancy]
+    displaced = sum(part.fluid_density * sum(element.volume for element in part.elements) for part in parts)
+    if thing.whole_mass > displaced:
+        text = f"{display(file)}: sinks: mass {thing.whole_mass:g} kg; its buoyancy displaces at most {displaced:g} kg"
         warnings.warn(text, VrxWarning, stacklevel=2)
 
 

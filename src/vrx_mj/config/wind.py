@@ -23,7 +23,7 @@ class WindObject(Config):
     model: str
     """Name of a boat, an object, a kind of robot or a model of objects."""
     link: str | None = None
-    """VRX's link_name; without effect."""
+    """VRX's link_name: of an object that has joints, the link that is pushed; by default its own."""
     coefficients: Vec3
     """Coefficients of the force along x and y and of the torque about z [N s2/m2, N s2/m]."""
 

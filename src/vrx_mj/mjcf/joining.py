@@ -43,14 +43,15 @@ from vrx_mj.model.world import Parameters, checked_rows, tree_of
 __all__ = ["owner_of", "staying", "things", "with_boat", "with_dock", "with_object", "without"]
 
 OWNED = {
-    "boats": "name", "hulls": "body", "sensors": "boat", "objects": "name", "floats": "body", "docks": "name",
-    "blocks": "body", "lights": "name", "placards": "name",
+    "boats": "name", "hulls": "body", "sensors": "boat", "objects": "name", "floats": "body", "links": "body",
+    "docks": "name", "blocks": "body", "lights": "name", "placards": "name",
 }  # fmt: skip
 """Tables whose rows belong to a boat, an object or a dock, and the name that begins with that of their owner."""
 REFERENCES = {
     "hulls": {"station_start": "stations", "thruster_start": "thrusters"},
     "thrusters": {"hull": "hulls", "race": "thrusters"},
     "floats": {"element_start": "elements", "follower": "followers"},
+    "links": {"element_start": "elements"},
     "blocks": {"element_start": "elements", "parent": "blocks"},
     "followers": {"waypoint_start": "path_points"},
     "moorings": {"block": "blocks"},
@@ -240,11 +241,9 @@ def staying(world: Parameters, left: str) -> dict[str, BoolArray]:
     }
     stay["thrusters"] = _parts_staying(world.hulls, "thruster", stay["hulls"], len(world.thrusters))
     stay["stations"] = _parts_staying(world.hulls, "station", stay["hulls"], len(world.stations))
-    of_floats, of_blocks = (
-        _parts_staying(rows, "element", stay[table], len(world.elements))
-        for table, rows in (("floats", world.floats), ("blocks", world.blocks))
-    )
-    stay["elements"] = of_floats & of_blocks
+    wet = {"floats": world.floats, "links": world.links, "blocks": world.blocks}
+    parts = (_parts_staying(rows, "element", stay[table], len(world.elements)) for table, rows in wet.items())
+    stay["elements"] = np.logical_and.reduce(list(parts))
     stay["moorings"] = np.array([bool(stay["blocks"][line.block]) for line in world.moorings], np.bool_)
     stay["ropes"] = np.array([bool(stay["floats"][rope.float]) for rope in world.ropes], np.bool_)
     stay["followers"] = np.ones(len(world.followers), np.bool_)

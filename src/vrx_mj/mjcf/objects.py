@@ -1,4 +1,4 @@
-"""Objects of the catalogue, and users' own: as pieces of one body each, and as rows of a world's tables.
+"""Objects of the catalogue, and users' own: as pieces of one body or a tree of bodies, and as rows of a world's tables.
 
 Every ball shooter has a ball, parked far under water until it is fired, and used again for every shot. A parked ball
 sleeps, in MuJoCo's sense: it takes no part in a step until its pose is changed. Nothing else ever falls asleep, as the
@@ -6,20 +6,25 @@ tolerance is 0.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
+from itertools import combinations
 from typing import Literal
 
+from vrx_mj.config.buoyancy import BuoyancyConfig, BuoyancyElement
 from vrx_mj.config.gazebo.models import kind_name
-from vrx_mj.config.objects import BuoyancyElement, ObjectConfig, RopeConfig, load_object, path_points
+from vrx_mj.config.joints import AxisConfig, JointConfig, LinkConfig, link_order
+from vrx_mj.config.objects import ObjectConfig, RopeConfig, load_object, path_points
 from vrx_mj.config.profiles import MARINE, NEWER
 from vrx_mj.config.wind import WindConfig
 from vrx_mj.config.world import PhysicsConfig
-from vrx_mj.frames import compose, rotation
+from vrx_mj.constants import WATER_DENSITY
+from vrx_mj.frames import Pose, apply, compose, inverse, rotation
 from vrx_mj.mjcf.parameters import PROFILES, Rows
 from vrx_mj.mjcf.pieces import Piece
 from vrx_mj.mjcf.placement import PlacedObject
-from vrx_mj.mjcf.templates import geoms, meshes
+from vrx_mj.mjcf.templates import Geom, geoms, meshes
 from vrx_mj.mjcf.wind import NO_WIND, wind_coefficients
 from vrx_mj.model.afloat import Element, Float, Follower, PathPoint, Rope
 from vrx_mj.model.site import Light, Object
@@ -96,16 +101,68 @@ def object_piece(config: ObjectConfig, *, asleep: bool = False) -> Piece:
     The body carries the name of the object's link. Collision geoms are in group 3, visual ones, which neither
     collide nor weigh, in group 2. Mass, centre of mass and inertia are the configuration's, never the geoms'.
     """
-    needed = meshes([*config.collisions, *config.visuals])
+    parts = (config, *config.links)
+    collisions = [shape for part in parts for shape in part.collisions]
+    needed = meshes([*collisions, *(shape for part in parts for shape in part.visuals)])
+    solid = [config.link] if config.collisions else []
+    solid += [link.name for link in config.links if link.collisions]
     values = {
         "object": config,
         "meshes": needed,
-        "solid_meshes": meshes(config.collisions),
+        "solid_meshes": meshes(collisions),
         "collisions": geoms(config.collisions),
         "visuals": geoms(config.visuals),
+        "branches": _branches(config, config.link, (0.0,) * 6),
+        "apart": list(combinations(solid, 2)) if config.links else [],
         "asleep": asleep,
     }
     return Piece("object.xml.j2", values, {item.file: item.content for item in needed})
+
+
+@dataclass(frozen=True)
+class _Branch:
+    """A link that hangs on another, for the template."""
+
+    link: LinkConfig
+    pose: Pose
+    """Pose in the frame of the one that it hangs on [m, rad]."""
+    joint: JointConfig
+    collisions: list[Geom]
+    visuals: list[Geom]
+    branches: "list[_Branch]"
+
+    @property
+    def place(self) -> tuple[float, float, float]:
+        """Place of the joint in the link's frame [m]."""
+        return self.joint.pose[:3]
+
+    @property
+    def type(self) -> str:
+        """Type of MuJoCo's joints for each axis."""
+        return "slide" if self.joint.type == "prismatic" else "hinge"
+
+    @property
+    def axes(self) -> list[tuple[tuple[float, float, float], AxisConfig]]:
+        """Directions of the joint's axes in the link's frame, and what acts along each."""
+        turn = rotation(*self.joint.pose[3:])
+        return [(apply(turn, axis.xyz), axis) for axis in self.joint.axes]
+
+
+def _branches(config: ObjectConfig, name: str, pose: Pose) -> list[_Branch]:
+    """The links that hang on the one of a name, whose pose in the object is given."""
+    links = {link.name: link for link in config.links}
+    own = [(joint, links[joint.child]) for joint in config.joints if joint.parent == name]
+    return [
+        _Branch(
+            link,
+            compose(inverse(pose), link.pose),
+            joint,
+            geoms(link.collisions),
+            geoms(link.visuals),
+            _branches(config, link.name, link.pose),
+        )
+        for joint, link in own
+    ]
 
 
 def object_rows(item: PlacedObject, wind: WindConfig | None, physics: PhysicsConfig, tables: Rows) -> Rows:
@@ -113,7 +170,9 @@ def object_rows(item: PlacedObject, wind: WindConfig | None, physics: PhysicsCon
     config, body = item.config, f"{item.name}/{item.config.link}"
     floats = config.kind == "floating"
     kind: Literal["floating", "static"] = "floating" if floats else "static"
-    rows = Rows(objects=[Object(name=item.name, model=kind_name(item.model), kind=kind, body=body, pose=item.pose)])
+    links = tuple(f"{item.name}/{name}" for name in link_order(config.link, config.joints))
+    row = Object(name=item.name, model=kind_name(item.model), kind=kind, body=body, pose=item.pose, links=links)
+    rows = Rows(objects=[row])
     if (light := config.light) is not None:
         panels = tuple(f"{item.name}/{panel}" for panel in light.panels)
         rows.lights.append(Light(name=item.name, body=body, geoms=panels, pattern=light.pattern))
@@ -128,6 +187,9 @@ def object_rows(item: PlacedObject, wind: WindConfig | None, physics: PhysicsCon
         if item.mooring is not None and physics.profile == MARINE:
             rows.ropes.append(rope_row(item, item.mooring, len(tables.floats)))
         rows.floats.append(floating)
+        rows.elements.extend(elements)
+    for row, elements in link_rows(item, wind, physics, len(tables.elements)):
+        rows.links.append(row)
         rows.elements.extend(elements)
     return rows
 
@@ -156,33 +218,71 @@ def float_row(
 ) -> tuple[Float, list[Element]]:
     """The row of a floating object, and those of its buoyancy elements, which begin at row `start`."""
     config = item.config
-    buoyancy = config.buoyancy
-    assert buoyancy is not None, f"{item.model} does not float"
-    assert config.mass is not None, f"{item.model} has no mass"
-    assert config.inertia is not None, f"{item.model} has no inertia"
-    silent = "fluid_density" not in buoyancy.model_fields_set
+    if config.links:  # water and wind act on the rows of `link_rows`
+        return _float_row(config, config.link, None, item, NO_WIND, physics, start, follower)
+    assert config.buoyancy is not None, f"{item.model} does not float"
+    blown = wind_coefficients(wind, item.name, item.model) or NO_WIND
+    return _float_row(config, config.link, config.buoyancy, item, blown, physics, start, follower)
+
+
+def link_rows(
+    item: PlacedObject, wind: WindConfig | None, physics: PhysicsConfig, start: int
+) -> Iterator[tuple[Float, list[Element]]]:
+    """The rows of the moving links of an object that has joints, each with those of its buoyancy elements.
+
+    An entry of the wind acts on the link that it names, or else on the object's own.
+    """
+    config = item.config
+    parts: list[tuple[str, ObjectConfig | LinkConfig]] = [(link.name, link) for link in config.links]
+    if parts and config.kind == "floating":
+        parts.insert(0, (config.link, config))
+    blowing = [one for one in (wind.objects if wind else None) or () if one.model in (item.name, item.model)]
+    pushed = {one.link if one.link in dict(parts) else config.link: one.coefficients for one in reversed(blowing)}
+    for name, part in parts:
+        blown = pushed.get(name, NO_WIND)
+        row, elements = _float_row(part, name, part.buoyancy, item, blown, physics, start, -1)
+        start += len(elements)
+        yield row, elements
+
+
+def _float_row(
+    part: ObjectConfig | LinkConfig,
+    link: str,
+    buoyancy: BuoyancyConfig | None,
+    item: PlacedObject,
+    blown: tuple[float, float, float],
+    physics: PhysicsConfig,
+    start: int,
+    follower: int,
+) -> tuple[Float, list[Element]]:
+    """The row of a link, and those of what it displaces."""
+    assert part.mass is not None, f"{item.model} has no mass"
+    assert part.inertia is not None, f"{item.model} has no inertia"
+    elements = buoyancy.elements if buoyancy else ()
+    silent = buoyancy is None or "fluid_density" not in buoyancy.model_fields_set
+    density = buoyancy.fluid_density if buoyancy else WATER_DENSITY
     row = Float(
-        body=f"{item.name}/{config.link}",
-        mass=config.mass,
-        com=config.center_of_mass,
-        inertia=(*config.inertia, 0.0, 0.0, 0.0),
-        density=DENSITY if physics.profile == NEWER and silent else buoyancy.fluid_density,
+        body=f"{item.name}/{link}",
+        mass=part.mass,
+        com=part.center_of_mass,
+        inertia=(*part.inertia, 0.0, 0.0, 0.0),
+        density=DENSITY if physics.profile == NEWER and silent else density,
         gravity=physics.gravity,
-        level=buoyancy.fluid_level,
-        linear_drag=buoyancy.linear_drag,
-        angular_drag=buoyancy.angular_drag,
+        level=buoyancy.fluid_level if buoyancy else 0.0,
+        linear_drag=buoyancy.linear_drag if buoyancy else 0.0,
+        angular_drag=buoyancy.angular_drag if buoyancy else 0.0,
         profile=PROFILES[physics.profile],
-        wind=wind_coefficients(wind, item.name, item.model) or NO_WIND,
+        wind=blown,
         element_start=start,
-        element_count=len(buoyancy.elements),
+        element_count=len(elements),
         follower=follower,
     )
-    return row, [element_row(element) for element in buoyancy.elements]
+    return row, [element_row(element) for element in elements]
 
 
 def rope_row(item: PlacedObject, rope: RopeConfig, number: int) -> Rope:
     """The rope of the floating object of row `number`, whose anchor is under its centre of mass."""
-    mass = item.config.mass or 0.0
+    mass = item.config.whole_mass
     stiffness = ROPE_STIFFNESS * mass if rope.stiffness is None else rope.stiffness
     x, y, *_ = compose(item.pose, (*item.config.center_of_mass, 0.0, 0.0, 0.0))
     return Rope(

@@ -131,6 +131,7 @@ class Rows:
     stations: list[Station] = field(default_factory=list)
     thrusters: list[Thruster] = field(default_factory=list)
     floats: list[Float] = field(default_factory=list)
+    links: list[Float] = field(default_factory=list)
     elements: list[Element] = field(default_factory=list)
     blocks: list[Block] = field(default_factory=list)
     moorings: list[Mooring] = field(default_factory=list)

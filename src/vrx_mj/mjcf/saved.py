@@ -75,6 +75,8 @@ def _one_of(*words: str) -> Check:
 _SWITCH = _one_of("enable", "disable")
 _TRUTH = _one_of("true", "false")
 
+JOINT_FORCES = ("damping", "frictionloss", "stiffness", "springref")
+"""Attributes of joints that resist or push."""
 ATTRIBUTES: Mapping[str, Mapping[str, Check]] = {
     "mujoco": {"model": _text},
     "compiler": {"angle": _one_of("radian"), "eulerseq": _one_of("XYZ"), "meshdir": _one_of("assets")},
@@ -117,8 +119,8 @@ ATTRIBUTES: Mapping[str, Mapping[str, Check]] = {
     "freejoint": {"name": _name, "align": _one_of("false")},
     "joint": {
         "name": _name,
-        "type": _one_of("hinge", "slide"),
-        **dict.fromkeys(("pos", "axis", "range", "damping"), _numbers),
+        "type": _one_of("hinge", "slide", "ball"),
+        **dict.fromkeys(("pos", "axis", "range", *JOINT_FORCES), _numbers),
         "limited": _TRUTH,
     },
     "inertial": dict.fromkeys(("pos", "quat", "mass", "diaginertia", "fullinertia"), _numbers),
@@ -314,6 +316,7 @@ def _unlike(world: Parameters, contents: Contents) -> Iterator[str]:
     for number, row in enumerate(world.floats):
         if row.body not in free:
             yield f"floats[{number}].body: '{row.body}' is not a free body"
+    yield from _links(world, contents)
     yield from _blocks(world, contents, free)
     for kind, named, known in (("body", _bodies(world), contents.joints), ("geom", _geoms(world), contents.geoms)):
         yield from (f"{place}: the MJCF has no {kind} '{name}'" for place, name in named if name not in known)
@@ -351,6 +354,19 @@ def _blocks(world: Parameters, contents: Contents, free: set[str]) -> Iterator[s
             right = hinges == ["hinge"] and contents.parents[block.body] == world.blocks[block.parent].body
         if not right:
             yield f"blocks[{number}].body: '{block.body}' is neither a free body nor on a hinge of the one it hangs on"
+
+
+def _links(world: Parameters, contents: Contents) -> Iterator[str]:
+    """Links of objects hang on others of the same one; all but the outermost have a joint."""
+    for number, item in enumerate(world.objects):
+        known = [item.body]
+        for body in item.links:
+            if contents.parents.get(body) not in known or not contents.joints[body]:
+                yield f"objects[{number}].links: '{body}' does not hang by a joint on a link that comes before"
+            known.append(body)
+    for number, link in enumerate(world.links):
+        if not contents.joints.get(link.body):
+            yield f"links[{number}].body: '{link.body}' does not move"
 
 
 def _bodies(world: Parameters) -> Iterator[tuple[str, str]]:

@@ -1,4 +1,4 @@
-"""Floating things other than boats: single objects, and docks as trees of blocks on hinges."""
+"""Floating things other than boats: single objects, links of jointed ones, and docks as trees of blocks on hinges."""
 
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
@@ -28,7 +28,7 @@ __all__ = ["Block", "Element", "Float", "Follower", "Mooring", "PathPoint"]
 
 @dataclass(frozen=True, kw_only=True)
 class Float:
-    """A floating object, a free body."""
+    """A floating object, a free body; or a link of an object that has joints."""
 
     __pydantic_config__ = STRICT
     body: Text

@@ -252,7 +252,7 @@ class WindCoefficients:
     model: Text
     """Name of a boat, an object, a kind of robot or a model of objects."""
     link: Text | None = None
-    """VRX's link_name; without effect."""
+    """VRX's link_name: of an object that has joints, the link that is pushed; by default its own."""
     coefficients: tuple[Coefficient, Coefficient, Coefficient]
     """Coefficients x, y [N s2/m2] and turning [N m s2/m2]."""
 

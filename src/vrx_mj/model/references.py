@@ -57,9 +57,15 @@ def _afloat(world: Parameters) -> Iterator[str]:
     driven = sorted(row.follower for row in world.floats if row.follower >= 0)
     if driven != list(range(len(world.followers))):
         yield f"floats: their followers are {driven}, each of {len(world.followers)} is needed once"
-    wet: list[Float | Block] = [*world.floats, *world.blocks]
+    bodies = {body for item in world.objects for body in (item.body, *item.links)}
+    for number, link in enumerate(world.links):
+        if link.body not in bodies:
+            yield f"links[{number}].body: '{link.body}' is not a body of an object"
+        if link.follower >= 0:
+            yield f"links[{number}].follower: a link has none"
+    wet: list[Float | Block] = [*world.floats, *world.links, *world.blocks]
     own = [(row.element_start, row.element_count) for row in wet]
-    yield from _inside("floats and blocks", "element", own, len(world.elements))
+    yield from _inside("floats, links and blocks", "element", own, len(world.elements))
     for number, rope in enumerate(world.ropes):
         if rope.float >= len(world.floats):
             yield f"ropes[{number}].float: there is no float {rope.float}"

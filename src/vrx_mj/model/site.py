@@ -1,13 +1,13 @@
 """What a compiled world has besides boats and water: objects, docks, signs, the shore, and where on Earth it is."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from vrx_mj.frames import Geodetic
-from vrx_mj.model.kinds import STRICT, Degrees, NonNegative, Pose, Positive, Real, Share, Text, Vec3
+from vrx_mj.model.kinds import LEFT_OUT, STRICT, Degrees, NonNegative, Pose, Positive, Real, Share, Text, Vec3
 
 __all__ = ["Dock", "Georeference", "Light", "Marker", "Object", "Placard", "Ring", "Scene"]
 
@@ -30,6 +30,8 @@ class Object:
     """Name of the MJCF's body."""
     pose: Pose
     """Pose at the start [m, rad]."""
+    links: tuple[Text, ...] = field(default=(), metadata=LEFT_OUT)
+    """Names of the MJCF's bodies that hang on that one by joints, each after the one that it hangs on."""
 
 
 @dataclass(frozen=True, kw_only=True)

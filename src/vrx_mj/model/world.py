@@ -73,6 +73,8 @@ class Parameters:
     """Thrusters of the hulls."""
     floats: tuple[Float, ...]
     """Floating objects, in the order of `objects`."""
+    links: tuple[Float, ...] = field(default=(), metadata=LEFT_OUT)
+    """Links of objects that have joints: all but those that never move, in the order of `objects`."""
     elements: tuple[Element, ...]
     """What displaces water of floating objects and blocks."""
     blocks: tuple[Block, ...]

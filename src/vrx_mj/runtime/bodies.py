@@ -77,7 +77,9 @@ class FreeBodies:
         """Let the water, whose surface is at `height(x, y)` [m], have an object or a dock where it is now."""
         qpos, _ = self._address[name]
         if name in self.objects:
-            self._arrays.set_afloat(self.objects.index(name), height(*self._data.qpos[qpos : qpos + 2]))
+            row = self.objects.index(name)
+            self._arrays.set_afloat(row, height(*self._data.qpos[qpos : qpos + 2]))
+            self._arrays.set_links_afloat(self._arrays.floats["body"][row], height)
             return
         for row in self._arrays.tree_rows(qpos):
             x, y, _ = self._data.xipos[self._arrays.blocks["body"][row]]

@@ -16,6 +16,7 @@ from vrx_mj.physics.afloat import flotation_in_waves, rope_pull
 from vrx_mj.physics.current import current_step, current_velocity
 from vrx_mj.physics.drag import added_inertia, bias_on_hull, drag_on_hull
 from vrx_mj.physics.flotation import (
+    Flotation,
     add_flotation_drag,
     flotation,
     flotation_of_step,
@@ -26,6 +27,7 @@ from vrx_mj.physics.flotation import (
 from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.kernel import allocating_kernel, inlined_kernel, kernel
 from vrx_mj.physics.kinematics import orbital_motion
+from vrx_mj.physics.linkage import add_link_drag, link_motion
 from vrx_mj.physics.motion import (
     Motion,
     Vector,
@@ -110,7 +112,7 @@ def advance(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
     run = runs[row]
     a = views(run)
     flags = a.broadphase[0]
-    added, damping = np.empty((6, 6)), np.empty((a.floats.size, 3))
+    added, damping = np.empty((6, 6)), np.empty((a.floats.size + a.links.size, 3))
     done, free_before, touched = 0, False, False
     while done < steps and not touched and not full(a.sampling, a.samples) and not diverged(a.qpos, a.qvel):
         sample(a, time)
@@ -121,6 +123,9 @@ def advance(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
         air = air_velocity(a.wind[0], a.wind_state[0], a.air_state)
         push_hulls(a, air, time, dt)
         push_floats(a, air, damping, time, dt)
+        if a.links.size > 0:
+            mj_fwd_kinematics(run.contact_free, run.data)
+            push_links(a, air, damping, time, dt)
         push_docks(a, air, time, dt)
         free = contact_free(a.movers, a.obstacles, a.qpos, flags)
         idle = free and free_before and flags.unconstrained != 0  # the step before found nothing, nor would this one
@@ -194,6 +199,10 @@ def move(model: Address, data: Address, a: Views, added: FloatArray, damping: Fl
         add_to_inertia(a.inertia, a.inertia_row, hull.dof, added)
     for i in range(a.floats.size):
         add_flotation_drag(a.inertia, a.inertia_row, a.floats[i].dof, damping[i])
+    for i in range(a.links.size):
+        body = a.links[i].body
+        center, own = a.subtree_com[a.body_root[body]], damping[a.floats.size + i]
+        add_link_drag(a.inertia, a.inertia_row, a.xpos[body], a.links[i].dof, a.dof_parent, a.cdof, center, own)
     raft_drag(a.blocks, a.raft_work, a.inertia, a.inertia_row)
     mj_factor_m(model, data)
     if not idle:
@@ -262,6 +271,22 @@ def push_floats(a: Views, air: Air, damping: FloatArray, time: float, dt: float)
 
 
 @inlined_kernel
+def push_links(a: Views, air: Air, damping: FloatArray, time: float, dt: float) -> None:
+    """Let water and wind push the links of objects that have joints; a row of `damping` after those of the floats."""
+    for i in range(a.links.size):
+        item, own = a.links[i], damping[a.floats.size + i]
+        center = a.subtree_com[a.body_root[item.body]]
+        body = link_motion(a.xpos[item.body], a.xmat[item.body], item.dof, a.dof_parent, a.cdof, center, a.qvel)
+        load = wind_on_float(item, body, air)
+        found = flotation_of(item, a.link_state[i], body, a, load, time, dt, 0.0)
+        own[0], own[1], own[2] = dt * found.sums.k, dt * found.sums.kz, dt * found.sums.kappa
+        if item.qpos >= 0:  # what the float of the same body does is already there
+            apply_more(a.xfrc_applied, item.body, add(load, found.wrench))
+        else:
+            apply(a.xfrc_applied, item.body, add(load, found.wrench))
+
+
+@inlined_kernel
 def push_docks(a: Views, air: Air, time: float, dt: float) -> None:
     """Let water and wind push the blocks of floating docks, and their moorings pull."""
     stream = current_velocity(a.current, a.current_state, a.layers, 0.0, time)
@@ -288,19 +313,26 @@ def floating(index: int, a: Views, air: Air, damping: FloatArray, time: float, d
     if item.follower >= 0:
         follower = a.followers[item.follower]
         load = add(load, follow(follower, a.waypoints, a.follower_state[item.follower], item.com, body))
+    found = flotation_of(item, state, body, a, load, time, dt, dt)
+    return add(load, flotation_of_step(item, body, found, dt, damping))
+
+
+@inlined_kernel
+def flotation_of(
+    item: Record, state: Record, body: Motion, a: Views, load: Wrench, time: float, dt: float, ahead: float
+) -> Flotation:
+    """Buoyancy and drag of what floats, `ahead` [s] from now as a free body; `load` is all else on it but weight."""
     if item.profile == MARINE:
         height = surface_height(a.waves, a.sea[0], body.x, body.y, time)
         east, north = current_velocity(a.current, a.current_state, a.layers, a.sea[0].level - body.z, time)
         water = orbital_motion(a.waves, a.sea[0], body.x, body.y, body.z, time)
-        found = flotation_in_waves(item, a.elements, body, height, (east, north, 0.0), water, dt, load)
-    elif item.profile == VRX3:
+        return flotation_in_waves(item, a.elements, body, height, (east, north, 0.0), water, ahead, load)
+    if item.profile == VRX3:
         water_at_elements(item, a.elements, a.element_state, body, a.waves, a.sea[0], time, dt)
-        found = flotation(item, a.elements, a.element_state, body, 0.0, 0.0, dt, load)
-    else:
-        height = surface_height(a.waves, a.sea[0], body.x, body.y, time)
-        rise = water_rise(state, height, dt)
-        found = flotation(item, a.elements, None, body, height, rise, dt, load)
-    return add(load, flotation_of_step(item, body, found, dt, damping))
+        return flotation(item, a.elements, a.element_state, body, 0.0, 0.0, ahead, load)
+    height = surface_height(a.waves, a.sea[0], body.x, body.y, time)
+    rise = water_rise(state, height, dt)
+    return flotation(item, a.elements, None, body, height, rise, ahead, load)
 
 
 @kernel

@@ -1,6 +1,6 @@
 """The tables of the compiled loop for one world: parameters, state, and views of MuJoCo's arrays."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import mujoco
@@ -74,7 +74,8 @@ def things_that_stay(world: Parameters) -> Iterator[str]:
 
 def mujoco_arrays(data: mujoco.MjData) -> dict[str, FloatArray]:
     """The arrays of MuJoCo's data that the loop reads and writes."""
-    names = ("qpos", "qvel", "xfrc_applied", "qfrc_applied", "qfrc_constraint", "sensordata")
+    names = ("qpos", "qvel", "xfrc_applied", "qfrc_applied", "qfrc_constraint", "sensordata", "xpos", "xmat",
+             "subtree_com", "cdof")  # fmt: skip
     return {**{name: getattr(data, name) for name in names}, "inertia": data.M}
 
 
@@ -143,6 +144,7 @@ class LoopArrays:
         self.stations = tables.table(tables.STATION, [vars(row) for row in parameters.stations])
         self.thrusters = tables.table(tables.THRUSTER, [self._engine(vars(row)) for row in parameters.thrusters])
         self.floats = tables.table(tables.FLOAT, [self._free_body(vars(row)) for row in parameters.floats])
+        self.links = tables.table(tables.FLOAT, [self._link(vars(row)) for row in parameters.links])
         self.followers = tables.table(tables.FOLLOWER, [vars(row) for row in parameters.followers])
         self.waypoints = tables.table(tables.WAYPOINT, [vars(row) for row in parameters.path_points])
         self.elements = tables.table(tables.ELEMENT, [vars(row) for row in parameters.elements])
@@ -151,6 +153,7 @@ class LoopArrays:
         self.ropes = tables.table(tables.ROPE, [vars(row) for row in parameters.ropes])
         self.thruster_state = np.zeros(len(self.thrusters), tables.THRUSTER_STATE)
         self.float_state = np.zeros(len(self.floats), tables.FLOAT_STATE)
+        self.link_state = np.zeros(len(self.links), tables.FLOAT_STATE)
         self.block_state = np.zeros(len(self.blocks), tables.FLOAT_STATE)
         self.raft_work = np.zeros(len(self.blocks), RAFT_WORK)
         self.element_state = np.zeros(len(self.elements), tables.ELEMENT_STATE)
@@ -254,6 +257,16 @@ class LoopArrays:
             own = slice(item["element_start"], item["element_start"] + item["element_count"])
             self.element_state[own] = (height, 0.0)
 
+    def set_links_afloat(self, body: int, height: Callable[[float, float], float]) -> None:
+        """Let the water, whose surface is at `height(x, y)` [m], have the links of the tree of a body."""
+        root = self.model.body_rootid[body]
+        for row in np.flatnonzero(self.model.body_rootid[self.links["body"]] == root):
+            item = self.links[row]
+            x, y, _ = self.data.xpos[item["body"]]
+            self.link_state[row] = (height(x, y), 0)
+            for own in range(item["element_start"], item["element_start"] + item["element_count"]):
+                self.element_state[own] = (height(x, y), 0.0)
+
     def tree_rows(self, qpos: int) -> range:
         """Rows of the blocks of the floating dock whose free joint is at `qpos`."""
         roots = [*np.flatnonzero(self.blocks["parent"] < 0), len(self.blocks)]
@@ -350,7 +363,8 @@ class LoopArrays:
         """All arrays of a run, with those that a recorder has filled."""
         clocks = self.sample_clocks
         found = {
-            **mujoco_arrays(self.data), "inertia_row": self.model.M_rowadr, "clocks": clocks.clocks,
+            **mujoco_arrays(self.data), "inertia_row": self.model.M_rowadr,
+            "dof_parent": self.model.dof_parentid, "body_root": self.model.body_rootid, "clocks": clocks.clocks,
             "latched": clocks.latched, "device_state": clocks.device_state, "sampling": sampling, "samples": samples,
         }  # fmt: skip
         return {name: found[name] if name in found else getattr(self, name) for name in ARRAYS}
@@ -369,6 +383,14 @@ class LoopArrays:
             "qpos": int(self.model.jnt_qposadr[joint]),
             "dof": int(self.model.jnt_dofadr[joint]),
         }
+        return {**row, **ids}
+
+    def _link(self, row: Row) -> Row:
+        """Replace a link's name by its id, the address of its free joint, if it has one, and its last dof."""
+        body = self.model.body(row["body"])
+        joint, dof = int(body.jntadr[0]), int(body.dofadr[0] + body.dofnum[0]) - 1
+        free = self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
+        ids = {"body": int(body.id), "qpos": int(self.model.jnt_qposadr[joint]) if free else NO_JOINT, "dof": dof}
         return {**row, **ids}
 
     def _whole_body(self, row: Row) -> Row:

@@ -42,7 +42,7 @@ WAIT = 25
 
 
 def movers(model: mujoco.MjModel) -> Table:
-    """Every tree of bodies with a free joint, with a radius that holds for any angle of its hinges."""
+    """Every tree of bodies with a free joint, with a radius that holds wherever its other joints are."""
     free = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
     table = np.zeros(len(free), MOVER)
     row_of = np.full(model.nbody, -1)
@@ -75,7 +75,7 @@ def unconstrained(free: mujoco.MjModel) -> bool:
 
 
 def _length(model: mujoco.MjModel, body: int) -> float:
-    """Farthest distance [m] of a body from its parent, or from a root's middle, at any angle of its hinge."""
+    """Farthest distance [m] of a body from its parent, or from a root's middle, wherever its joints are."""
     parent, way = int(model.body_parentid[body]), np.array(model.body_pos[body])
     if parent == model.body_rootid[body]:
         way -= model.body_ipos[parent]
@@ -83,7 +83,15 @@ def _length(model: mujoco.MjModel, body: int) -> float:
         return float(np.linalg.norm(way))
     anchor, turned = np.array(model.jnt_pos[model.body_jntadr[body]]), np.zeros(3)
     mujoco.mju_rotVecQuat(turned, anchor, model.body_quat[body])
-    return float(np.linalg.norm(way + turned) + np.linalg.norm(anchor))
+    return float(np.linalg.norm(way + turned) + np.linalg.norm(anchor)) + _slide(model, body)
+
+
+def _slide(model: mujoco.MjModel, body: int) -> float:
+    """How far [m] a body may slide on its joint: without limits anywhere. Limits are soft, and so count for more."""
+    joint = model.body_jntadr[body]
+    if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_SLIDE:
+        return 0.0
+    return 1.2 * float(np.abs(model.jnt_range[joint]).max()) if model.jnt_limited[joint] else np.inf
 
 
 def obstacles(model: mujoco.MjModel) -> Table:

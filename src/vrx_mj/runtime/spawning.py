@@ -32,7 +32,7 @@ MODEL_ROWS = {"body": "bodies", "jnt": "joints", "dof": "dofs", "qpos0": "qpos",
 ROWS = {
     "qacc_warmstart": "dofs", "qfrc_applied": "dofs", "xfrc_applied": "bodies", "thruster_state": "thrusters",
     "float_state": "floats", "element_state": "elements", "touches": "rivals", "follower_state": "followers",
-    "block_state": "blocks", "eq_active": "equalities",
+    "link_state": "links", "block_state": "blocks", "eq_active": "equalities",
 }  # fmt: skip
 """The same for other arrays; no row of those that are not listed belongs to anything that can leave."""
 DATA_ARRAYS = ("qacc_warmstart", "qfrc_applied", "xfrc_applied", "eq_active")

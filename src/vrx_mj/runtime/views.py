@@ -49,6 +49,14 @@ class Views(NamedTuple):
     """`mjData.M`, the sparse lower triangle."""
     inertia_row: Annotated[IntArray, Array(np.int32)]
     """`mjModel.M_rowadr`."""
+    dof_parent: Annotated[IntArray, Array(np.int32)]
+    """`mjModel.dof_parentid`."""
+    body_root: Annotated[IntArray, Array(np.int32)]
+    """`mjModel.body_rootid`."""
+    xpos: Annotated[FloatArray, Array(ndim=2)]
+    xmat: Annotated[FloatArray, Array(ndim=2)]
+    subtree_com: Annotated[FloatArray, Array(ndim=2)]
+    cdof: Annotated[FloatArray, Array(ndim=2)]
     sensordata: Annotated[FloatArray, Array()]
     sea: Annotated[Table, Array(tables.SEA)]
     waves: Annotated[Table, Array(tables.WAVE)]
@@ -76,6 +84,8 @@ class Views(NamedTuple):
     follower_state: Annotated[Table, Array(tables.FOLLOWER_STATE, use=STATE)]
     blocks: Annotated[Table, Array(tables.BLOCK)]
     block_state: Annotated[Table, Array(tables.FLOAT_STATE, use=STATE)]
+    links: Annotated[Table, Array(tables.FLOAT)]
+    link_state: Annotated[Table, Array(tables.FLOAT_STATE, use=STATE)]
     raft_work: Annotated[Table, Array(RAFT_WORK, use=OWN)]
     moorings: Annotated[Table, Array(tables.MOORING)]
     ropes: Annotated[Table, Array(tables.ROPE)]

@@ -75,7 +75,7 @@ def test_a_number_is_finite_and_of_a_size_that_can_be(text, number):
         ({"parent": 1}, "blocks[1].parent: 1 is not a block of its dock that comes before"),
         ({"parent": -1}, "blocks[1].parent: -1 is not a block of its dock that comes before"),
         ({"depth": 0}, "blocks[1].depth: 0 is not the number of hinges to its root"),
-        ({"element_start": 10**6}, "floats and blocks: elements 1000000 to 1000000 of 17"),
+        ({"element_start": 10**6}, "floats, links and blocks: elements 1000000 to 1000000 of 17"),
         ({"body": "x"}, "blocks: their bodies are not those of the floating docks"),
     ],
 )

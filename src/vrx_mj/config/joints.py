@@ -1,0 +1,184 @@
+"""Links of an object that move against each other, and the joints between them: a tree from the object's own link."""
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, field_validator, model_validator
+
+from vrx_mj.config.base import (
+    Config,
+    Folder,
+    Name,
+    NonNegative,
+    Pose,
+    Positive,
+    Principal,
+    Vec3,
+    fault,
+    faults,
+    numbers,
+)
+from vrx_mj.config.buoyancy import BuoyancyConfig
+from vrx_mj.config.shapes import Shape, Visual
+from vrx_mj.config.wording import shown
+from vrx_mj.errors import UnknownNameError
+
+__all__ = ["MOST_LINKS", "AxisConfig", "JointConfig", "LinkConfig", "link_order", "tree_faults"]
+
+MOST_LINKS = 64
+"""Links of an object beside its own."""
+AXES: Mapping[str, int] = {"revolute": 1, "continuous": 1, "prismatic": 1, "universal": 2, "ball": 0}
+"""Number of axes of each type of joint."""
+
+Fault = tuple[tuple[str | int, ...], str]
+
+
+def _with_a_length(value: tuple[float, float, float]) -> tuple[float, float, float]:
+    if math.hypot(*value) < 1e-9:
+        raise fault(f"must have a length, got {shown(list(value))}")
+    return value
+
+
+class AxisConfig(Config):
+    """An axis of a joint, about which the child link turns, or along which it slides."""
+
+    xyz: Annotated[Vec3, AfterValidator(_with_a_length)] = (0.0, 0.0, 1.0)
+    """Direction of the axis in the joint's frame."""
+    limits: Annotated[tuple[float, float], numbers("lower upper")] | None = None
+    """Lowest and highest angle [rad] or, of a prismatic joint, position [m]; without them it moves freely."""
+    damping: NonNegative = 0.0
+    """Damping [N m s/rad], of a prismatic joint [N s/m]."""
+    friction: NonNegative = 0.0
+    """Dry friction [N m], of a prismatic joint [N]."""
+    stiffness: NonNegative = 0.0
+    """Stiffness of a spring in the joint [N m/rad], of a prismatic joint [N/m]."""
+    spring_reference: float = 0.0
+    """Angle [rad] or position [m] at which the spring is at rest."""
+
+    @field_validator("limits")
+    @classmethod
+    def _in_order(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
+        if value is not None and value[0] >= value[1]:
+            raise fault(f"lower {value[0]:g} is not below upper {value[1]:g}")
+        return value
+
+
+class JointConfig(Config):
+    """A joint between two links of an object, with the terms of SDF and URDF."""
+
+    name: Name
+    """Name of the joint."""
+    type: Literal["revolute", "continuous", "prismatic", "universal", "ball"]
+    """Kind of joint: one axis to turn about, the same without limits, one to slide along, two axes, or any."""
+    parent: Name
+    """Link that carries the joint."""
+    child: Name
+    """Link that moves."""
+    pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    """Pose of the joint in the frame of the child link [m, rad]."""
+    axis: AxisConfig = Field(default_factory=AxisConfig)
+    """The axis; a universal joint's first one, which stays with the parent. Of a ball only the damping counts."""
+    axis2: AxisConfig | None = None
+    """Second axis of a universal joint, which turns with the first."""
+
+    @property
+    def axes(self) -> tuple[AxisConfig, ...]:
+        """The axes, from the parent outward; none of a ball."""
+        return tuple(axis for axis in (self.axis, self.axis2) if axis)[: AXES[self.type]]
+
+    @model_validator(mode="after")
+    def _has_its_axes(self) -> Self:
+        count = AXES[self.type]
+        if count == 2 and self.axis2 is None:
+            raise faults((("axis2",), f"required for a {self.type} joint"))
+        if count < 2 and self.axis2 is not None:
+            raise faults((("axis2",), f"not allowed for a {self.type} joint"))
+        if self.type == "continuous" and self.axis.limits is not None:
+            raise faults((("axis", "limits"), "not allowed for a continuous joint; write `type: revolute`"))
+        if self.type == "ball" and (keys := self.axis.model_fields_set - {"damping"}):
+            raise faults(*((("axis", key), "not allowed for a ball joint") for key in sorted(keys)))
+        return self
+
+
+class LinkConfig(Config):
+    """A link of an object beside its own, which hangs on a joint."""
+
+    folder: Folder = None
+    name: Name
+    """Name of the link."""
+    pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    """Pose in the object's frame [m, rad], where its joint is at 0."""
+    mass: Positive
+    """Mass [kg]."""
+    center_of_mass: Vec3 = (0.0, 0.0, 0.0)
+    """Centre of mass in the link's frame [m]."""
+    inertia: Principal
+    """Ixx, Iyy, Izz about the centre of mass, along the link's axes [kg m2]."""
+    collisions: tuple[Shape, ...] = ()
+    """Shapes that boats and other objects collide with; those of one object do not collide with each other."""
+    visuals: tuple[Visual, ...] = ()
+    """Shapes that are seen."""
+    buoyancy: BuoyancyConfig | None = None
+    """What the link displaces, and its drag; without it water does nothing to the link."""
+
+
+def tree_faults(root: str, links: Sequence[LinkConfig], joints: Sequence[JointConfig]) -> list[Fault]:
+    """What keeps the links of an object from being a tree on its own link, `root`."""
+    known = [root, *(link.name for link in links)]
+    found: list[Fault] = []
+    if len(links) > MOST_LINKS:
+        found.append((("links",), f"more than {MOST_LINKS} links beside '{root}'"))
+    found += [
+        (("links", index, "name"), f"duplicate name '{link.name}'")
+        for index, link in enumerate(links)
+        if link.name in known[: 1 + index]
+    ]
+    for index, joint in enumerate(joints):
+        found += [
+            (("joints", index, end), str(UnknownNameError("link", name, known)))
+            for end, name in (("parent", joint.parent), ("child", joint.child))
+            if name not in known
+        ]
+        if joint.name in (other.name for other in joints[:index]):
+            found.append((("joints", index, "name"), f"duplicate name '{joint.name}'"))
+        found += [(("joints", index, "child"), text) for text in _child_faults(root, joint, joints[:index])]
+    return found or _loose(root, links, joints)
+
+
+def _child_faults(root: str, joint: JointConfig, before: Sequence[JointConfig]) -> list[str]:
+    if joint.child == joint.parent:
+        return [f"joins the link '{joint.child}' to itself"]
+    if joint.child == root:
+        return [f"'{root}' is the object's own link, which hangs on nothing; swap parent and child"]
+    other = next((one for one in before if one.child == joint.child), None)
+    return [f"link '{joint.child}' already hangs on the joint '{other.name}'"] if other else []
+
+
+def _loose(root: str, links: Sequence[LinkConfig], joints: Sequence[JointConfig]) -> list[Fault]:
+    """Links without a joint, and links that hang on each other in a circle."""
+    above = {joint.child: joint.parent for joint in joints}
+    found: list[Fault] = []
+    for index, link in enumerate(links):
+        chain = [link.name]
+        while (parent := above.get(chain[-1])) is not None and parent not in chain:
+            chain.append(parent)
+        if parent is not None and parent == link.name:
+            found.append((("joints",), f"the links hang on each other in a circle: {' > '.join((*chain, parent))}"))
+            break
+        if parent is None and chain[-1] == link.name:
+            found.append((("links", index, "name"), f"no joint has the link '{link.name}' as its child"))
+    return found
+
+
+def link_order(root: str, joints: Sequence[JointConfig]) -> list[str]:
+    """Names of the links that hang on the one named `root`, each after the one that it hangs on."""
+    children: dict[str, list[str]] = {}
+    for joint in joints:
+        children.setdefault(joint.parent, []).append(joint.child)
+    order = [root]
+    for name in order:
+        order += children.get(name, [])
+    assert max(Counter(order).values()) == 1, "links of an object are a tree"
+    return order[1:]
