@@ -345,10 +345,11 @@ def _count(file: Path, whole: Loading) -> None:
 def _warn_if_it_sinks(thing: ObjectConfig, file: Path) -> None:
     if thing.kind != "floating":
         return
-    parts = [part.buoyancy for part in (thing, *thing.links) if part.buoyancy]
-    displaced = sum(part.fluid_density * sum(element.volume for element in part.elements) for part in parts)
-    if thing.whole_mass > displaced:
-        text = f"{display(file)}: sinks: mass {thing.whole_mass:g} kg; its buoyancy displaces at most {displaced:g} kg"
+    wet = [part for part in (thing.buoyancy, *(link.buoyancy for link in thing.links)) if part]
+    displaced = sum(part.fluid_density * sum(element.volume for element in part.elements) for part in wet)
+    mass = thing.whole_mass
+    if mass > displaced:
+        text = f"{display(file)}: sinks: mass {mass:g} kg; its buoyancy displaces at most {displaced:g} kg"
         warnings.warn(text, VrxWarning, stacklevel=2)
 
 

@@ -101,7 +101,7 @@ def object_piece(config: ObjectConfig, *, asleep: bool = False) -> Piece:
     The body carries the name of the object's link. Collision geoms are in group 3, visual ones, which neither
     collide nor weigh, in group 2. Mass, centre of mass and inertia are the configuration's, never the geoms'.
     """
-    parts = (config, *config.links)
+    parts: tuple[ObjectConfig | LinkConfig, ...] = (config, *config.links)
     collisions = [shape for part in parts for shape in part.collisions]
     needed = meshes([*collisions, *(shape for part in parts for shape in part.visuals)])
     solid = [config.link] if config.collisions else []
@@ -171,8 +171,8 @@ def object_rows(item: PlacedObject, wind: WindConfig | None, physics: PhysicsCon
     floats = config.kind == "floating"
     kind: Literal["floating", "static"] = "floating" if floats else "static"
     links = tuple(f"{item.name}/{name}" for name in link_order(config.link, config.joints))
-    row = Object(name=item.name, model=kind_name(item.model), kind=kind, body=body, pose=item.pose, links=links)
-    rows = Rows(objects=[row])
+    own = Object(name=item.name, model=kind_name(item.model), kind=kind, body=body, pose=item.pose, links=links)
+    rows = Rows(objects=[own])
     if (light := config.light) is not None:
         panels = tuple(f"{item.name}/{panel}" for panel in light.panels)
         rows.lights.append(Light(name=item.name, body=body, geoms=panels, pattern=light.pattern))
@@ -188,8 +188,8 @@ def object_rows(item: PlacedObject, wind: WindConfig | None, physics: PhysicsCon
             rows.ropes.append(rope_row(item, item.mooring, len(tables.floats)))
         rows.floats.append(floating)
         rows.elements.extend(elements)
-    for row, elements in link_rows(item, wind, physics, len(tables.elements)):
-        rows.links.append(row)
+    for link, elements in link_rows(item, wind, physics, len(tables.elements)):
+        rows.links.append(link)
         rows.elements.extend(elements)
     return rows
 
