@@ -24,6 +24,7 @@ from vrx_mj.config.base import (
 )
 from vrx_mj.config.dynamics import ContactConfig, HullConfig, ServoConfig, Six, ThrusterConfig
 from vrx_mj.config.gazebo.models import file_in_folder, is_gazebo_model, model_file
+from vrx_mj.config.hull import MarineHullConfig
 from vrx_mj.config.loading import Loading, read_source, referenced, validated
 from vrx_mj.config.profiles import NEWER
 from vrx_mj.config.search import contained
@@ -201,6 +202,8 @@ class RobotConfig(Config):
     """Wind coefficients along x and y and about z [N s2/m2, N s2/m], in worlds that list none for it."""
     windage: WindageConfig | None = None
     """Areas and coefficients in worlds of profile `marine`, instead of `wind`."""
+    hull: MarineHullConfig | None = None
+    """Hull in worlds of profile `marine`; what it does not give is that of `hydrodynamics`."""
     sensors: tuple[SensorConfig, ...] = ()
     """Sensors besides those of the URDF; posed in their link's frame."""
     profiles: Profiles = Profiles()

@@ -11,6 +11,7 @@ from vrx_mj.config.base import Config, Folder, NonNegative, Positive, fault, fau
 from vrx_mj.config.loading import check
 from vrx_mj.config.search import ReadingError, read_limited
 from vrx_mj.config.wording import shown
+from vrx_mj.constants import SEA_WATER_DENSITY
 from vrx_mj.errors import VrxError
 from vrx_mj.linear_waves import SEA_STATES, Site, breaking_height, developed_period
 
@@ -138,8 +139,10 @@ class SeaConfig(Config):
     """Spectrum of model `file`: lines of frequency [Hz] and density [m2/Hz], as CSV; a path relative to this file."""
     depth: Positive | None = None
     """Depth of the water [m], for lengths and motion of waves that are not VRX's; by default it is deep."""
+    density: Positive = SEA_WATER_DENSITY
+    """Density of the water [kg/m3], which presses on hulls of profile `marine`."""
     ramp: NonNegative = 0.0
-    """The same of spectra and regular waves; by default they are there from the start."""
+    """Time constant of the growth of spectra and regular waves [s]; by default they are there from the start."""
     _spectrum: SpectrumTable | None = PrivateAttr(None)
 
     @field_validator("direction")

@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from vrx_mj.config.dynamics import ContactConfig, HydrodynamicsConfig, ServoConfig, ThrusterConfig
+from vrx_mj.config.hull import MarineHullConfig
 from vrx_mj.config.robots import RobotConfig
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.shapes import Shape, Visual
@@ -97,6 +98,8 @@ class Boat:
     """Fields of `HydrodynamicsConfig` that are known where the rest is to be derived; in a six None is what is not."""
     windage: WindageConfig | None = None
     """Areas and coefficients in profile `marine`, instead of `wind`."""
+    hull: MarineHullConfig | None = None
+    """Hull in profile `marine`."""
     pushed: Vector | None = None
     """Where in the base link water and wind push [m]; None: at the centre of mass of what is held to it."""
 
@@ -134,6 +137,7 @@ def assembled(
         water=gazebo.water,
         wind=config.wind or gazebo.wind,
         windage=config.windage,
+        hull=config.hull,
         sensors=sensors,
         warnings=(
             *urdf.remarks,

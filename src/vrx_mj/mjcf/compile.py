@@ -167,7 +167,8 @@ class _Assembly:
     def _add_boat(self, boat: BoatConfig) -> None:
         fit = fitted(self._built(boat), boat.engines, boat.color)
         self._place(boat.name, fit.piece, boat.pose)
-        self.rows.add(boat_rows(fit, boat, self.rows, self.config.wind, self.config.physics))
+        config = self.config
+        self.rows.add(boat_rows(fit, boat, self.rows, config.wind, config.physics, config.sea.density))
 
     def _add_balls(self) -> None:
         """One ball for every ball shooter, out of the way until it is fired."""

@@ -28,6 +28,7 @@ __all__ = [
     "derived_lines",
     "displaced",
     "floating_level",
+    "hull_corners",
 ]
 
 
@@ -166,7 +167,7 @@ def derived_floats(boat: Boat, density: float, stations: int) -> Derived:
     Raises:
         VrxError: the boat has no shape, no mass, or a mesh that cannot be read.
     """
-    body, (corners, notes) = boat_mass(boat), _corners_of(boat, boat_mass(boat).mass / density)
+    body, (corners, notes) = boat_mass(boat), hull_corners(boat, boat_mass(boat).mass / density)
     if not len(corners):
         return derived_lines(boat)
     low, high = float(corners[:, :, 2].min()), float(corners[:, :, 2].max())
@@ -257,7 +258,7 @@ def _resistance(length: float) -> dict[str, object]:
     }
 
 
-def _corners_of(boat: Boat, volume: float) -> tuple[FloatArray, tuple[str, ...]]:
+def hull_corners(boat: Boat, volume: float) -> tuple[FloatArray, tuple[str, ...]]:
     """Triangles (n, 3, 3) in the base link [m] around what collides; around what is seen, if that displaces too little.
 
     Where neither displaces the volume [m3], those of the larger. With notes about meshes.

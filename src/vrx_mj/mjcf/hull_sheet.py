@@ -90,10 +90,10 @@ class _Hull:
 
     def wrench(self, height: float, roll: float = 0.0, pitch: float = 0.0) -> FloatArray:
         """Force [N] and torque [N m] (6,) of the water about the centre, which is `height` [m] over it; world axes."""
-        turn = np.array(rotation(roll, pitch, 0.0))
+        turn = rotation(roll, pitch, 0.0)
         still_pressures(self._vertices, turn[2], height, self._weight, self._pressures)
         found = np.array(panel_wrench(self._vertices, self._triangles, self._pressures))
-        return np.concatenate((turn @ found[:3], turn @ found[3:]))
+        return np.concatenate((np.array(turn) @ found[:3], np.array(turn) @ found[3:]))
 
     def height(self, load: float, roll: float = 0.0) -> float:
         """The height [m] at which the water carries a load [N]."""

@@ -84,7 +84,7 @@ def with_boat(world: World, entry: Mapping[str, object], folder: Path | None = N
     fit = fitted(_built(boat, old.profile), boat.engines, boat.color)
     _check_shore(old, boat, fit)
     wind, physics = _conditions(old)
-    rows = boat_rows(fit, boat, Rows.of(old), wind, physics, old.lives.get(boat.name, 0))
+    rows = boat_rows(fit, boat, Rows.of(old), wind, physics, old.sea.density, old.lives.get(boat.name, 0))
     warn_if_unpushed(old.name, wind, physics, [(boat, own_load(fit.boat, physics))])
     balls = list(_with_balls(old, rows, wind, physics))
     parts = [Part.placed(boat.name, fit.piece, boat.pose), *balls]

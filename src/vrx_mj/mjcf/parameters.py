@@ -8,7 +8,6 @@ from typing import Any, Literal
 from vrx_mj.config.current import CurrentConfig, TideConfig
 from vrx_mj.config.sea import REGULAR, SPECTRA, SeaConfig
 from vrx_mj.config.world import PhysicsConfig
-from vrx_mj.constants import SEA_WATER_DENSITY
 from vrx_mj.linear_waves import Site
 from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint, Rope
 from vrx_mj.model.boats import Boat, Hull, Sensor, Station, Thruster
@@ -53,6 +52,8 @@ def sea_parameters(sea: SeaConfig, physics: PhysicsConfig) -> Sea:
     afloat = [wave for wave in waves if wave["amplitude"] > NIL_AMPLITUDE]
     height = 4.0 * math.sqrt(math.fsum(wave["amplitude"] ** 2 for wave in afloat) / 2.0)
     same: Row = {name: getattr(sea, name) for name in SEA_FIELDS}
+    if _moving(physics):  # what presses on hulls; VRX's waves keep their own lengths
+        same |= {"gravity": physics.gravity, "density": sea.density}
     return Sea(
         **same,
         level=0.0,
@@ -90,7 +91,7 @@ def _ocean(sea: SeaConfig, physics: PhysicsConfig) -> Sea:
         direction=sea.direction,
         depth=sea.depth,
         gravity=physics.gravity,
-        density=SEA_WATER_DENSITY,
+        density=sea.density,
         moving=_moving(physics),
     )
 

@@ -20,7 +20,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.dynamics import ContactConfig
 from vrx_mj.config.fleet import BoatConfig
-from vrx_mj.config.profiles import CLASSIC
+from vrx_mj.config.profiles import CLASSIC, MARINE
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.config.wind import WindConfig
 from vrx_mj.config.world import PhysicsConfig
@@ -28,6 +28,7 @@ from vrx_mj.constants import HULL_GRAVITY
 from vrx_mj.frames import Pose, rotation
 from vrx_mj.mjcf.afloat import outline
 from vrx_mj.mjcf.boats import AssembledThruster, Boat, Part, Rudder
+from vrx_mj.mjcf.hulls import vessel_of
 from vrx_mj.mjcf.masses import (
     LIGHTEST,
     NOTHING,
@@ -43,7 +44,7 @@ from vrx_mj.mjcf.pieces import PREFIX, Piece
 from vrx_mj.mjcf.templates import Geom, geoms, meshes
 from vrx_mj.mjcf.wind import boat_wind, boat_windage
 from vrx_mj.model.boats import Boat as Entry
-from vrx_mj.model.boats import Hull, Sensor, Station, Thruster
+from vrx_mj.model.boats import Hull, Sensor, Station, Thruster, Vessel
 from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER
 from vrx_mj.physics.thrust import normal_slope
 
@@ -352,6 +353,16 @@ class Fitted:
     sensors: Sequence[Sensor]
 
     @cached_property
+    def _vessels(self) -> dict[float, Vessel | None]:
+        return {}
+
+    def vessel(self, density: float) -> Vessel | None:
+        """The model of its hull in profile `marine`, in water of a density [kg/m3]."""
+        if density not in self._vessels:
+            self._vessels[density] = vessel_of(self.boat, density)
+        return self._vessels[density]
+
+    @cached_property
     def outline(self) -> FloatArray:
         """Corners (4, 2) seen from above, in its own axes [m]."""
         return outline(self.boat)
@@ -379,14 +390,19 @@ def fitted(boat: Boat, engines: Engines, color: Color | None) -> Fitted:
 
 
 def boat_rows(
-    fit: Fitted, boat: BoatConfig, tables: Rows, wind: WindConfig | None, physics: PhysicsConfig, life: int = 0
-) -> Rows:
-    """The rows that a boat adds at the ends of a world's tables; `life` is the number of boats of its name before."""
+    fit: Fitted, boat: BoatConfig, tables: Rows, wind: WindConfig | None, physics: PhysicsConfig, density: float,
+    life: int = 0,
+) -> Rows:  # fmt: skip
+    """The rows that a boat adds at the ends of a world's tables.
+
+    `density` is that of the sea [kg/m3], `life` the number of boats of its name before.
+    """
     hull, start = len(tables.hulls), len(tables.thrusters)
     row = replace(
         _named(fit.hull, boat.name),
         wind=boat_wind(wind, physics, boat.name, boat.robot, own=fit.boat.wind),
         windage=boat_windage(wind, physics, (boat.name, boat.robot), fit.boat.windage),
+        vessel=fit.vessel(density) if physics.profile == MARINE else None,
         profile=PROFILES[physics.profile],
         # VRX 3's water weighs what the world's gravity makes it weigh
         gravity=HULL_GRAVITY if physics.profile == CLASSIC else physics.gravity,

@@ -13,6 +13,7 @@ from vrx_mj.model.kinds import (
     Angle,
     Coefficient,
     Count,
+    Flag,
     Index,
     Matrix,
     Name,
@@ -25,13 +26,16 @@ from vrx_mj.model.kinds import (
     Row,
     Share,
     Six,
+    SixBySix,
     Text,
     Vec3,
 )
 
-__all__ = ["Boat", "Hull", "Sensor", "Spawn", "Station", "Thruster", "WindCoefficients", "Windage"]
+__all__ = ["Boat", "Hull", "Sensor", "Spawn", "Station", "Thruster", "Vessel", "WindCoefficients", "Windage"]
 
 
+MOST_TRIANGLES = 5000
+"""Of a hull's mesh."""
 NEWTONS = 3
 """Value of `Thruster.mapping`, as in `physics.tables`."""
 
@@ -57,6 +61,37 @@ class Windage:
     """Angles [rad] and coefficients of surge, sway and yaw."""
     vessel: tuple[Positive, Positive, Positive, NonNegative, Positive] | None = None
     """Blendermann's parameters CD_t, CD_l,AF from ahead and from astern, delta and kappa."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Vessel:
+    """The model of a hull in profile `marine`; matrices are about the link's origin, body axes."""
+
+    __pydantic_config__ = STRICT
+    hydrostatics: Literal[0, 1]
+    """`physics.tables.MESH` or `MATRIX`."""
+    added_mass: SixBySix
+    """Added mass [kg, kg m, kg m2]."""
+    munk: Flag
+    """1: with Munk's moment."""
+    damping: SixBySix
+    """Linear damping [N s/m, N s, N m s]."""
+    damping_quadratic: Six
+    """Quadratic damping [N s2/m2, N m s2]."""
+    point: Vec3
+    """Point whose velocity the quadratic damping acts on [m]."""
+    vertices: Annotated[tuple[Vec3, ...], Field(max_length=MOST_TRIANGLES)] = ()
+    """Points of the mesh [m]."""
+    triangles: Annotated[tuple[tuple[Row, Row, Row], ...], Field(max_length=MOST_TRIANGLES)] = ()
+    """Its triangles, counter-clockwise from outside."""
+    restoring: SixBySix = ((0.0,) * 6,) * 6
+    """Stiffness at rest [N/m, N, N m]."""
+    displacement: NonNegative = 0.0
+    """With a matrix, mass at which the water is at `waterline` [kg]."""
+    waterline: Real = 0.0
+    """Height of the water then [m]."""
+    buoyancy: Vec3
+    """Centre of buoyancy at rest, where the water's motion counts [m]; with a matrix, where that mass is carried."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,6 +135,8 @@ class Hull:
     """First of its thrusters."""
     windage: Windage | None = field(default=None, metadata=LEFT_OUT)
     """What it shows to the wind, instead of its coefficients."""
+    vessel: Vessel | None = field(default=None, metadata=LEFT_OUT)
+    """Its model in profile `marine`, instead of stations, added mass and drag."""
 
 
 @dataclass(frozen=True, kw_only=True)

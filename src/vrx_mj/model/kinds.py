@@ -8,7 +8,8 @@ from pydantic_core import PydanticCustomError
 
 __all__ = [
     "LEFT_OUT", "STRICT", "Angle", "Coefficient", "Count", "Degrees", "Flag", "Index", "Matrix", "Name", "NonNegative",
-    "NonPositive", "Pose", "Positive", "ProfileCode", "Real", "Row", "Share", "Six", "Text", "Vec2", "Vec3", "late",
+    "NonPositive", "Pose", "Positive", "ProfileCode", "Real", "Row", "Share", "Six", "SixBySix", "Text", "Vec2", "Vec3",
+    "late",
 ]  # fmt: skip
 
 STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, revalidate_instances="always")
@@ -58,6 +59,8 @@ Coefficient = Annotated[float, Field(ge=-1e6, le=1e6)]
 Vec2 = tuple[Real, Real]
 Vec3 = tuple[Real, Real, Real]
 Six = tuple[Real, Real, Real, Real, Real, Real]
+SixBySix = tuple[Six, Six, Six, Six, Six, Six]
+"""Rows: surge, sway, heave, roll, pitch, yaw."""
 Matrix = Annotated[tuple[Vec3, Vec3, Vec3], AfterValidator(_rotation)]
 """A rotation, row by row."""
 Pose = tuple[Real, Real, Real, Angle, Angle, Angle]

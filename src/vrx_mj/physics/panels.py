@@ -92,12 +92,12 @@ def panel_wrench(vertices: FloatArray, triangles: IntArray, pressures: FloatArra
 
 
 @kernel
-def still_pressures(vertices: FloatArray, up: FloatArray, height: float, weight: float, out: FloatArray) -> None:
+def still_pressures(vertices: FloatArray, up: Vector, height: float, weight: float, out: FloatArray) -> None:
     """Write the pressures of still water [Pa] at vertices (n, 3) [m, body axes] into `out`, (n,).
 
     Args:
         vertices: of the hull.
-        up: (3,) the vertical, body axes.
+        up: the vertical, unit vector, body axes.
         height: of the link's origin over the water [m].
         weight: rho g [N/m3].
         out: below zero over the water.

@@ -13,8 +13,9 @@ import numpy.typing as npt
 
 __all__ = [
     "AIR", "AIR_STATE", "BLOCK", "BOX", "CURRENT", "CURRENT_STATE", "CYLINDER", "ELEMENT", "ELEMENT_STATE", "FLOAT",
-    "FLOAT_STATE", "FOLLOWER", "FOLLOWER_STATE", "GLF", "GUST_BAND", "HULL", "LAYER", "LINEAR", "MARINE", "MOORING",
-    "NEWTONS", "ROPE", "RUDDER", "SEA", "SPHERE", "STATION", "THRUSTER", "THRUSTER_STATE", "VRX",
+    "FLOAT_STATE", "FOLLOWER", "FOLLOWER_STATE", "GLF", "GUST_BAND", "HULL", "LAYER", "LINEAR", "MARINE", "MATRIX",
+    "MESH", "MOORING", "NEWTONS", "ROPE", "RUDDER", "SEA", "SPHERE", "STATION", "THRUSTER", "THRUSTER_STATE", "VESSEL",
+    "VRX",
     "VRX3", "WAVE", "WAYPOINT", "WIND", "WINDAGE", "WIND_STATE",
     "Record", "Table", "columns_of", "table",
 ]  # fmt: skip
@@ -38,8 +39,13 @@ VRX3: Final = 1
 MARINE: Final = 2
 """Values of `HULL.profile` and `FLOAT.profile`: whose list of effects acts, VRX classic's, VRX 3's, or our own."""
 
+MESH: Final = 0
+MATRIX: Final = 1
+"""Values of `VESSEL.hydrostatics`: pressure on a mesh, or a stiffness."""
+
 _i, _u, _f = np.int64, np.uint64, np.float64
 _vector = (_f, (3,))
+_matrix = (_f, (6, 6))
 
 WAVE = np.dtype(
     [
@@ -110,8 +116,29 @@ HULL = np.dtype(
         ("windage_count", _i),  # 0: it has those of `wind`
         ("windage_height", _f),  # of the point where the wind acts, over the link's origin [m]
         ("windage_offset", _f),  # of that point ahead of the link's origin [m]
+        ("vessel", _i),  # row of VESSEL; -1: stations carry it, and it has the added mass and drag above
         ("thruster_start", _i),  # its thrusters are consecutive rows
         ("thruster_count", _i),
+    ],
+    align=True,
+)
+
+VESSEL = np.dtype(
+    [
+        ("hydrostatics", _i),  # MESH or MATRIX
+        ("vertex_start", _i),  # the points of its mesh are consecutive rows
+        ("vertex_count", _i),
+        ("triangle_start", _i),  # its triangles are, too; they count the points from the mesh's first
+        ("triangle_count", _i),
+        ("added_mass", *_matrix),  # the following about the link's origin, body axes; [kg, kg m, kg m2]
+        ("munk", _i),  # 1: with Munk's moment
+        ("damping", *_matrix),  # [N s/m, N s, N m s]
+        ("damping_quadratic", _f, (6,)),  # [N s2/m2, N m s2]
+        ("point", *_vector),  # to which the quadratic damping belongs [m], body axes
+        ("restoring", *_matrix),  # [N/m, N, N m]
+        ("displacement", _f),  # mass at which the water is at `waterline`, with a matrix [kg]
+        ("waterline", _f),  # [m]
+        ("buoyancy", *_vector),  # centre of buoyancy at rest, or where a matrix carries that mass [m], body axes
     ],
     align=True,
 )

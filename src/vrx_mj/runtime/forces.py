@@ -8,13 +8,15 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.frames import rotation_matrix
+from vrx_mj.physics.added_mass import added_inertia_of_vessel
 from vrx_mj.physics.current import current_step
 from vrx_mj.physics.drag import added_inertia
 from vrx_mj.physics.motion import Motion, Wrench, add, from_origin, motion, shift, zero_vector, zero_wrench
 from vrx_mj.physics.tables import MARINE, RUDDER, VRX3, Record
 from vrx_mj.physics.thrust import servo_step, steering_target, thruster_wrench
-from vrx_mj.physics.wind import air_velocity, wind_at_hull, wind_step
-from vrx_mj.runtime.loop import hull_loads, update_force, water_at_hull
+from vrx_mj.physics.vessel import vessel_loads, vessel_work
+from vrx_mj.physics.wind import air_velocity, wind_at_hull, wind_on_hull, wind_step
+from vrx_mj.runtime.loop import hull_loads, update_force, water_at_hull, water_at_vessel
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
 
@@ -46,20 +48,31 @@ def boat_forces(arrays: LoopArrays, index: int, time: float) -> Forces:
     gusts, turned = arrays.wind_state.copy(), arrays.air_state.copy()
     wind_step(arrays.wind[0], gusts[0], arrays.gust_bands, arrays.air, turned, arrays.timestep)
     air = air_velocity(arrays.wind[0], gusts[0], turned)
-    water = zero_vector()
-    if hull["profile"] == MARINE:
-        state = arrays.current_state.copy()
-        current_step(arrays.current, state, arrays.timestep)
-        water = water_at_hull(hull, body, arrays.waves, arrays.sea[0], arrays.current, state, arrays.layers, then)
-    here = wind_at_hull(hull, arrays.air, air)
-    loads = hull_loads(hull, arrays.stations, arrays.windage, arrays.waves, arrays.sea[0], here, water, body, then)
+    loads = _loads(arrays, hull, body, air, then)
     outside = {
         "gravity": mass * np.array([*arrays.model.opt.gravity, 0.0, 0.0, 0.0]),
-        **{name: about_center(wrench) for name, wrench in loads._asdict().items() if name != "added_mass_bias"},
+        **{name: about_center(wrench) for name, wrench in loads.items() if name != "added_mass_bias"},
         **{name: about_center(wrench) for name, wrench in _thrusts(arrays, hull, body, then).items()},
         "contact": _contacts(arrays, int(hull["body"]), center + np.array(body[:3])),
     }
-    return Forces(outside, {"added_mass": about_center(_added_mass(arrays, hull, body, loads.added_mass_bias))})
+    return Forces(outside, {"added_mass": about_center(_added_mass(arrays, hull, body, loads["added_mass_bias"]))})
+
+
+def _loads(arrays: LoopArrays, hull: Record, body: Motion, air: tuple[float, float], time: float) -> dict[str, Wrench]:
+    """What water and wind do to a boat, about `link_com`."""
+    here, weather = wind_at_hull(hull, arrays.air, air), (arrays.waves, arrays.sea[0])
+    if hull["profile"] != MARINE:
+        return hull_loads(hull, arrays.stations, arrays.windage, *weather, here, zero_vector(), body, time)._asdict()
+    state = arrays.current_state.copy()
+    current_step(arrays.current, state, arrays.timestep)
+    moving = (*weather, arrays.current, state, arrays.layers, time)
+    if hull["vessel"] < 0:
+        water = water_at_hull(hull, body, *moving)
+        return hull_loads(hull, arrays.stations, arrays.windage, *weather, here, water, body, time)._asdict()
+    vessel, work = arrays.vessels[hull["vessel"]], vessel_work(len(arrays.vertices))
+    stream, orbital = water_at_vessel(vessel, body, *moving)
+    loads = vessel_loads(hull, vessel, arrays.vertices, arrays.triangles, *weather, stream, orbital, body, time, work)
+    return {**loads._asdict(), "wind": wind_on_hull(hull, arrays.windage, body, here)}
 
 
 def _address(arrays: LoopArrays, index: int) -> tuple[int, int]:
@@ -111,11 +124,15 @@ def _boat_center(arrays: LoopArrays, hull: Record, body: Motion) -> tuple[float,
 def _added_mass(arrays: LoopArrays, hull: Record, body: Motion, bias: Wrench) -> Wrench:
     """Reaction of the added mass to the acceleration of the last step, about `link_com`."""
     matrix = np.zeros((6, 6))
-    added_inertia(hull, body, matrix)
+    if hull["vessel"] >= 0:
+        added_inertia_of_vessel(arrays.vessels[hull["vessel"]], body, matrix)
+    else:
+        added_inertia(hull, body, matrix)
     dof = int(hull["dof"])
     reaction = -(matrix @ arrays.data.qacc[dof : dof + 6])
     wrench = Wrench(*(reaction[:3] + np.array(bias[:3])), *_turned(body, reaction[3:]))
-    return from_origin(wrench, body, hull["link_com"]) if hull["profile"] == VRX3 else wrench
+    about_origin = hull["profile"] == VRX3 or hull["vessel"] >= 0
+    return from_origin(wrench, body, hull["link_com"]) if about_origin else wrench
 
 
 def _contacts(arrays: LoopArrays, root: int, center: FloatArray) -> FloatArray:

@@ -12,6 +12,7 @@ from numba import types
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.libmujoco import c_function
+from vrx_mj.physics.added_mass import added_inertia_of_vessel
 from vrx_mj.physics.afloat import flotation_in_waves, rope_pull
 from vrx_mj.physics.current import current_step, current_velocity
 from vrx_mj.physics.drag import added_inertia, bias_on_hull, drag_on_hull
@@ -26,7 +27,7 @@ from vrx_mj.physics.flotation import (
 )
 from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.kernel import allocating_kernel, inlined_kernel, kernel
-from vrx_mj.physics.kinematics import orbital_motion
+from vrx_mj.physics.kinematics import Orbital, orbital_motion
 from vrx_mj.physics.linkage import add_link_drag, link_motion
 from vrx_mj.physics.motion import (
     Motion,
@@ -52,13 +53,14 @@ from vrx_mj.physics.thrust import (
     thrust_force,
     thruster_wrench,
 )
+from vrx_mj.physics.vessel import VesselWork, vessel_loads, vessel_work
 from vrx_mj.physics.waves import surface_height
 from vrx_mj.physics.wind import air_velocity, wind_at_hull, wind_on_float, wind_on_hull, wind_step
 from vrx_mj.runtime.proximity import contact_free, touch_begins
 from vrx_mj.runtime.sample_clocks import latch
 from vrx_mj.runtime.views import Views, views
 
-__all__ = ["HUGE", "advance", "hull_loads", "update_force", "water_at_hull"]
+__all__ = ["HUGE", "advance", "hull_loads", "update_force", "water_at_hull", "water_at_vessel"]
 
 HUGE = 1e7
 """A state beyond this [m, m/s, rad/s] has diverged."""
@@ -113,6 +115,7 @@ def advance(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
     a = views(run)
     flags = a.broadphase[0]
     added, damping = np.empty((6, 6)), np.empty((a.floats.size + a.links.size, 3))
+    work = vessel_work(len(a.vertices))
     done, free_before, touched = 0, False, False
     while done < steps and not touched and not full(a.sampling, a.samples) and not diverged(a.qpos, a.qvel):
         sample(a, time)
@@ -121,7 +124,7 @@ def advance(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
         wind_step(a.wind[0], a.wind_state[0], a.gust_bands, a.air, a.air_state, dt)
         current_step(a.current, a.current_state, dt)
         air = air_velocity(a.wind[0], a.wind_state[0], a.air_state)
-        push_hulls(a, air, time, dt)
+        push_hulls(a, work, air, time, dt)
         push_floats(a, air, damping, time, dt)
         if a.links.size > 0:
             mj_fwd_kinematics(run.contact_free, run.data)
@@ -139,11 +142,14 @@ def advance(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
 
 
 @inlined_kernel
-def push_hulls(a: Views, air: Air, time: float, dt: float) -> None:
+def push_hulls(a: Views, work: VesselWork, air: Air, time: float, dt: float) -> None:
     """Let water, wind and their thrusters push all hulls."""
     for i in range(a.hulls.size):
         hull = a.hulls[i]
         body = motion(a.qpos, a.qvel, hull.qpos, hull.dof)
+        if hull.vessel >= 0:
+            push_vessel(hull, body, a, work, air, time, dt)
+            continue
         water = zero_vector()
         if hull.profile == MARINE:
             water = water_at_hull(hull, body, a.waves, a.sea[0], a.current, a.current_state, a.layers, time)
@@ -152,6 +158,29 @@ def push_hulls(a: Views, air: Air, time: float, dt: float) -> None:
         wrench = add(add(add(loads.hydrostatics, loads.drag), loads.added_mass_bias), loads.wind)
         push = thrust(hull, body, a, time, dt)
         apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
+
+
+@inlined_kernel
+def push_vessel(hull: Record, body: Motion, a: Views, work: VesselWork, air: Air, time: float, dt: float) -> None:
+    """Let water, wind and its thrusters push a hull that has a model of its own."""
+    vessel = a.vessels[hull.vessel]
+    stream, orbital = water_at_vessel(vessel, body, a.waves, a.sea[0], a.current, a.current_state, a.layers, time)
+    loads = vessel_loads(hull, vessel, a.vertices, a.triangles, a.waves, a.sea[0], stream, orbital, body, time, work)
+    blown = wind_on_hull(hull, a.windage, body, wind_at_hull(hull, a.air, air))
+    wrench = add(add(add(loads.hydrostatics, loads.drag), loads.added_mass_bias), blown)
+    push = thrust(hull, body, a, time, dt)
+    apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
+
+
+@kernel
+def water_at_vessel(
+    vessel: Record, body: Motion, waves: Table, sea: Record, current: Table, state: Table, layers: Table, time: float
+) -> tuple[Vector, Orbital]:
+    """Return the current [m/s, world], and how the waves move the water, at a vessel's centre of buoyancy."""
+    lever = rotate(body, vessel.buoyancy[0], vessel.buoyancy[1], vessel.buoyancy[2])
+    x, y, z = body.x + lever[0], body.y + lever[1], body.z + lever[2]
+    east, north = current_velocity(current, state, layers, sea.level - z, time)
+    return (east, north, 0.0), orbital_motion(waves, sea, x, y, z, time)
 
 
 @kernel
@@ -195,7 +224,11 @@ def move(model: Address, data: Address, a: Views, added: FloatArray, damping: Fl
     mj_make_m(model, data)
     for i in range(a.hulls.size):
         hull = a.hulls[i]
-        added_inertia(hull, motion(a.qpos, a.qvel, hull.qpos, hull.dof), added)
+        body = motion(a.qpos, a.qvel, hull.qpos, hull.dof)
+        if hull.vessel >= 0:
+            added_inertia_of_vessel(a.vessels[hull.vessel], body, added)
+        else:
+            added_inertia(hull, body, added)
         add_to_inertia(a.inertia, a.inertia_row, hull.dof, added)
     for i in range(a.floats.size):
         add_flotation_drag(a.inertia, a.inertia_row, a.floats[i].dof, damping[i])

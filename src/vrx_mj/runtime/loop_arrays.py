@@ -12,7 +12,7 @@ from vrx_mj.config.sensors import BallShooterConfig
 from vrx_mj.errors import CompileError, StateError
 from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.mjcf.world import World
-from vrx_mj.model.boats import Hull, Windage
+from vrx_mj.model.boats import Hull, Vessel, Windage
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics import tables
 from vrx_mj.physics.noise import stream_key
@@ -97,6 +97,18 @@ def _windage(own: Windage) -> list[dict[str, float]]:
     if own.coefficients:
         return windage_rows(three_number_curve(*own.coefficients), areas)
     return windage_rows([(angle, cx, cy, 1.0, cn) for angle, cx, cy, cn in own.curve], areas)
+
+
+def _vessel_rows(kinds: Sequence[Vessel]) -> list[dict[str, Any]]:
+    """Rows of `tables.VESSEL`; the points and triangles of each follow those of the one before."""
+    rows, vertices, triangles = [], 0, 0
+    for kind in kinds:
+        row = dict(vars(kind))
+        row |= {"vertex_start": vertices, "vertex_count": len(row.pop("vertices"))}
+        row |= {"triangle_start": triangles, "triangle_count": len(row.pop("triangles"))}
+        vertices, triangles = vertices + len(kind.vertices), triangles + len(kind.triangles)
+        rows.append(row)
+    return rows
 
 
 class Run:
@@ -189,9 +201,11 @@ class LoopArrays:
         starts: dict[Windage, tuple[int, int]] = {}
         curves: list[Row] = []
         rows = []
+        kinds = list(dict.fromkeys(hull.vessel for hull in hulls if hull.vessel))
         for hull in hulls:
             row, own = dict(vars(hull)), hull.windage
             del row["windage"]
+            row["vessel"] = kinds.index(hull.vessel) if hull.vessel else NO_ROW
             if own is not None and own not in starts:
                 curve = _windage(own)
                 starts[own] = len(curves), len(curve)
@@ -201,6 +215,9 @@ class LoopArrays:
             row |= {"windage_height": own.height if own else 0.0, "windage_offset": own.offset if own else 0.0}
             rows.append(self._whole_body(row))
         self.hulls, self.windage = tables.table(tables.HULL, rows), tables.table(tables.WINDAGE, curves)
+        self.vessels = tables.table(tables.VESSEL, _vessel_rows(kinds))
+        self.vertices = np.array([point for kind in kinds for point in kind.vertices], np.float64).reshape(-1, 3)
+        self.triangles = np.array([corner for kind in kinds for corner in kind.triangles], np.int64).reshape(-1, 3)
 
     def _mount(self, world: World, known: "LoopArrays | None") -> None:
         """Sensors, lights and placards, and what the sensors' clocks keep."""

@@ -72,6 +72,11 @@ class Views(NamedTuple):
     air_state: Annotated[Table, Array(tables.AIR_STATE, use=STATE)]
     hulls: Annotated[Table, Array(tables.HULL)]
     windage: Annotated[Table, Array(tables.WINDAGE)]
+    vessels: Annotated[Table, Array(tables.VESSEL)]
+    vertices: Annotated[FloatArray, Array(ndim=2)]
+    """Points of the meshes of vessels, (n, 3) [m], body axes."""
+    triangles: Annotated[IntArray, Array(np.int64, ndim=2)]
+    """Their triangles, (m, 3)."""
     stations: Annotated[Table, Array(tables.STATION)]
     thrusters: Annotated[Table, Array(tables.THRUSTER)]
     thruster_state: Annotated[Table, Array(tables.THRUSTER_STATE, use=STATE)]

@@ -1,0 +1,70 @@
+"""The hull of a boat as a naval architect gives it, for worlds of profile `marine`."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from vrx_mj.config.base import Config, Positive, Switch, Vec3, fault, faults, numbers
+from vrx_mj.config.dynamics import Six
+from vrx_mj.config.shapes import Shape
+from vrx_mj.config.wording import shown
+
+__all__ = ["MarineHullConfig", "SixBySix"]
+
+Row = Annotated[tuple[float, float, float, float, float, float], numbers("surge sway heave roll pitch yaw")]
+OF_MATRIX = ("restoring", "displacement", "waterline")
+"""Keys that only `hydrostatics: matrix` has."""
+
+
+def _six_rows(value: object) -> object:
+    """Six numbers as the matrix that has them on its diagonal; six rows as they are."""
+    if not isinstance(value, (list, tuple)) or len(value) != 6:
+        got = f"{len(value)}" if isinstance(value, (list, tuple)) else shown(value)
+        raise fault(f"expected six rows of six numbers, or the six of the diagonal, got {got}")
+    if any(isinstance(row, (list, tuple)) for row in value):
+        return value
+    return tuple(tuple(own if row == column else 0.0 for column in range(6)) for row, own in enumerate(value))
+
+
+SixBySix = Annotated[tuple[Row, Row, Row, Row, Row, Row], BeforeValidator(_six_rows)]
+"""Six rows of six numbers, or the six of the diagonal: surge, sway, heave, roll, pitch, yaw."""
+
+
+class MarineHullConfig(Config):
+    """A hull in worlds of profile `marine`, instead of `hydrodynamics`, from which comes what is not given here.
+
+    Axes are those of the base link: x forward, y left, z up.
+    """
+
+    hydrostatics: Literal["mesh", "matrix"] = "mesh"
+    """Pressure of still water and waves on closed surfaces; or the stiffness of a published model of coefficients."""
+    shapes: Annotated[tuple[Shape, ...], Field(max_length=100)] = ()
+    """Closed surfaces of the hull that do not overlap, of 100 to 700 triangles; by default the robot's own shapes."""
+    point: Vec3 | None = None
+    """Point to which the matrices belong [m]; by default the boat's centre of mass."""
+    added_mass: SixBySix | None = None
+    """Added mass [kg, kg m, kg m2], six rows of six, or the diagonal."""
+    munk: Switch = True
+    """Whether added mass turns a boat across the stream: Munk's moment."""
+    damping_linear: SixBySix | None = None
+    """Linear damping [N s/m, N s, N m s], six rows of six, or the diagonal."""
+    damping_quadratic: Six | None = None
+    """Quadratic damping [N s2/m2, N m s2]."""
+    restoring: SixBySix | None = None
+    """Stiffness at rest, of `hydrostatics: matrix` [N/m, N, N m], six rows of six, or the diagonal."""
+    displacement: Positive | None = None
+    """Mass at which the water is at `waterline`, of `hydrostatics: matrix` [kg]; by default the boat's."""
+    waterline: float = 0.0
+    """Height of the water at rest, of `hydrostatics: matrix` [m]."""
+
+    @model_validator(mode="after")
+    def _is_consistent(self) -> Self:
+        if self.hydrostatics == "matrix":
+            found = [] if self.restoring else [(("hydrostatics",), "matrix needs `restoring`, the stiffness at rest")]
+            found += [(("shapes",), "not used with hydrostatics: matrix; remove it")] if self.shapes else []
+        else:
+            given = [key for key in OF_MATRIX if key in self.model_fields_set]
+            found = [((key,), "is for hydrostatics: matrix; remove it, or add that") for key in given]
+        if found:
+            raise faults(*found)
+        return self

@@ -1,0 +1,149 @@
+"""The model of a boat's hull in profile `marine`: its mesh, and its matrices about the link's origin."""
+
+import warnings
+from typing import Any
+
+import numpy as np
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.config.hull import MarineHullConfig
+from vrx_mj.config.solids import solid
+from vrx_mj.errors import VrxError, VrxWarning
+from vrx_mj.frames import rotation
+from vrx_mj.mjcf.boats import Boat
+from vrx_mj.mjcf.derive import displaced, floating_level, hull_corners
+from vrx_mj.mjcf.masses import MassProperties, boat_mass, push_center
+from vrx_mj.mjcf.panels import panels_of
+from vrx_mj.model.boats import MOST_TRIANGLES, Vessel
+from vrx_mj.model.kinds import Six
+from vrx_mj.physics.tables import MATRIX, MESH
+
+__all__ = ["about_origin", "vessel_of"]
+
+
+def about_origin(matrix: FloatArray, point: FloatArray) -> FloatArray:
+    """A (6, 6) matrix of forces over motions of a point [m], as one of those of the origin.
+
+    The point moves with v_p = v + w x p, and its force has the torque p x f about the origin: T' M T.
+    """
+    x, y, z = point
+    transform = np.eye(6)
+    transform[:3, 3:] = -np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    moved: FloatArray = transform.T @ matrix @ transform
+    return moved
+
+
+def vessel_of(boat: Boat, density: float) -> Vessel | None:
+    """The hull of a kind of boat, in water of a density [kg/m3].
+
+    What its file does not give is that of its `hydrodynamics`.
+
+    Raises:
+        VrxError: it does not float, its mesh has too many triangles, or its mass with the added one is not positive.
+    """
+    config, water = boat.hull, boat.hydrodynamics
+    if config is None:
+        return None
+    assert water is not None, f"{boat.name} has no hydrodynamics"
+    body, pushed = boat_mass(boat), push_center(boat)
+    point = body.center if config.point is None else np.array(config.point)
+
+    def moved(own: object, derived: tuple[float, ...]) -> FloatArray:
+        return about_origin(np.array(own), point) if own else about_origin(np.diag(derived), pushed)
+
+    added = moved(config.added_mass, water.added_mass)
+    _check_mass(boat, added, body)
+    return Vessel(
+        added_mass=_six(added),
+        munk=1 if config.munk else 0,
+        damping=_six(moved(config.damping_linear, water.drag_linear)),
+        damping_quadratic=config.damping_quadratic or water.drag_quadratic,
+        **(_stiffness(config, body, point) if config.hydrostatics == "matrix" else _mesh(boat, config, point, density)),
+    )
+
+
+def _check_mass(boat: Boat, added: FloatArray, body: MassProperties) -> None:
+    """Added mass is symmetric, and positive definite with the boat's own: else the boat would push itself."""
+    rigid = np.zeros((6, 6))
+    rigid[:3, :3], rigid[3:, 3:] = body.mass * np.eye(3), body.inertia
+    odd = np.abs(added - added.T)
+    if odd.max() > 1e-6 * np.abs(added).max():
+        row, column = (int(value) + 1 for value in np.unravel_index(odd.argmax(), odd.shape))
+        raise VrxError(
+            f"robot {boat.name}: hull.added_mass is not symmetric: A{row}{column} is {added[row - 1, column - 1]:.4g}, "
+            f"A{column}{row} is {added[column - 1, row - 1]:.4g}; an ideal fluid's is"
+        )
+    least = float(np.linalg.eigvalsh(about_origin(rigid, body.center) + added)[0])
+    if least <= 0.0:
+        raise VrxError(
+            f"robot {boat.name}: hull.added_mass and the boat's own mass have the eigenvalue {least:.4g}; check signs "
+            "and `point`"
+        )
+
+
+def _stiffness(config: MarineHullConfig, body: MassProperties, point: FloatArray) -> dict[str, Any]:
+    """What a vessel has of a published model's restoring forces."""
+    return {
+        "hydrostatics": MATRIX,
+        "restoring": _six(about_origin(np.array(config.restoring), point)),
+        "displacement": config.displacement or body.mass,
+        "waterline": config.waterline,
+        "buoyancy": _three(point),
+        "point": _three(point),
+    }
+
+
+def _mesh(boat: Boat, config: MarineHullConfig, point: FloatArray, density: float) -> dict[str, Any]:
+    """What a vessel has of a mesh, which carries the boat."""
+    body = boat_mass(boat)
+    corners = _surface(boat, config, body.mass / density)
+    whole = displaced(corners, float(corners[:, :, 2].max())).volume * density if len(corners) else 0.0
+    if whole <= body.mass:
+        raise VrxError(
+            f"robot {boat.name} sinks: it has {body.mass:.4g} kg, its hull's volume carries {whole:.4g} kg; check "
+            "the mesh's unit (m)"
+        )
+    if len(corners) > MOST_TRIANGLES:
+        raise VrxError(
+            f"robot {boat.name}: its hull has {len(corners):,} triangles, more than {MOST_TRIANGLES:,}; 100 to 700 "
+            "are enough, and every step looks at all: simplify the mesh"
+        )
+    level = floating_level(corners, body.mass / density)
+    points, triangles = panels_of(corners)
+    return {
+        "hydrostatics": MESH,
+        "vertices": tuple(_three(row) for row in points),
+        "triangles": tuple((a, b, c) for a, b, c in triangles.tolist()),
+        "buoyancy": _three(displaced(corners, level).center),
+        "point": _three(point),
+    }
+
+
+def _surface(boat: Boat, config: MarineHullConfig, volume: float) -> FloatArray:
+    """Closed triangles (n, 3, 3) of the hull in the base link [m]; `volume` is what it displaces [m3]."""
+    if not config.shapes:
+        corners, notes = hull_corners(boat, volume)
+    else:
+        found = [(shape, solid(shape)) for shape in config.shapes]
+        notes = tuple(note for _, item in found for note in item.notes)
+        corners = np.concatenate(
+            [item.corners @ np.array(rotation(*shape.pose[3:])).T + shape.pose[:3] for shape, item in found]
+        )
+    for note in notes:
+        warnings.warn(f"robot {boat.name}: {note}", VrxWarning, stacklevel=2)
+    return corners
+
+
+def _six(matrix: FloatArray) -> tuple[Six, Six, Six, Six, Six, Six]:
+    a, b, c, d, e, f = (_row(row) for row in matrix.tolist())
+    return a, b, c, d, e, f
+
+
+def _row(values: list[float]) -> Six:
+    a, b, c, d, e, f = values
+    return a, b, c, d, e, f
+
+
+def _three(point: FloatArray) -> tuple[float, float, float]:
+    x, y, z = point.tolist()
+    return x, y, z

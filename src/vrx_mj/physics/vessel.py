@@ -1,0 +1,169 @@
+"""What water does to a hull of profile `marine` that has a model of its own: pressure, damping, added mass.
+
+Everything is about the link's origin, in body axes, with the velocity through the water nu_r = nu - nu_water (Fossen,
+Handbook of Marine Craft Hydrodynamics and Motion Control, 2021, 6.5 and 6.6).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vrx_mj.arrays import FloatArray, IntArray
+from vrx_mj.physics.added_mass import added_mass_bias
+from vrx_mj.physics.kernel import allocating_kernel, kernel
+from vrx_mj.physics.kinematics import Orbital, surface_slope
+from vrx_mj.physics.motion import (
+    Motion,
+    Vector,
+    Wrench,
+    add,
+    from_origin,
+    relative_motion,
+    rotated_wrench,
+    shift,
+    unrotate,
+)  # fmt: skip
+from vrx_mj.physics.panels import panel_wrench, still_pressures
+from vrx_mj.physics.tables import MATRIX, Record, Table
+from vrx_mj.physics.wave_box import LEVELS, SIDE, fill_box, pressures_in_box, wave_box
+from vrx_mj.physics.waves import surface_height
+
+__all__ = [
+    "VesselLoads", "VesselWork", "damping_of_vessel", "pressure_on_vessel", "restoring_of_vessel", "vessel_loads",
+    "vessel_work",
+]  # fmt: skip
+
+
+class VesselWork(NamedTuple):
+    """Memory for the pressures on a mesh of at most n points."""
+
+    places: FloatArray
+    """(3, n)"""
+    pressures: FloatArray
+    """(n,)"""
+    polynomial: FloatArray
+    """(LEVELS, SIDE, SIDE)"""
+
+
+class VesselLoads(NamedTuple):
+    """What water does to a hull: world axes, about `hull.link_com`."""
+
+    hydrostatics: Wrench
+    """Of still water and of the undisturbed waves (Froude-Krylov)."""
+    drag: Wrench
+    added_mass_bias: Wrench
+
+
+@allocating_kernel
+def vessel_work(points: int) -> VesselWork:
+    """Return memory for meshes of so many points."""
+    return VesselWork(np.empty((3, points)), np.empty(points), np.empty((LEVELS, SIDE, SIDE)))
+
+
+@kernel
+def vessel_loads(
+    hull: Record, vessel: Record, vertices: FloatArray, triangles: IntArray, waves: Table, sea: Record,
+    stream: Vector, orbital: Orbital, body: Motion, t: float, work: VesselWork,
+) -> VesselLoads:  # fmt: skip
+    """Return what water does to a hull.
+
+    Args:
+        hull: a row of `tables.HULL`.
+        vessel: its row of `tables.VESSEL`.
+        vertices: of all meshes, (n, 3) [m], body axes.
+        triangles: of all meshes, (m, 3).
+        waves: `tables.WAVE`.
+        sea: a row of `tables.SEA`.
+        stream: the current [m/s], world axes.
+        orbital: how the waves move the undisturbed water there.
+        body: motion of the link.
+        t: time [s].
+        work: memory.
+    """
+    water = stream[0] + orbital.u, stream[1] + orbital.v, stream[2] + orbital.w
+    through = relative_motion(body, water)
+    level = sea.level + hull.level
+    if vessel.hydrostatics == MATRIX:
+        pressed = restoring_of_vessel(vessel, waves, sea, level, body, t)
+    else:
+        pressed = pressure_on_vessel(vessel, vertices, triangles, waves, sea, level, body, t, work)
+    bias = added_mass_bias(vessel, through, (orbital.du, orbital.dv, orbital.dw))
+    return VesselLoads(
+        _placed(pressed, hull, body), _placed(damping_of_vessel(vessel, through), hull, body), _placed(bias, hull, body)
+    )
+
+
+@kernel
+def _placed(wrench: Wrench, hull: Record, body: Motion) -> Wrench:
+    """Return a wrench of body axes about the link's origin in world axes, about `hull.link_com`."""
+    return from_origin(rotated_wrench(body, wrench), body, hull.link_com)
+
+
+@kernel
+def pressure_on_vessel(
+    vessel: Record, vertices: FloatArray, triangles: IntArray, waves: Table, sea: Record, level: float,
+    body: Motion, t: float, work: VesselWork,
+) -> Wrench:  # fmt: skip
+    """Return hydrostatic and Froude-Krylov pressure on a hull's mesh; `level` is that of the mean surface [m]."""
+    start, count = vessel.vertex_start, vessel.vertex_count
+    mesh = vertices[start : start + count]
+    if waves.size > 0:
+        box = wave_box(mesh, body, level, work.places)
+        fill_box(box, waves, sea, t, work.polynomial)
+        pressures_in_box(box, work.polynomial, work.places, sea, count, work.pressures)
+    else:
+        up = body.r20, body.r21, body.r22
+        still_pressures(mesh, up, body.z - level, sea.density * sea.gravity, work.pressures)
+    first = vessel.triangle_start
+    return panel_wrench(mesh, triangles[first : first + vessel.triangle_count], work.pressures)
+
+
+@kernel
+def restoring_of_vessel(vessel: Record, waves: Table, sea: Record, level: float, body: Motion, t: float) -> Wrench:
+    """Return W n - G d of a hull with a stiffness, on the plane that the surface is at the link's origin.
+
+    W is the weight that it carries at rest, n the plane's normal, and d = (0, 0, rise, n_y, -n_x, 0) in body axes: the
+    angles of small heel and trim against the plane.
+    """
+    height = level + surface_height(waves, sea, body.x, body.y, t)
+    east, north = surface_slope(waves, sea, body.x, body.y, t)
+    long = np.sqrt(1.0 + east * east + north * north)
+    x, y, z = unrotate(body, -east / long, -north / long, 1.0 / long)
+    rise = (body.z - height) / long + vessel.waterline
+    g = vessel.restoring
+    weight, b = vessel.displacement * sea.gravity, vessel.buoyancy
+    lift = -g[2, 2] * rise - g[2, 3] * y + g[2, 4] * x
+    carried = shift(Wrench(weight * x, weight * y, weight * z, 0.0, 0.0, 0.0), (b[0], b[1], b[2]))
+    restored = Wrench(
+        lift * x,
+        lift * y,
+        lift * z,
+        -g[3, 2] * rise - g[3, 3] * y + g[3, 4] * x,
+        -g[4, 2] * rise - g[4, 3] * y + g[4, 4] * x,
+        0.0,
+    )
+    return add(carried, restored)
+
+
+@kernel
+def damping_of_vessel(vessel: Record, through: Motion) -> Wrench:
+    """Return linear damping, and quadratic damping of the motion of `vessel.point`, through the water."""
+    m, d, q, c = through, vessel.damping, vessel.damping_quadratic, vessel.point
+    u, v, w = m.u + m.q * c[2] - m.r * c[1], m.v + m.r * c[0] - m.p * c[2], m.w + m.p * c[1] - m.q * c[0]
+    linear = Wrench(-_row(d, 0, m), -_row(d, 1, m), -_row(d, 2, m), -_row(d, 3, m), -_row(d, 4, m), -_row(d, 5, m))
+    quadratic = Wrench(
+        -q[0] * abs(u) * u,
+        -q[1] * abs(v) * v,
+        -q[2] * abs(w) * w,
+        -q[3] * abs(m.p) * m.p,
+        -q[4] * abs(m.q) * m.q,
+        -q[5] * abs(m.r) * m.r,
+    )
+    return add(linear, shift(quadratic, (c[0], c[1], c[2])))
+
+
+@kernel
+def _row(matrix: FloatArray, index: int, m: Motion) -> float:
+    """Return a row of a (6, 6) times the velocities of a motion."""
+    a = matrix[index]
+    return float(a[0] * m.u + a[1] * m.v + a[2] * m.w + a[3] * m.p + a[4] * m.q + a[5] * m.r)

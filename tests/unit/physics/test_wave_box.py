@@ -1,0 +1,66 @@
+"""Waves in a box around a hull against the sum of the waves at every point."""
+
+import math
+
+import numpy as np
+import pytest
+
+from unit.physics.rows import moving, sea
+from vrx_mj.linear_waves import Site
+from vrx_mj.physics.kinematics import water_pressure
+from vrx_mj.physics.spectra import irregular_sea, jonswap, regular_wave
+from vrx_mj.physics.wave_box import LEVELS, SIDE, fill_box, pressures_in_box, wave_box
+
+POINTS = np.random.default_rng(1).uniform(-1.0, 1.0, (300, 3)) * (2.5, 1.2, 0.4)
+POSE = (3.0, 4.0, 0.05, 0.1, -0.05, 0.6)
+
+
+def components(waves):
+    return [{**wave._asdict(), "steepness": 0.0} for wave in waves]
+
+
+def pressures(points, pose, waves, water, t):
+    body, count = moving(pose[:3], pose[3:]), len(points)
+    places, out, polynomial = np.zeros((3, count)), np.zeros(count), np.zeros((LEVELS, SIDE, SIDE))
+    box = wave_box(points, body, 0.0, places)
+    fill_box(box, waves, water, t, polynomial)
+    pressures_in_box(box, polynomial, places, water, count, out)
+    turn = np.array(body[3:12]).reshape(3, 3)
+    exact = [water_pressure(waves, water, *place, t) for place in points @ turn.T + np.array(body[:3])]
+    return out, np.array(exact)
+
+
+@pytest.mark.parametrize("depth", [math.inf, 5.0])
+@pytest.mark.parametrize(("length", "bound"), [(10.0, 6e-3), (20.0, 4e-4), (50.0, 1e-5)])
+def test_a_wave_is_met_within_a_share_of_its_amplitude(depth, length, bound):
+    """The bound is (k a)^5 / 1057 of both sides, and of the depth."""
+    k = 2.0 * math.pi / length
+    period = 2.0 * math.pi / math.sqrt(9.81 * k * math.tanh(min(k * depth, 50.0)))
+    waves, water = sea(components(regular_wave(0.2, period, (0.8, 0.6), Site(depth, 9.81))), depth=depth)
+    found, exact = pressures(POINTS, POSE, waves, water, 1.3)
+    wet = exact > 0.0
+    assert np.abs(found - exact)[wet].max() < bound * 1025.0 * 9.81 * 0.1
+    assert (found[~wet] <= 0.0).all()
+
+
+def test_the_pressure_at_the_surface_is_the_air_s():
+    waves, water = sea(components(irregular_sea(jonswap(1.2, 3.3), 0.3, (0.6, 4.0), (1.0, 0.0), 60, None, Site())))
+    found, _ = pressures(np.array([[0.0, 0.0, z] for z in np.linspace(-1.0, 1.0, 201)]), (0, 0, 0, 0, 0, 0), waves,
+                         water, 2.0)  # fmt: skip
+    assert (np.diff(found) < 0.0).all()
+    assert found[0] > 0.0 > found[-1]
+
+
+@pytest.mark.parametrize("attitude", [(math.pi / 2, 0.0, 0.3), (math.pi, 0.0, 0.0), (0.0, 1.55, 0.2), (2.0, -1.0, 3.0)])
+def test_a_capsized_hull_is_in_its_box_too(attitude):
+    waves, water = sea(components(regular_wave(0.2, 4.0, (0.0, 1.0), Site())))
+    found, exact = pressures(POINTS, (1.0, 2.0, -0.1, *attitude), waves, water, 0.7)
+    wet = exact > 0.0
+    assert np.abs(found - exact)[wet].max() < 1e-3 * 1025.0 * 9.81 * 0.1
+
+
+def test_ripples_fade_out():
+    """Waves of a fifth of the length are not felt."""
+    waves, water = sea(components(regular_wave(0.02, math.sqrt(2.0 * math.pi / 9.81), (1.0, 0.0), Site())))
+    found, _ = pressures(POINTS, (0, 0, 0, 0, 0, 0), waves, water, 0.0)
+    assert found == pytest.approx(-1025.0 * 9.81 * POINTS[:, 2], rel=1e-9)

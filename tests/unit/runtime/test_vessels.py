@@ -1,0 +1,225 @@
+"""Hulls with a model of their own, in worlds of profile `marine`: closed forms of a barge, and bad input."""
+
+import math
+
+import numpy as np
+import pytest
+
+from vrx_mj import Batch, Simulation, compile_world
+from vrx_mj.errors import ConfigError, VrxError
+
+G, RHO = 9.80665, 1025.0
+URDF = """<robot name="barge"><link name="base_link">
+<inertial><origin xyz="0 0 {kg}"/><mass value="{mass}"/>
+<inertia ixx="1500" iyy="6000" izz="7000" ixy="0" ixz="0" iyz="0"/></inertial>
+<collision><geometry><box size="4 2 1"/></geometry></collision></link></robot>"""
+NONE = "[0, 0, 0, 0, 0, 0]"
+STILL = f"{{added_mass: {NONE}, damping_linear: {NONE}, damping_quadratic: {NONE}}}"
+
+
+@pytest.fixture(autouse=True)
+def _in_its_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def barge(folder, hull=STILL, mass=4100.0, kg=0.0):
+    """A barge 4 x 2 x 1 m whose origin is its middle, at the waterline with 4100 kg; KG is 0.5 m over its keel."""
+    (folder / "barge.urdf").write_text(URDF.format(mass=mass, kg=kg), encoding="utf-8")
+    (folder / "barge.yaml").write_text(f"urdf: barge.urdf\nhull: {hull}\n", encoding="utf-8")
+    return "./barge.urdf"
+
+
+def world_of(robot, profile="marine", **keys):
+    sea = keys.pop("sea", {"model": "none"})
+    return compile_world({"name": "bay", "physics": {"profile": profile}, "sea": sea, "spawn": {"robot": robot}} | keys)
+
+
+def loads(sim, pose, names=("hydrostatics",)):
+    (boat,) = sim.boats
+    sim.set_boat(boat, pose=pose)
+    forces = sim.forces(boat)
+    return np.sum([forces[name] for name in names], axis=0)
+
+
+@pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
+class TestMesh:
+    def test_the_stiffness_of_a_barge(self, tmp_path):
+        """C33 = rho g A, C44 = rho g (I_T + V (z_B - z_G)), C55 = rho g (I_L + V (z_B - z_G)), at KG 0.5 m."""
+        sim = Simulation(world_of(barge(tmp_path)))
+        step = 1e-3
+        rates = [
+            -(loads(sim, step * axis)[i] - loads(sim, -step * axis)[i]) / (2.0 * step)
+            for i, axis in zip((2, 3, 4), np.eye(6)[2:5], strict=True)
+        ]
+        stiffness = 8.0, 8.0 * 4.0 / 12.0 - 4.0 * 0.25, 8.0 * 16.0 / 12.0 - 4.0 * 0.25
+        assert rates == pytest.approx([RHO * G * value for value in stiffness], rel=1e-3)
+        assert loads(sim, np.zeros(6)) == pytest.approx((0, 0, 4100.0 * G, 0, 0, 0), abs=1e-6)
+
+    @pytest.mark.parametrize(
+        ("direction", "force", "side"), [((1.0, 0.0), 14_052.0, 0), ((0.0, 1.0), None, 1), ((0.0, -1.0), None, 1)]
+    )
+    def test_froude_krylov_forces_on_a_fixed_barge(self, tmp_path, direction, force, side):
+        """Per metre of a wave of 3 s: heave rho g A e^(-k d) sinc(k l / 2), and the ends' pressure (Airy)."""
+        height, k = 0.02, (2.0 * math.pi / 3.0) ** 2 / G
+        sea = {"model": "regular", "height": height, "period": 3.0, "direction": direction}
+        sim = Simulation(world_of(barge(tmp_path), sea=sea))
+        (boat,) = sim.boats
+        found = []
+        for _ in range(60):
+            sim.set_boat(boat, pose=(0, 0, 0, 0, 0, 0))
+            found.append(sim.forces(boat)["hydrostatics"])
+            sim.step(duration=0.05)
+        turn = np.exp(2j * math.pi * np.arange(60) / 60)
+        per_metre = 2.0 / 60.0 * np.abs(turn @ np.array(found)) / (height / 2.0)
+        long, wide = (4.0, 2.0) if direction[0] else (2.0, 4.0)
+        heave = RHO * G * 8.0 * math.exp(-0.5 * k) * math.sin(0.5 * k * long) / (0.5 * k * long)
+        push = 2.0 * RHO * G * wide * math.sin(0.5 * k * long) * (1.0 - math.exp(-0.5 * k)) / k
+        assert heave == pytest.approx(56_088.0 if direction[0] else 62_204.0, rel=1e-3)
+        assert per_metre[2] == pytest.approx(heave, rel=5e-3)
+        assert per_metre[side] == pytest.approx(push, rel=5e-3)
+        if force:
+            assert push == pytest.approx(force, rel=1e-3)
+
+    def test_a_barge_heaves_with_its_period(self, tmp_path):
+        """2 pi sqrt((m + A33) / C33) of small heave without damping, which keeps its height."""
+        hull = f"{{added_mass: [0, 0, 3000, 0, 0, 0], damping_linear: {NONE}, damping_quadratic: {NONE}}}"
+        sim = Simulation(world_of(barge(tmp_path, hull)))
+        (boat,) = sim.boats
+        sim.set_boat(boat, pose=(0, 0, 0.05, 0, 0, 0))
+        heights = []
+        for _ in range(2000):
+            sim.step(duration=0.01)
+            heights.append(sim.data.qpos[2])
+        heights = np.array(heights)
+        up = np.flatnonzero((heights[:-1] < 0.0) & (heights[1:] >= 0.0))
+        crossings = 0.01 * (up - heights[up] / (heights[up + 1] - heights[up]))
+        period = 2.0 * math.pi * math.sqrt(7100.0 / (RHO * G * 8.0))
+        assert np.diff(crossings).mean() == pytest.approx(period, rel=2e-3)
+        assert heights[-200:].max() == pytest.approx(0.05, rel=0.02)
+
+    def test_an_undamped_boat_keeps_its_speed(self, tmp_path):
+        hull = f"{{added_mass: [900, 0, 0, 0, 0, 0], damping_linear: {NONE}, damping_quadratic: {NONE}}}"
+        sim = Simulation(world_of(barge(tmp_path, hull)))
+        (boat,) = sim.boats
+        sim.set_boat(boat, pose=(0, 0, 0, 0, 0, 0), velocity=(1.0, 0, 0, 0, 0, 0))
+        sim.step(duration=5.0)
+        assert sim.data.qvel[0] == pytest.approx(1.0, abs=1e-9)  # nothing slows it
+
+    def test_a_boat_adrift_goes_with_the_current(self, tmp_path):
+        hull = "{added_mass: [400, 2000, 3000, 500, 3000, 2000], damping_linear: [200, 800, 900, 500, 900, 900]}"
+        sim = Simulation(world_of(barge(tmp_path, hull), current={"speed": 0.5, "direction": 30.0}))
+        sim.step(duration=300.0)
+        assert np.hypot(*sim.data.qvel[:2]) == pytest.approx(0.5, abs=1e-3)
+        assert math.degrees(math.atan2(sim.data.qvel[1], sim.data.qvel[0])) == pytest.approx(30.0, abs=0.1)
+
+    def test_batch_simulation_and_saved_world_are_bit_equal(self, tmp_path):
+        sea = {"model": "jonswap", "significant_height": 0.2, "peak_period": 3.0, "components": 20}
+        world = world_of(barge(tmp_path, "{munk: false}"), sea=sea, current={"speed": 0.2})
+        batch, single = Batch(world, 2), Simulation(world)
+        batch.reset(seed=4)
+        batch.step(duration=1.0)
+        single.reset(5)
+        single.step(duration=1.0)
+        assert batch.get_state(1).sha256 == single.get_state().sha256
+        again = type(world).load(world.save(tmp_path / "bay"))
+        assert again.parameters.hulls == world.parameters.hulls
+        assert again.sha256 == world.sha256
+
+    def test_vrx_s_profiles_have_none(self, tmp_path):
+        for profile in ("vrx", "vrx3"):
+            assert world_of(barge(tmp_path), profile).parameters.hulls[0].vessel is None
+
+    def test_forces_add_up_to_the_acceleration(self, tmp_path):
+        """What `forces` names is the whole: (m + M_A) a = the sum."""
+        sea = {"model": "regular", "height": 0.2, "period": 3.0}
+        hull = "{added_mass: [400, 2000, 3000, 500, 3000, 2000]}"
+        sim = Simulation(world_of(barge(tmp_path, hull), sea=sea, current={"speed": 0.2}))
+        sim.step(duration=2.0)
+        (boat,) = sim.boats
+        outside = sim.forces(boat).total
+        sim.step(duration=sim.timestep)
+        inertial = sim.forces(boat).inertial["added_mass"]
+        assert 4100.0 * sim.data.qacc[:3] == pytest.approx((outside + inertial)[:3], rel=0.05, abs=30.0)
+
+
+MATRIX = "{hydrostatics: matrix, restoring: [0, 0, 2000, 300, 900, 0], added_mass: [0, 0, 50, 0, 0, 0], "
+MATRIX += f"damping_linear: {NONE}, damping_quadratic: {NONE}, displacement: 100, waterline: 0.1}}"
+
+
+@pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
+class TestMatrix:
+    def test_it_rests_at_its_waterline_and_heels_with_its_stiffness(self, tmp_path):
+        sim = Simulation(world_of(barge(tmp_path, MATRIX, mass=100.0)))
+        at_rest = loads(sim, (0, 0, -0.1, 0, 0, 0))
+        assert at_rest == pytest.approx((0, 0, 100.0 * G, 0, 0, 0), abs=1e-9)
+        assert loads(sim, (0, 0, -0.09, 0, 0, 0))[2] - at_rest[2] == pytest.approx(-20.0, rel=1e-6)
+        assert loads(sim, (0, 0, -0.1, 0.01, 0, 0))[3] == pytest.approx(-3.0, rel=1e-3)
+        assert loads(sim, (0, 0, -0.1, 0, 0.01, 0))[4] == pytest.approx(-9.0, rel=1e-3)
+        assert loads(sim, (0, 0, -0.1, 0, 0.01, 1.0))[3:5] == pytest.approx(
+            (9.0 * math.sin(1.0), -9.0 * math.cos(1.0)), rel=1e-2
+        )
+
+    def test_more_mass_sinks_it_by_its_stiffness(self, tmp_path):
+        damped = MATRIX.replace(f"damping_linear: {NONE}", "damping_linear: [0, 0, 900, 90, 300, 0]")
+        sim = Simulation(world_of(barge(tmp_path, damped, mass=110.0)))
+        sim.step(duration=20.0)
+        assert sim.data.qpos[2] == pytest.approx(-0.1 - 10.0 * G / 2000.0, abs=1e-4)
+
+    def test_on_a_slope_it_is_pushed_down_and_turned(self, tmp_path):
+        sea = {"model": "regular", "height": 0.2, "period": 10.0}
+        sim = Simulation(world_of(barge(tmp_path, MATRIX, mass=100.0), sea=sea))
+        (boat,) = sim.boats
+        sim.step(duration=2.5)
+        sim.set_boat(boat, pose=(0, 0, -0.1, 0, 0, 0))
+        slope = sim.sea.slope(0.0, 0.0, sim.time)
+        found = sim.forces(boat)["hydrostatics"]
+        assert found[0] == pytest.approx(-100.0 * G * slope[0], rel=2e-2)
+        assert found[4] == pytest.approx(-900.0 * slope[0], rel=2e-2)
+
+
+@pytest.mark.parametrize(
+    ("hull", "message"),
+    [
+        ("{restoring: [0, 0, 1, 1, 1, 0]}", "hull.restoring: is for hydrostatics: matrix; remove it, or add that"),
+        ("{hydrostatics: matrix}", "hull.hydrostatics: matrix needs `restoring`, the stiffness at rest"),
+        (
+            "{added_mass: [1, 2, 3]}",
+            "hull.added_mass: expected six rows of six numbers, or the six of the diagonal, got 3",
+        ),
+        ("{hydrostatics: panels}", "hull.hydrostatics: expected mesh or matrix, got 'panels'"),
+    ],
+)
+def test_keys_that_cannot_be(tmp_path, hull, message):
+    with pytest.raises(ConfigError) as error:
+        world_of(barge(tmp_path, hull))
+    assert message in str(error.value)
+
+
+ROWS = ["[0, 5, 0, 0, 0, 0]", "[0, 9, 0, 0, 0, 0]", *[NONE] * 4]
+
+
+@pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
+@pytest.mark.parametrize(
+    ("hull", "mass", "message"),
+    [
+        (
+            STILL,
+            9000.0,
+            "robot ./barge.urdf sinks: it has 9000 kg, its hull's volume carries 8200 kg; check the mesh's unit (m)",
+        ),
+        (
+            "{added_mass: [-5000, 0, 0, 0, 0, 0]}",
+            4100.0,
+            "robot ./barge.urdf: hull.added_mass and the boat's own mass have the eigenvalue -900; check signs and `point`",
+        ),
+        (
+            f"{{added_mass: [{', '.join(ROWS)}]}}",
+            4100.0,
+            "robot ./barge.urdf: hull.added_mass is not symmetric: A12 is 5, A21 is 0; an ideal fluid's is",
+        ),
+    ],
+)
+def test_hulls_that_cannot_be(tmp_path, hull, mass, message):
+    with pytest.raises(VrxError) as error:
+        world_of(barge(tmp_path, hull, mass))
+    assert str(error.value) == message
