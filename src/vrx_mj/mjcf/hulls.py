@@ -76,7 +76,7 @@ def _check_mass(boat: Boat, added: FloatArray, body: MassProperties) -> None:
     least = float(np.linalg.eigvalsh(about_origin(rigid, body.center) + added)[0])
     if least <= 0.0:
         raise VrxError(
-            f"robot {boat.name}: hull.added_mass and the boat's own mass have the eigenvalue {least:.4g}; check signs "
+            f"robot {boat.name}: hull.added_mass with the boat's mass has the eigenvalue {least:.4g}; check signs "
             "and `point`"
         )
 

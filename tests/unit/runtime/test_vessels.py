@@ -210,7 +210,7 @@ ROWS = ["[0, 5, 0, 0, 0, 0]", "[0, 9, 0, 0, 0, 0]", *[NONE] * 4]
         (
             "{added_mass: [-5000, 0, 0, 0, 0, 0]}",
             4100.0,
-            "robot ./barge.urdf: hull.added_mass and the boat's own mass have the eigenvalue -900; check signs and `point`",
+            "robot ./barge.urdf: hull.added_mass with the boat's mass has the eigenvalue -900; check signs and `point`",
         ),
         (
             f"{{added_mass: [{', '.join(ROWS)}]}}",
