@@ -14,9 +14,8 @@ import numpy.typing as npt
 __all__ = [
     "AIR", "AIR_STATE", "BLOCK", "BOX", "CURRENT", "CURRENT_STATE", "CYLINDER", "ELEMENT", "ELEMENT_STATE", "FLOAT",
     "FLOAT_STATE", "FOLLOWER", "FOLLOWER_STATE", "GLF", "GUST_BAND", "HULL", "LAYER", "LINEAR", "MARINE", "MATRIX",
-    "MESH", "MOORING", "NEWTONS", "ROPE", "RUDDER", "SEA", "SPHERE", "STATION", "THRUSTER", "THRUSTER_STATE", "VESSEL",
-    "VRX",
-    "VRX3", "WAVE", "WAYPOINT", "WIND", "WINDAGE", "WIND_STATE",
+    "MEMORY", "MEMORY_STATE", "MESH", "MOORING", "NEWTONS", "ROPE", "RUDDER", "SEA", "SPHERE", "STATION", "THRUSTER",
+    "THRUSTER_STATE", "VESSEL", "VRX", "VRX3", "WAVE", "WAYPOINT", "WIND", "WINDAGE", "WIND_STATE",
     "Record", "Table", "columns_of", "table",
 ]  # fmt: skip
 
@@ -139,6 +138,16 @@ VESSEL = np.dtype(
         ("displacement", _f),  # mass at which the water is at `waterline`, with a matrix [kg]
         ("waterline", _f),  # [m]
         ("buoyancy", *_vector),  # centre of buoyancy at rest, or where a matrix carries that mass [m], body axes
+    ],
+    align=True,
+)
+
+MEMORY = np.dtype(
+    [
+        ("motion", _i),  # of the six velocities, which one it remembers
+        ("pole", _f, (2,)),  # real, below 0, and imaginary part [1/s]
+        ("residue", _f, (6,)),  # real part of the force on the hull per memory [N/m, N, N m], body axes
+        ("residue_imaginary", _f, (6,)),
     ],
     align=True,
 )
@@ -326,6 +335,14 @@ GUST_BAND = np.dtype(
     [
         ("frequency", _f),  # angular [rad/s]
         ("phase", _f),  # at time 0 [rad]
+    ],
+    align=True,
+)
+
+MEMORY_STATE = np.dtype(
+    [
+        ("real", _f),  # [m], [rad]
+        ("imaginary", _f),
     ],
     align=True,
 )

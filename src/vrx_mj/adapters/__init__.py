@@ -1,0 +1,1 @@
+"""Other people's programs that compute what our files have: one module for each."""

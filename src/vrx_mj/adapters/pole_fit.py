@@ -1,0 +1,227 @@
+"""From radiation at frequencies to the poles and residues of a memory.
+
+Added mass A(omega) and damping B(omega) are one function, K(i omega) = B(omega) + i omega (A(omega) - A(inf)) (Ogilvie,
+1964), whose retardation kernel is fitted by K(t) = sum over k of Re(r_k e^(p_k t)). The poles are common to all
+entries, and found by vector fitting (Gustavsen and Semlyen, 1999): those to the right of the imaginary axis are
+mirrored, so that all are damped. The residues are a least squares fit, symmetric as the matrices are, with no damping
+at frequency 0; where a hull would gain energy from the waves it makes, it is bound to damp there (Lawson and Hanson,
+1974, chapter 23).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.errors import VrxError
+
+__all__ = ["Memory", "fitted_memory", "kernel_of"]
+
+ComplexArray = npt.NDArray[np.complex128]
+ROUNDS = 30
+"""Iterations of vector fitting."""
+NEGLIGIBLE = 1e-4
+"""Entries less than this share of the geometric mean of their diagonals' peaks are left out."""
+ORDERS = (2, 4, 6, 8)
+"""Numbers of poles, tried in this order."""
+GOOD = 0.01
+"""Error with which a fit is taken."""
+CUTS = 40
+"""Rounds in which the fit is bound to damp."""
+SLACK = 1e-6
+"""Negative damping that is left, normalised."""
+
+
+@dataclass(frozen=True)
+class Memory:
+    """Poles and residues of a hull's retardation kernel."""
+
+    poles: ComplexArray
+    """(n,) poles [1/s], of each conjugate pair the one above the real axis."""
+    residues: ComplexArray
+    """(n, 6, 6) residues: force i per memory of motion j."""
+    error: float
+    """Root mean square of the misfit over that of K(i omega), of normalised entries."""
+    damping: float
+    """Least eigenvalue of the fitted damping over all frequencies, normalised: below 0 the fit gains energy."""
+
+
+def kernel_of(poles: ComplexArray, residues: ComplexArray, frequencies: FloatArray) -> ComplexArray:
+    """K(i omega) (m, ...) of poles (n,) and residues (n, ...) at frequencies (m,) [rad/s]."""
+    at = 1j * frequencies[:, None]
+    above, below = 1.0 / (at - poles), 1.0 / (at - poles.conj())
+    total: ComplexArray = 0.5 * (np.tensordot(above, residues, 1) + np.tensordot(below, residues.conj(), 1))
+    return total
+
+
+def _basis(poles: ComplexArray, frequencies: FloatArray) -> ComplexArray:
+    """Columns (m, 2 n) that real and imaginary parts of the residues are multiplied by; real poles have one each."""
+    at = 1j * frequencies[:, None]
+    above, below = 0.5 / (at - poles), 0.5 / (at - poles.conj())
+    columns = [above + below, (1j * (above - below))[:, poles.imag > 0.0]]
+    return np.concatenate(columns, axis=1)
+
+
+def _stacked(columns: ComplexArray) -> FloatArray:
+    return np.concatenate((columns.real, columns.imag))
+
+
+def _relocated(poles: ComplexArray, samples: ComplexArray, frequencies: FloatArray) -> ComplexArray:
+    """Poles after one round of vector fitting to samples (m, entries): zeros of the fitted weight 1 + basis c."""
+    basis = _basis(poles, frequencies)
+    n, blocks, sides = basis.shape[1], [], []
+    for entry in samples.T:
+        q, r = np.linalg.qr(_stacked(np.concatenate((basis, -entry[:, None] * basis), axis=1)))
+        blocks.append(r[n:, n:])
+        sides.append(q.T[n:] @ _stacked(entry))
+    weights = np.linalg.lstsq(np.concatenate(blocks), np.concatenate(sides), rcond=None)[0]
+    state, start = _realised(poles)
+    zeros = np.linalg.eigvals(state - np.outer(start, weights)).astype(complex)
+    size = np.abs(zeros)
+    real = -np.maximum(np.abs(zeros.real), 1e-3 * size)  # on the imaginary axis a memory would last for ever
+    moved: ComplexArray = real + 1j * np.where(np.abs(zeros.imag) < 1e-9 * size, 0.0, zeros.imag)
+    return moved[moved.imag >= 0.0]
+
+
+def _realised(poles: ComplexArray) -> tuple[FloatArray, FloatArray]:
+    """State matrix and input vector, real, whose transfer functions to the states are the columns of `_basis`."""
+    pairs = np.flatnonzero(poles.imag > 0.0)
+    count, size = len(poles), len(poles) + len(pairs)
+    state, start = np.zeros((size, size)), np.zeros(size)
+    state[:count, :count], start[:count] = np.diag(poles.real), 1.0
+    for extra, pair in enumerate(pairs, count):
+        state[extra, extra] = poles[pair].real
+        state[pair, extra], state[extra, pair] = poles[pair].imag, -poles[pair].imag
+    return state, start
+
+
+def _start_poles(count: int, frequencies: FloatArray) -> ComplexArray:
+    spread = np.linspace(frequencies[0], frequencies[-1], count // 2 + 1)[1:] * 0.8
+    return -0.3 * spread + 1j * spread
+
+
+def fitted_memory(
+    frequencies: FloatArray,
+    added: FloatArray,
+    damping: FloatArray,
+    infinite: FloatArray,
+    orders: Sequence[int] = ORDERS,
+) -> Memory:
+    """The memory of a hull's radiation: of the first number of poles with an error of at most 1 %, or of the best.
+
+    Args:
+        frequencies: (m,) rising, above 0 [rad/s].
+        added: (m, 6, 6) added mass at each [kg, kg m, kg m2].
+        damping: (m, 6, 6) its damping [kg/s, kg m/s, kg m2/s].
+        infinite: (6, 6) added mass at infinite frequency.
+        orders: numbers of poles to try.
+
+    Raises:
+        VrxError: the matrices are not symmetric, or the hull gains energy from its waves.
+    """
+    kernels: ComplexArray = damping + 1j * frequencies[:, None, None] * (added - infinite)
+    peaks = np.abs(kernels).max(axis=0)
+    if not np.diag(peaks).max() > 0.0:
+        return Memory(np.zeros(0, complex), np.zeros((0, 6, 6), complex), 0.0, 0.0)
+    scale = np.sqrt(np.maximum(np.diag(peaks), 1e-12 * np.diag(peaks).max()))
+    normal: ComplexArray = kernels / np.outer(scale, scale)
+    _check(normal, frequencies)
+    normal = np.asarray(0.5 * (normal + normal.transpose(0, 2, 1)), np.complex128)
+    entries = [(i, j) for i in range(6) for j in range(i + 1) if np.abs(normal[:, i, j]).max() > NEGLIGIBLE]
+    found = None
+    for order in orders:
+        one = _fit(normal, frequencies, entries, order)
+        found = one if found is None or one.error < found.error else found
+        if found.error <= GOOD:
+            break
+    assert found is not None
+    return Memory(found.poles, found.residues * np.outer(scale, scale), found.error, found.damping)
+
+
+def _check(normal: ComplexArray, frequencies: FloatArray) -> None:
+    """Radiation is symmetric, and damps at every frequency."""
+    odd = np.abs(normal - normal.transpose(0, 2, 1)).max(axis=(1, 2))
+    if odd.max() > 0.1:
+        raise VrxError(
+            f"radiation is not symmetric at {frequencies[odd.argmax()]:.4g} rad/s, by {odd.max():.0%} of its largest; "
+            "is the mesh fine enough, and are all panels under water?"
+        )
+    least = np.linalg.eigvalsh(0.5 * (normal.real + normal.real.transpose(0, 2, 1)))[:, 0]
+    if least.min() < -0.1:
+        raise VrxError(
+            f"radiation damping is negative at {frequencies[least.argmin()]:.4g} rad/s, by {-least.min():.0%} of its "
+            "largest: an irregular frequency, or a coarse mesh; use a finer mesh, or lower frequencies"
+        )
+
+
+def _fit(normal: ComplexArray, frequencies: FloatArray, entries: Sequence[tuple[int, int]], order: int) -> Memory:
+    samples = np.stack([normal[:, i, j] for i, j in entries], axis=1)
+    poles = _start_poles(order, frequencies)
+    for _ in range(ROUNDS):
+        poles = _relocated(poles, samples, frequencies)
+    residues = _residues(poles, samples, frequencies, entries)
+    misfit = kernel_of(poles, residues, frequencies) - normal
+    error = float(np.sqrt((np.abs(misfit) ** 2).sum() / (np.abs(normal) ** 2).sum()))
+    return Memory(poles, residues, error, float(_eigenvalues(poles, residues, _dense(frequencies))[0].min()))
+
+
+def _eigenvalues(poles: ComplexArray, residues: ComplexArray, frequencies: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Least eigenvalues (n,) of the fitted damping at frequencies (n,), and their vectors (n, 6)."""
+    values, vectors = np.linalg.eigh(kernel_of(poles, residues, frequencies).real)
+    return values[:, 0], vectors[:, :, 0]
+
+
+def _dense(frequencies: FloatArray) -> FloatArray:
+    """Frequencies (n,) that cover those given, and go far beyond them."""
+    last = frequencies[-1]
+    return np.concatenate((np.linspace(0.0, last, 400)[1:], np.geomspace(1.0, 20.0, 100)[1:] * last))
+
+
+def _residues(
+    poles: ComplexArray, samples: ComplexArray, frequencies: FloatArray, entries: Sequence[tuple[int, int]]
+) -> ComplexArray:
+    """Symmetric residues (n, 6, 6) that fit samples (m, entries), damp nothing at frequency 0, and gain no energy."""
+    still, dense = _basis(poles, np.zeros(1)).real, _dense(frequencies)
+    free = np.linalg.svd(still)[2][1:].T  # combinations without damping at frequency 0
+    q, r = np.linalg.qr(_stacked(_basis(poles, frequencies)) @ free)
+    best = np.linalg.lstsq(r, q.T @ _stacked(samples), rcond=None)[0]
+    chosen, cuts = best, list[FloatArray]()
+    for _ in range(CUTS):
+        residues = _matrices(poles, free @ chosen, entries)
+        values, vectors = _eigenvalues(poles, residues, dense)
+        if values.min() >= -SLACK:
+            break
+        dips = np.flatnonzero((values < -SLACK) & (values <= np.roll(values, 1)) & (values <= np.roll(values, -1)))
+        for dip in dips:
+            row = (_basis(poles, dense[dip : dip + 1]).real @ free)[0]
+            sides = [(2.0 - (i == j)) * vectors[dip, i] * vectors[dip, j] for i, j in entries]
+            cuts.append(np.outer(row, sides))
+        chosen = best + np.linalg.solve(r, _least_change(r, best, np.array(cuts)))
+    return residues
+
+
+def _least_change(r: FloatArray, best: FloatArray, cuts: FloatArray) -> FloatArray:
+    """Least y with cut . (best + r^-1 y) >= 0 for each cut, all of the shape of `best`."""
+    from scipy.optimize import nnls
+
+    slopes = np.linalg.solve(r.T[None], cuts).reshape(len(cuts), -1)
+    missing = -(cuts * best).sum(axis=(1, 2))
+    system = np.concatenate((slopes.T, missing[None]))
+    side = np.zeros(len(system))
+    side[-1] = 1.0
+    rest = system @ nnls(system, side)[0] - side
+    change: FloatArray = (-rest[:-1] / rest[-1]).reshape(best.shape)
+    return change
+
+
+def _matrices(poles: ComplexArray, weights: FloatArray, entries: Sequence[tuple[int, int]]) -> ComplexArray:
+    """Residues (n, 6, 6) of the basis' weights (columns, entries)."""
+    count = len(poles)
+    residues = np.zeros((count, 6, 6), complex)
+    for (i, j), column in zip(entries, weights.T, strict=True):
+        values = column[:count].astype(complex)
+        values[poles.imag > 0.0] += 1j * column[count:]
+        residues[:, i, j] = residues[:, j, i] = values
+    return residues
