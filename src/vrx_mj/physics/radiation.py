@@ -65,16 +65,42 @@ def memory_load(memory: Table, state: Table) -> Wrench:
 
 
 @kernel
-def _corner(table: FloatArray, weight: float, c: float, s: float) -> Wrench:
-    """Return the weighted force of one entry of the table at a phase: Re(F e^(i theta))."""
+def _entry(table: FloatArray, weight: float, c: float, s: float, total: Wrench) -> Wrench:
+    """Return a total and the weighted force of one entry of the table at a phase: Re(F e^(i theta))."""
     return Wrench(
-        weight * (c * table[0] - s * table[6]),
-        weight * (c * table[1] - s * table[7]),
-        weight * (c * table[2] - s * table[8]),
-        weight * (c * table[3] - s * table[9]),
-        weight * (c * table[4] - s * table[10]),
-        weight * (c * table[5] - s * table[11]),
+        total.fx + weight * (c * table[0] - s * table[6]),
+        total.fy + weight * (c * table[1] - s * table[7]),
+        total.fz + weight * (c * table[2] - s * table[8]),
+        total.tx + weight * (c * table[3] - s * table[9]),
+        total.ty + weight * (c * table[4] - s * table[10]),
+        total.tz + weight * (c * table[5] - s * table[11]),
     )
+
+
+@kernel
+def _scattered(table: FloatArray, place: float, angle: float, c: float, s: float, total: Wrench) -> Wrench:
+    """Return a total and the force of one wave, in the hull's heading.
+
+    Args:
+        table: as that of `diffraction_load`.
+        place: frequency in steps of the table, inside it.
+        angle: off the hull's heading, toward which the wave travels [rad], -pi to pi.
+        c: height of the wave [m] at the hull.
+        s: the same a quarter of a period later.
+        total: force so far.
+    """
+    angles = table.shape[1]
+    turn = angle * angles / (2.0 * math.pi)
+    if turn < 0.0:
+        turn += angles
+    low, near = int(place), int(turn)
+    up, on = place - low, turn - near
+    near = near % angles
+    far = (near + 1) % angles
+    total = _entry(table[low, near], (1.0 - up) * (1.0 - on), c, s, total)
+    total = _entry(table[low, far], (1.0 - up) * on, c, s, total)
+    total = _entry(table[low + 1, near], up * (1.0 - on), c, s, total)
+    return _entry(table[low + 1, far], up * on, c, s, total)
 
 
 @kernel
@@ -96,41 +122,22 @@ def diffraction_load(
         t: time [s].
     """
     cos, sin = heading
-    angles = table.shape[1]
-    spacing = 2.0 * math.pi / angles
-    fx, fy, fz, tx, ty, tz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    total, last = Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), table.shape[0] - 1
     for i in range(waves.size):
         wave = waves[i]
         place = wave.frequency / step
-        low = int(place)
-        if low + 1 >= table.shape[0]:
-            continue
-        east, north = wave.direction[0], wave.direction[1]
-        turn = math.atan2(north * cos - east * sin, east * cos + north * sin) / spacing
-        if turn < 0.0:
-            turn += angles
-        near = int(turn)
-        up, on = place - low, turn - near
-        near = near % angles
-        far = (near + 1) % angles
-        theta = wave.wavenumber * (east * body.x + north * body.y) - wave.frequency * t + wave.phase
-        c, s = wave.amplitude * cosine(theta), wave.amplitude * cosine(theta - _QUARTER)
-        p = _corner(table[low, near], (1.0 - up) * (1.0 - on), c, s)
-        q = _corner(table[low, far], (1.0 - up) * on, c, s)
-        v = _corner(table[low + 1, near], up * (1.0 - on), c, s)
-        w = _corner(table[low + 1, far], up * on, c, s)
-        fx += p.fx + q.fx + v.fx + w.fx
-        fy += p.fy + q.fy + v.fy + w.fy
-        fz += p.fz + q.fz + v.fz + w.fz
-        tx += p.tx + q.tx + v.tx + w.tx
-        ty += p.ty + q.ty + v.ty + w.ty
-        tz += p.tz + q.tz + v.tz + w.tz
+        if place < last:
+            east, north = wave.direction[0], wave.direction[1]
+            angle = math.atan2(north * cos - east * sin, east * cos + north * sin)
+            theta = wave.wavenumber * (east * body.x + north * body.y) - wave.frequency * t + wave.phase
+            height, later = wave.amplitude * cosine(theta), wave.amplitude * cosine(theta - _QUARTER)
+            total = _scattered(table, place, angle, height, later, total)
     grown = ramp(sea, t)
     return Wrench(
-        grown * (cos * fx - sin * fy),
-        grown * (sin * fx + cos * fy),
-        grown * fz,
-        grown * (cos * tx - sin * ty),
-        grown * (sin * tx + cos * ty),
-        grown * tz,
+        grown * (cos * total.fx - sin * total.fy),
+        grown * (sin * total.fx + cos * total.fy),
+        grown * total.fz,
+        grown * (cos * total.tx - sin * total.ty),
+        grown * (sin * total.tx + cos * total.ty),
+        grown * total.tz,
     )
