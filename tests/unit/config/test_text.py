@@ -50,14 +50,18 @@ def test_scalars_read_as_yaml_1_2(text, value):
 
 
 def nodes(compose, text):
-    """What is made of a text, with all places: nested tuples, or the error and where."""
+    """What is made of a text, with all places: nested tuples, or the error and where.
 
-    def plain(node, above=()):
-        if id(node) in above:
-            return "itself"
+    A node that an alias repeats is its number after the first time: files full of aliases stand for millions of nodes.
+    """
+    numbers = {}
+
+    def plain(node):
+        if id(node) in numbers:
+            return numbers[id(node)]
+        numbers[id(node)] = len(numbers)
         inside = node.value if isinstance(node, yaml.ScalarNode) else [
-            [plain(part, (*above, id(node))) for part in (item if isinstance(item, tuple) else (item,))]
-            for item in node.value
+            [plain(part) for part in (item if isinstance(item, tuple) else (item,))] for item in node.value
         ]  # fmt: skip
         return node.id, node.start_mark.line, node.start_mark.column, getattr(node, "style", None) or None, inside
 
