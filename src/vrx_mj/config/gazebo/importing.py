@@ -15,6 +15,7 @@ from vrx_mj.config.gazebo.document import Fate, Note, Report, is_file
 from vrx_mj.config.gazebo.folders import files_below, is_folder
 from vrx_mj.config.gazebo.launch import launch_of
 from vrx_mj.config.gazebo.launched import Launch, SpawnedObject, fleet_of, objects_of
+from vrx_mj.config.gazebo.model_frames import safe_name
 from vrx_mj.config.gazebo.models import (
     SCHEME,
     is_gazebo_model,
@@ -22,7 +23,6 @@ from vrx_mj.config.gazebo.models import (
     model_element,
     model_file,
     model_section,
-    safe_name,
 )
 from vrx_mj.config.gazebo.opening import joined
 from vrx_mj.config.gazebo.sdf_boats import is_boat, read_boat

@@ -12,6 +12,7 @@ from typing import Any, TypeGuard
 from vrx_mj.config.gazebo.document import Element, Fate, Note, Report, home_path, is_file, read_document
 from vrx_mj.config.gazebo.erb_docks import is_template
 from vrx_mj.config.gazebo.launched import ENDING, Launch, SpawnedBoat, SpawnedObject
+from vrx_mj.config.gazebo.model_frames import pose_of, safe_name
 from vrx_mj.config.gazebo.models import (
     NO_MODEL,
     SCHEME,
@@ -19,8 +20,6 @@ from vrx_mj.config.gazebo.models import (
     is_gazebo_model,
     model_element,
     model_file,
-    pose_of,
-    safe_name,
 )
 from vrx_mj.config.gazebo.packages import (
     NOWHERE,

@@ -6,7 +6,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from vrx_mj.config.gazebo.document import Report
-from vrx_mj.config.gazebo.models import safe_name
+from vrx_mj.config.gazebo.model_frames import safe_name
 from vrx_mj.config.tree import Entry, File, Items, Place, Section, merged
 from vrx_mj.errors import ConfigError, Problem
 from vrx_mj.frames import Pose

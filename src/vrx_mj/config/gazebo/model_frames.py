@@ -1,18 +1,40 @@
 """Poses of objects that are relative to frames, links, joints or other models, as poses in the usual frames."""
 
 import math
+import re
 from dataclasses import dataclass, replace
 
 from vrx_mj.config.gazebo.document import Element
 from vrx_mj.config.gazebo.sdf_frames import HERE, MODEL, NESTED, Frames, Given, Scope, relative
+from vrx_mj.config.series.calls import At
+from vrx_mj.config.wording import shown
 from vrx_mj.frames import Pose, compose
 
-__all__ = ["in_usual_frames", "in_world_frame"]
+__all__ = ["ModelFrames", "in_usual_frames", "in_world_frame", "inner_scope", "pose_of", "safe_name"]
 
 MODELS = {"include", "model"}
 """Tags of models in a model or a world."""
 WORLD = "world"
 """Name of the frame of the world."""
+
+
+def safe_name(name: str) -> str:
+    """A name as ours may be: any other character becomes `_`."""
+    return re.sub(r"[^A-Za-z0-9_.-]|^[.-]", "_", name)[:64] or "model"
+
+
+def pose_of(element: Element) -> At:
+    """The pose of a model, a link or a shape; angles are in degrees where SDF says so."""
+    found = element.child("pose")
+    if found is None or not found.own_text:
+        return At(list(HERE), element.place)
+    frame = found.attributes.get("relative_to") or found.attributes.get("frame") or ""
+    if frame not in {"", "world", "__model__"}:
+        raise found.fault(f"a pose relative to {shown(frame)} cannot be taken over: give it in the frame of the model")
+    pose = found.read_numbers("x y z roll pitch yaw")
+    if found.attribute_switch("degrees"):
+        pose[3:] = map(math.radians, pose[3:])
+    return At(pose, found.place)
 
 
 @dataclass(frozen=True)
@@ -50,10 +72,33 @@ def in_world_frame(world: Element) -> Element:
     frames, scope = Frames(), Scope()
     _gather(frames, world, scope)
     children = (
-        _posed(child, _inside(frames, child, _scope(scope, child).model, scope)) if child.tag in MODELS else child
+        _posed(child, _inside(frames, child, inner_scope(scope, child).model, scope)) if child.tag in MODELS else child
         for child in world.children
     )
     return replace(world, children=tuple(children))
+
+
+class ModelFrames:
+    """Where the frames of a model are, in the model."""
+
+    def __init__(self, model: Element) -> None:
+        self._frames = Frames()
+        _gather(self._frames, model, Scope())
+
+    def joint(self, joint: Element, scope: Scope) -> Pose:
+        """The pose of a joint, which is in the frame of its child unless it gives another. Raises ConfigError."""
+        given, child = _given(joint), joint.text("child")
+        around = given.relative_to or ("" if child == WORLD else child)
+        frame = self._frames.known(scope.name(around), given) if around else MODEL
+        return compose(self._frames.pose(frame), given.pose)
+
+    def named(self, element: Element, name: str, scope: Scope) -> Pose:
+        """The pose of the frame of a name, which an element gives. Raises ConfigError."""
+        return self._frames.pose(self._frames.known(scope.name(name), Given(HERE, name, _Raising(element))))
+
+    def model(self, scope: Scope) -> Pose:
+        """The pose of a model in the outermost one."""
+        return self._frames.pose(scope.model)
 
 
 def _frame(pose: Element | None) -> str:
@@ -86,12 +131,12 @@ def _gather(frames: Frames, model: Element, scope: Scope) -> None:
         elif child.tag == "joint":
             frames.add(name, _given(child), scope, scope.name(child.text("child")))
         elif child.tag in MODELS:
-            inner = _scope(scope, child)
+            inner = inner_scope(scope, child)
             frames.add(inner.model, _given(child), scope, scope.model)
             _gather(frames, child, inner)
 
 
-def _scope(scope: Scope, model: Element) -> Scope:
+def inner_scope(scope: Scope, model: Element) -> Scope:
     """The scope of a model in another."""
     name = model.attributes.get("name") or model.text("name") or model.text("uri").rpartition("/")[2]
     prefix = f"{scope.prefix}{name}{NESTED}"
@@ -107,7 +152,7 @@ def _rewritten(frames: Frames, model: Element, scope: Scope) -> Element:
             parts = tuple(_posed(part, _on_link(frames, part, name, scope)) for part in child.children)
             made = _posed(replace(child, children=parts), _inside(frames, child, name, scope))
         elif child.tag in MODELS:
-            inner = _scope(scope, child)
+            inner = inner_scope(scope, child)
             made = _posed(_rewritten(frames, child, inner), _inside(frames, child, inner.model, scope))
         children.append(made)
     return replace(model, children=tuple(children))

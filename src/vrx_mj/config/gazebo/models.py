@@ -1,20 +1,19 @@
-"""Models of Gazebo (SDF) as objects of ours: one rigid body with its shapes, or a composite of models."""
+"""Models of Gazebo (SDF) as objects of ours: bodies on joints with their shapes, or a composite of models."""
 
 import math
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 import numpy as np
 
-from vrx_mj.arrays import FloatArray
 from vrx_mj.config.base import COLORS
 from vrx_mj.config.gazebo.document import Element, Report, is_file, read_document
 from vrx_mj.config.gazebo.erb_docks import is_template, template_content
-from vrx_mj.config.gazebo.model_frames import in_usual_frames
+from vrx_mj.config.gazebo.model_frames import in_usual_frames, pose_of, safe_name
+from vrx_mj.config.gazebo.model_links import Body, Inertial, assembled, mass_of
 from vrx_mj.config.search import catalogue, contained, display, package_paths, workspace_packages
 from vrx_mj.config.series.calls import At, located
 from vrx_mj.config.shapes import MESH_SUFFIXES
@@ -23,7 +22,7 @@ from vrx_mj.config.urdf.meshes import MeshFiles
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import WATER_DENSITY
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, shortened
-from vrx_mj.frames import Pose, compose, rotation
+from vrx_mj.frames import Pose, compose
 
 __all__ = [
     "NO_MODEL",
@@ -41,8 +40,6 @@ __all__ = [
     "model_folder",
     "model_name",
     "model_section",
-    "pose_of",
-    "safe_name",
     "same_buoyancy",
 ]
 
@@ -58,8 +55,8 @@ NO_MODEL = "is its folder on GAZEBO_MODEL_PATH?"
 HERE: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 DRAG = 25.0, 2.0
 """Linear and angular drag [1/s] of what floats without VRX's buoyancy plugin: those of VRX's buoys."""
-UNIT = 1.0
-"""Mass [kg] and moments of inertia [kg m2] of a link without any, by SDF."""
+DISPLACING = {"box", "sphere", "cylinder"}
+"""Types of shapes that displace water."""
 _STOCK = re.compile(r"(?<=[a-z])(?=[A-Z])")
 
 Content = dict[str, Any]
@@ -148,8 +145,8 @@ def model_section(file: Path, report: Report | None = None) -> Section:
         dock, place = template_content(file, kept)
         template: Section = located(dock, place)
         return template
-    model, _ = model_element(file)
-    content = _Model(model, Path(str(file).partition("#")[0]).parent, kept).content()
+    model, version = model_element(file)
+    content = _Model(model, Path(str(file).partition("#")[0]).parent, version, kept).content()
     kept.settle()
     section: Section = located(content, model.place)
     return section
@@ -199,25 +196,6 @@ def _named(file: Path, name: str) -> tuple[Element, str]:
         known = [name for name in held[2] if name]
         raise ConfigError([Problem(display(file), 1, None, "", str(UnknownNameError("model", name, known)))])
     return held[2][name], held[3]
-
-
-def safe_name(name: str) -> str:
-    """A name as ours may be: any other character becomes `_`."""
-    return re.sub(r"[^A-Za-z0-9_.-]|^[.-]", "_", name)[:64] or "model"
-
-
-def pose_of(element: Element) -> At:
-    """The pose of a model, a link or a shape; angles are in degrees where SDF says so."""
-    found = element.child("pose")
-    if found is None or not found.own_text:
-        return At(list(HERE), element.place)
-    frame = found.attributes.get("relative_to") or found.attributes.get("frame") or ""
-    if frame not in {"", "world", "__model__"}:
-        raise found.fault(f"a pose relative to {shown(frame)} cannot be taken over: give it in the frame of the model")
-    pose = found.read_numbers("x y z roll pitch yaw")
-    if found.attribute_switch("degrees"):
-        pose[3:] = map(math.radians, pose[3:])
-    return At(pose, found.place)
 
 
 def _pose(element: Element) -> Pose:
@@ -341,56 +319,42 @@ def _version(text: str) -> tuple[int, ...]:
     return tuple(int(part) for part in re.findall(r"\d{1,9}", text, re.ASCII))
 
 
-@dataclass(frozen=True)
-class _Inertial:
-    """Mass, centre of mass and inertia about it, along the axes of the model."""
-
-    mass: float
-    center: FloatArray
-    inertia: FloatArray
-
-
 class _Model:
-    """A model being read: all its links are one rigid body here."""
+    """A model being read."""
 
-    def __init__(self, model: Element, folder: Path, report: Report) -> None:
-        self.model = model = in_usual_frames(model)
+    def __init__(self, model: Element, folder: Path, version: str, report: Report) -> None:
+        self.model = in_usual_frames(model)
         self.folder = folder
         self.report = report
-        self.links = [(link, _pose(link)) for link in model.all("link")]
-        self.nested()
-
-    def nested(self) -> None:
-        """Note the parts that an object has not."""
-        for joint in self.model.all("joint"):
-            fixed = joint.attributes.get("type") == "fixed"
-            self.report.note(joint, "taken over" if fixed else "approximated", "its links are one rigid body")
-        self.add_links(self.model, HERE)
-
-    def add_links(self, model: Element, place: Pose) -> None:
-        """Add the links of the models in a model."""
-        for inner in model.all("model"):
-            self.report.note(inner, "approximated", "its links are part of the same rigid body")
-            offset = compose(place, _pose(inner))
-            self.links += [(link, compose(offset, _pose(link))) for link in inner.all("link")]
-            for include in inner.all("include"):
-                self.report.note(include, "ignored", "a model in a model has no others in it here")
-            self.add_links(inner, offset)
+        self.assembly = assembled(self.model, model, version, report)
 
     def content(self) -> Content:
         """The keys of an object's file."""
         head: Content = {"description": f"{self.model.attributes.get('name', 'model')}, a model of Gazebo"}
         includes = self.model.all("include")
-        if includes and not self.links:
+        if includes and not self.assembly.bodies:
             return head | self.composite(includes)
         for include in includes:
             self.report.note(include, "ignored", "a model with links of its own has no models in it here")
-        if not self.links:
+        if not self.assembly.bodies:
             raise self.model.fault("a model without links or includes is nothing")
-        shapes = {key: list(self.shapes(tag)) for key, tag in (("collisions", "collision"), ("visuals", "visual"))}
+        root, *others = self.assembly.bodies
+        shapes = [self.all_shapes(body) for body in self.assembly.bodies]
         if self.model.switch("static"):
-            return {**head, "static": True, **shapes}
-        return head | self.floating(shapes)
+            return {**head, "static": True, **shapes[0]}
+        wet = self.wet(shapes)
+        is_static = wet is None or self.assembly.is_anchored
+        whole = {"static": True} if is_static else self.inertia(root)
+        whole |= {**shapes[0], **({} if is_static or wet is None else wet[0])}
+        path = None if is_static else follow_path(self.model)
+        whole |= {"path": path} if path else {}
+        if not others:
+            return head | whole
+        links = [
+            {"name": body.name, "pose": list(body.pose), **self.inertia(body), **own, **water}
+            for body, own, water in zip(others, shapes[1:], (wet or [{}] * len(shapes))[1:], strict=True)
+        ]
+        return {**head, "link": root.name, **whole, "links": links, "joints": self.assembly.joints}
 
     def composite(self, includes: Sequence[Element]) -> Content:
         """A model that is made of others."""
@@ -414,58 +378,44 @@ class _Model:
             raise self.model.fault(f"none of the models in it is known: {shortened(names)}")
         return {"objects": objects}
 
-    def floating(self, shapes: Content) -> Content:
-        """A model that moves: what it weighs and displaces, or a fixed one if it would sink."""
+    def wet(self, shapes: Sequence[Content]) -> list[Content] | None:
+        """The buoyancy of each body; None, with a note, for a model that would sink."""
         plugins = [one for one in self.model.all("plugin") if _is(one, "buoyancy")]
-        elements = [part for one in plugins for part in self.buoyancy(one)]
-        inertial = self.inertial()
+        wet = [part for one in plugins for part in self.buoyancy(one)]
+        if wet or self.assembly.is_anchored:
+            found = [[(drag, shape) for body, drag, shape in wet if body is own] for own in self.assembly.bodies]
+            usual = _drag(plugins[0]) if plugins else {}
+            alone = len(found) == 1
+            return [_buoyancy(usual if alone else parts[0][0], parts) if parts else {} for parts in found]
         drag = _drag(plugins[0]) if plugins else {"linear_drag": DRAG[0], "angular_drag": DRAG[1]}
-        if not elements:
-            solids = [shape for shape in shapes["collisions"] if not isinstance(shape, At)]
-            elements = [dict(shape) for shape in solids if shape["type"] in {"box", "sphere", "cylinder"}]
-            volume = sum(map(_volume, elements))
-            if inertial.mass >= volume * WATER_DENSITY:
-                text = f"without buoyancy plugin it sinks ({inertial.mass:g} kg, {volume:.3g} m3): `static: true`"
-                self.report.note(self.model, "approximated", text)
-                return {"static": True, **shapes}
-            self.report.note(self.model, "approximated", "without buoyancy plugin; its collision shapes displace water")
-        path = follow_path(self.model)
-        return {
-            "mass": inertial.mass,
-            "center_of_mass": inertial.center.tolist(),
-            "inertia": self.principal(inertial),
-            **shapes,
-            "buoyancy": {**drag, "elements": elements},
-            **({"path": path} if path else {}),
-        }
+        solids = [[dict(one) for one in own["collisions"] if not isinstance(one, At) and one["type"] in DISPLACING]
+                  for own in shapes]  # fmt: skip
+        volume = sum(_volume(one) for own in solids for one in own)
+        mass = sum(mass_of(body).mass for body in self.assembly.bodies)
+        if mass >= volume * WATER_DENSITY:
+            text = f"without buoyancy plugin it sinks ({mass:g} kg, {volume:.3g} m3): `static: true`"
+            self.report.note(self.model, "approximated", text)
+            return None
+        self.report.note(self.model, "approximated", "without buoyancy plugin; its collision shapes displace water")
+        return [_buoyancy(drag, [(drag, one) for one in own]) if own else {} for own in solids]
 
-    def buoyancy(self, plugin: Element) -> Iterator[Content]:
-        """The shapes of VRX's buoyancy plugins that displace water."""
-        poses = {link.attributes.get("name"): pose for link, pose in self.links}
+    def buoyancy(self, plugin: Element) -> Iterator[tuple[Body, Content, Content]]:
+        """The shapes of a buoyancy plugin of VRX that displace water, each with its body and the plugin's drag."""
+        known = {link.attributes.get("name"): (body, pose) for link, body, pose in self.assembly.links}
         for part in plugin.all("buoyancy"):
             link = part.text("link_name") or part.attributes.get("link_name")
-            if link not in poses:
+            if link not in known:
                 raise part.fault(
-                    str(UnknownNameError("link", link or "", [name for name in poses if name])), "link_name"
+                    str(UnknownNameError("link", link or "", [name for name in known if name])), "link_name"
                 )
-            shape = self.shape(part, poses[link])
-            if shape is not None and shape["type"] in {"box", "sphere", "cylinder"}:
-                yield shape
+            body, pose = known[link]
+            shape = self.shape(part, pose)
+            if shape is not None and shape["type"] in DISPLACING:
+                yield body, _drag(plugin), shape
         self.report.note(plugin, "taken over", "`buoyancy`")
 
-    def inertial(self) -> _Inertial:
-        """Mass and inertia of all links together."""
-        parts = [_inertial(link, pose) for link, pose in self.links]
-        mass = sum(part.mass for part in parts)
-        center = sum((part.mass * part.center for part in parts), np.zeros(3)) / mass
-        inertia = np.zeros((3, 3))
-        for part in parts:
-            arm = part.center - center
-            inertia += part.inertia + part.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-        return _Inertial(mass, center, inertia)
-
-    def principal(self, inertial: _Inertial) -> list[float]:
-        """Moments of inertia along the axes of the model; products are left out."""
+    def principal(self, inertial: Inertial) -> list[float]:
+        """Moments of inertia along the axes of the body; products are left out."""
         moments = np.diag(inertial.inertia)
         products = np.abs(inertial.inertia - np.diag(moments)).max()
         if products > 1e-3 * moments.max():
@@ -473,9 +423,22 @@ class _Model:
             self.report.note(self.model, "approximated", text)
         return [float(moment) for moment in moments]
 
-    def shapes(self, tag: str) -> Iterator[Content | At]:
-        """The collisions or visuals of all links; that with a mesh of another folder is at a place in that."""
-        for link, pose in self.links:
+    def inertia(self, body: Body) -> Content:
+        """What a body weighs."""
+        found = mass_of(body)
+        return {
+            "mass": found.mass,
+            "center_of_mass": found.center.tolist(),
+            "inertia": self.principal(found),
+        }
+
+    def all_shapes(self, body: Body) -> Content:
+        """The collisions and visuals of a body."""
+        return {key: list(self.shapes(tag, body)) for key, tag in (("collisions", "collision"), ("visuals", "visual"))}
+
+    def shapes(self, tag: str, body: Body) -> Iterator[Content | At]:
+        """The collisions or visuals of a body; that with a mesh of another folder is at a place in that."""
+        for link, pose in body.parts:
             for part in link.all(tag):
                 shape = self.shape(part, pose)
                 if shape is None:
@@ -558,6 +521,11 @@ def _shape(part: Element, link: Pose, report: Report) -> Content | None:
     return {"type": kind.tag, **_SHAPES[kind.tag](kind), **_placed(part, link)}
 
 
+def _buoyancy(drag: Content, parts: Sequence[tuple[Content, Content]]) -> Content:
+    """The buoyancy of a body."""
+    return {"buoyancy": {**drag, "elements": [shape for _, shape in parts]}}
+
+
 def _drag(plugin: Element) -> Content:
     """Density and drag of a buoyancy plugin."""
     density = {"fluid_density": plugin.number("fluid_density")} if plugin.child("fluid_density") else {}
@@ -571,20 +539,6 @@ def _volume(shape: Content) -> float:
         return math.prod(shape["size"])
     radius = float(shape["radius"])
     return 4 / 3 * math.pi * radius**3 if shape["type"] == "sphere" else math.pi * radius**2 * float(shape["length"])
-
-
-def _inertial(link: Element, pose: Pose) -> _Inertial:
-    inertial = link.child("inertial")
-    mass = inertial.number("mass") if inertial else None
-    if inertial and mass is not None and mass <= 0:
-        raise inertial.fault(f"must be above 0, got {shown(mass)}", "mass")
-    place = compose(pose, _pose(inertial) if inertial else HERE)
-    tensor = inertial.child("inertia") if inertial else None
-    entry = {key: (tensor.number(key, float(key[1] == key[2])) if tensor else float(key[1] == key[2])) or 0.0
-             for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")}  # fmt: skip
-    local = np.array([[entry["".join(sorted((*"i", a, b), key="ixyz".index))] for b in "xyz"] for a in "xyz"])
-    turn = np.array(rotation(*place[3:]))
-    return _Inertial(UNIT if mass is None else mass, np.array(place[:3]), turn @ local @ turn.T)
 
 
 def _color(visual: Element) -> list[float] | None:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from vrx_mj.config.gazebo.document import Element, Report, read_document
 from vrx_mj.config.gazebo.erb_docks import is_template
+from vrx_mj.config.gazebo.model_frames import pose_of, safe_name
 from vrx_mj.config.gazebo.models import (
     PATHS,
     SCHEME,
@@ -17,8 +18,6 @@ from vrx_mj.config.gazebo.models import (
     model_file,
     model_name,
     model_section,
-    pose_of,
-    safe_name,
 )
 from vrx_mj.config.gazebo.sdf_boats import is_boat
 from vrx_mj.config.search import catalogue

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, TypeGuard
 
 from vrx_mj.config.gazebo.document import MACRO, Element, Note, Report, read_document
-from vrx_mj.config.gazebo.model_frames import in_world_frame
+from vrx_mj.config.gazebo.model_frames import in_world_frame, pose_of, safe_name
 from vrx_mj.config.gazebo.models import (
     NO_MODEL,
     SCHEME,
@@ -19,8 +19,6 @@ from vrx_mj.config.gazebo.models import (
     model_file,
     model_name,
     model_section,
-    pose_of,
-    safe_name,
     same_buoyancy,
 )
 from vrx_mj.config.gazebo.sdf_boats import is_boat

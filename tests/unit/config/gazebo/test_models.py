@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vrx_mj.config.gazebo.document import Report, read_document
-from vrx_mj.config.gazebo.models import kind_name, model_section, pose_of, safe_name
+from vrx_mj.config.gazebo.model_frames import pose_of, safe_name
+from vrx_mj.config.gazebo.models import kind_name, model_section
 from vrx_mj.errors import ConfigError
 from vrx_mj.frames import compose, rotation
 
