@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from jinja2 import Environment
 from markupsafe import Markup
 
 from vrx_mj.campaign.manifest import Campaign
@@ -15,7 +15,7 @@ from vrx_mj.campaign.maps import COLORS, SHAPES, map_values, path
 from vrx_mj.campaign.plan import Cell
 from vrx_mj.campaign.results import LOG, Result, read_results, read_sketches, write_csv, write_text
 from vrx_mj.campaign.scores import Comparison, leaderboard, mean_of, task_types, tasks_of_worlds
-from vrx_mj.resources import root
+from vrx_mj.draw.page import page_environment
 
 __all__ = ["PAGE", "map_svg", "page", "refreshed", "write_report"]
 
@@ -138,14 +138,8 @@ def _failure(result: Result) -> Row:
 
 @cache
 def _environment() -> Environment:
-    """Templates that escape whatever they are given."""
-    environment = Environment(
-        loader=FileSystemLoader(root() / "templates" / "campaign", encoding="utf-8"),
-        undefined=StrictUndefined,
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    """The templates of the page and of its maps, with what they call."""
+    environment = page_environment("campaign")
     environment.filters |= {"number": _number, "path": path, "metres": "{:.1f}".format, "size": "{:.2f}".format}
     environment.globals |= SHAPES
     return environment

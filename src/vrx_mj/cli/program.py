@@ -208,6 +208,9 @@ COMMANDS = {
     "compare": Entry("Look", "commands:compare", "Compare the motion in two recordings, to the last bit."),
     "robot": Entry("Check", "robot:app", "Build and check boats from VRX's thruster and component files."),
     "doctor": Entry("Check", "commands:doctor", "Check what is installed and what works on this machine."),
+    "validate": Entry(
+        "Check", "validate:validate", "Compare the physics with closed forms, other programs and tanks."
+    ),
     "bench": Entry("Check", "commands:bench", "Measure the speed of this machine against the budgets."),
     "serve": Entry("ROS", "serve:serve", "Serve a world to ROS, with VRX's topics and services."),
     "teleop": Entry("ROS", "ros:teleop", "Drive a boat of a served world."),

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from unit.physics.test_panels import GOLDEN, barge, off
+from unit.physics.test_panels import TABLES, barge, off
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.hull_sheet import hull_sheet
 
@@ -51,7 +51,7 @@ def test_a_sphere_has_its_metacentre_in_its_middle():
 
 @pytest.mark.parametrize("name", ["barge", "sphere", "wigley"])
 def test_hulls_float_where_another_program_has_them(name):
-    with (GOLDEN / "capytaine_hydrostatics.csv").open(encoding="utf-8") as file:
+    with (TABLES / "hydrostatics.csv").open(encoding="utf-8") as file:
         table = csv.DictReader(line for line in file if not line.startswith("#"))
         row = next(row for row in table if (row["mesh"], row["heel"], row["trim"]) == (name, "0", "0"))
     sheet = hull_sheet(corners(off(name)), 1000.0 * float(row["volume"]), (0.0, 0.0, 0.0), density=1000.0)

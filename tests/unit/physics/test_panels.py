@@ -2,7 +2,6 @@
 
 import csv
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,8 +10,9 @@ from hypothesis import strategies as st
 
 from unit.physics.rows import rotation
 from vrx_mj.physics.panels import panel_wrench, still_pressures
+from vrx_mj.resources import root
 
-GOLDEN = Path(__file__).parents[2] / "golden"
+TABLES = root() / "assets" / "validation"
 WEIGHT = 1025.0 * 9.81
 BOX = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 FACES = np.array(
@@ -26,7 +26,7 @@ def barge(length, beam, depth, up=0.0):
 
 
 def off(name):
-    lines = (GOLDEN / "hulls" / f"{name}.off").read_text(encoding="utf-8").split("\n")
+    lines = (TABLES / "hulls" / f"{name}.off").read_text(encoding="utf-8").split("\n")
     count, faces, _ = (int(word) for word in lines[1].split())
     vertices = np.array([[float(word) for word in line.split()] for line in lines[2 : 2 + count]])
     triangles = [[int(word) for word in line.split()[1:]] for line in lines[2 + count : 2 + count + faces]]
@@ -73,7 +73,7 @@ def test_stiffness_of_barges(size, weight, kg, stiffness):
 
 
 def rows():
-    with (GOLDEN / "capytaine_hydrostatics.csv").open(encoding="utf-8") as file:
+    with (TABLES / "hydrostatics.csv").open(encoding="utf-8") as file:
         return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
 

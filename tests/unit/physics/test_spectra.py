@@ -2,7 +2,6 @@
 
 import csv
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,8 +18,9 @@ from vrx_mj.physics.spectra import (
     tabulated,
     tma,
 )
+from vrx_mj.resources import root
 
-GOLDEN = Path(__file__).parents[2] / "golden"
+TABLES = root() / "assets" / "validation"
 
 
 def test_bands_of_pierson_and_moskowitz_are_those_of_its_closed_form():
@@ -87,7 +87,7 @@ def test_a_regular_wave():
 
 
 def stokes_rows():
-    with (GOLDEN / "stokes5.csv").open(encoding="utf-8") as file:
+    with (TABLES / "stokes5.csv").open(encoding="utf-8") as file:
         rows = csv.DictReader(line for line in file if not line.startswith("#"))
         return [{key: float(value) for key, value in row.items()} for row in rows]
 

@@ -1,0 +1,76 @@
+"""`vrx-mj validate`: the physics against closed forms, other programs and tanks."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from vrx_mj.bar import Bar
+from vrx_mj.cli.files import writing
+
+if TYPE_CHECKING:
+    from vrx_mj.validation.report import Result
+
+__all__ = ["validate"]
+
+REPORT = Path("report")
+
+
+def validate(
+    only: Annotated[list[str] | None, typer.Option(metavar="<case>", help="A case alone; may be repeated.")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="The cases that take a minute together.")] = False,
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the page and results.json.")] = Path(
+        "report"
+    ),
+) -> None:
+    """Compare the physics with closed forms, other programs and tanks. Write a page with a plot and a table for each.
+
+    A row is inside if our value lies in its band. The exit code is 0 if all rows are inside, 1 if any is outside.
+
+    Example: vrx-mj validate --quick -o report
+    """
+    from vrx_mj.validation.report import counts, run_cases, write_report
+    from vrx_mj.validation.table import CASES, chosen
+
+    cases = chosen(tuple(only or ()), quick=quick)
+    with Bar("validating", len(cases), "cases") as bar:
+        results = run_cases(cases, lambda number, case: bar.update(number, case.name))
+    with writing("the report", output):
+        page = write_report(output, results, [case for case in CASES if case not in cases])
+    _print(results)
+    typer.echo(f"page: {page}")
+    inside, total = counts(results)
+    typer.echo(f"{inside} of {total} inside")
+    if inside < total:
+        raise SystemExit(1)
+
+
+def _print(results: "Sequence[Result]") -> None:
+    """A line for each case, and the rows that are outside."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(title="vrx-mj validate")
+    for name, side in (("case", "left"), ("inside", "right"), ("time", "right")):
+        table.add_column(name, justify="right" if side == "right" else "left")
+    for result in results:
+        rows = result.findings.rows
+        count = "failed" if result.error else f"{sum(row.inside for row in rows)} of {len(rows)}"
+        table.add_row(result.case.name, Text(count, style="" if result.inside else "red"), f"{result.seconds:.1f} s")
+    out = Console()
+    out.print(table)
+    for result in results:
+        for line in _faults(result):
+            out.print(line, style="red", markup=False, highlight=False, soft_wrap=True)
+
+
+def _faults(result: "Result") -> list[str]:
+    if result.error:
+        return [f"{result.case.name} failed: {result.error}"]
+    return [
+        f"{result.case.name}: {row.quantity} is {row.ours:.6g} {row.unit}, the band is {row.low:.6g} to {row.high:.6g}"
+        for row in result.findings.rows
+        if not row.inside
+    ]

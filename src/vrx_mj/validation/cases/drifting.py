@@ -1,0 +1,164 @@
+"""What drifts: a neutral sphere in a wave, and boats in a current, in swell and in the wind."""
+
+import math
+
+import numpy as np
+from scipy.optimize import brentq
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.draw.chart import Chart, Series
+from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.validation.rows import Case, Findings, between, near
+from vrx_mj.validation.setups import GRAVITY, marine_simulation, packaged_simulation
+
+__all__ = ["CASES"]
+
+SKIFF = {"usv_count": 1, "robot": "skiff"}
+
+
+def sphere_orbit() -> Findings:
+    """The orbit of a neutral sphere, and its drift."""
+    sim, length, amplitude = packaged_simulation("orbit"), 10.0, 0.1
+    k = 2.0 * math.pi / length
+    omega = math.sqrt(GRAVITY * k)
+    sim.step(duration=20.0)
+    steps, times, places = 800, [], []
+    for _ in range(steps):
+        sim.advance(round(4.0 * 2.0 * math.pi / omega / steps / sim.timestep))
+        times.append(sim.time)
+        places.append(sim.observe_object("sphere").position)
+    track, t = np.array(places), np.array(times)
+    radius = amplitude * math.exp(k * float(track[:, 2].mean()))
+    basis = np.column_stack([np.cos(omega * t), np.sin(omega * t), np.ones(steps), t])
+    up, along = (np.linalg.lstsq(basis, track[:, axis], rcond=None)[0] for axis in (2, 0))
+    drift = omega * k * radius**2
+    rows = (
+        near("radius of the orbit, upward", "m", radius, math.hypot(up[0], up[1]), relative=0.02),
+        near("radius of the orbit, along the waves", "m", radius, math.hypot(along[0], along[1]), relative=0.02),
+        near("drift", "m/s", drift, float(along[3]), relative=0.10),
+    )
+    circle = np.linspace(0.0, 2.0 * math.pi, 100)
+    first = track[: steps // 4]
+    chart = Chart(
+        "Track of the sphere over one period",
+        "along the waves [m]",
+        "height [m]",
+        (
+            Series("circle", first[:, 0].mean() + radius * np.cos(circle), first[:, 2].mean() + radius * np.sin(circle),
+                   reference=True),
+            Series("sphere", first[:, 0], first[:, 2]),
+        ),
+        equal=True,
+    )  # fmt: skip
+    return Findings(rows, (chart,))
+
+
+def _sailed(sim: Simulation, duration: float, samples: int) -> tuple[FloatArray, FloatArray]:
+    """Times (n,) and places (n, 3) of the only boat of a run without commands."""
+    (boat,) = sim.boats
+    times, places = [sim.time], [sim.observe()[boat].position.copy()]
+    for _ in range(samples):
+        sim.step(duration=duration / samples)
+        times.append(sim.time)
+        places.append(sim.observe()[boat].position.copy())
+    return np.array(times), np.array(places)
+
+
+def current_adrift() -> Findings:
+    """A boat adrift in a current."""
+    speed = 0.5
+    sim = marine_simulation(SKIFF, current={"speed": speed})
+    times, places = _sailed(sim, 120.0, 240)
+    speeds = np.diff(places[:, 0]) / np.diff(times)
+    chart = Chart(
+        "Speed of the boat",
+        "time [s]",
+        "speed [m/s]",
+        (
+            Series("current", [0.0, times[-1]], [speed, speed], reference=True),
+            Series("boat", 0.5 * (times[1:] + times[:-1]), speeds),
+        ),
+    )
+    return Findings((near("speed after 120 s", "m/s", speed, float(speeds[-1]), relative=1e-3),), (chart,))
+
+
+def swell_adrift() -> Findings:
+    """A boat adrift in a long swell."""
+    height, period = 2.48, 20.0
+    sim = marine_simulation(SKIFF, sea={"model": "regular", "height": height, "period": period})
+    omega = 2.0 * math.pi / period
+    stokes = omega * omega**2 / GRAVITY * (0.5 * height) ** 2
+    sim.step(duration=10.0 * period)
+    times, places = _sailed(sim, 20.0 * period, 800)
+    drift = (places[-1, 0] - places[0, 0]) / (times[-1] - times[0])
+    chart = Chart(
+        "Way of the boat along the swell",
+        "time [s]",
+        "way [m]",
+        (
+            Series("Stokes drift", times, stokes * (times - times[0]), reference=True),
+            Series("boat", times, places[:, 0] - places[0, 0]),
+        ),
+    )
+    return Findings((between("drift over 20 periods", "m/s", 0.0, 3.0 * stokes, float(drift)),), (chart,))
+
+
+def beam_wind() -> Findings:
+    """A boat that the wind drives sideways."""
+    wind = 10.0
+    sim = packaged_simulation("beam_wind")
+    times, places = _sailed(sim, 60.0, 240)
+    speeds = np.diff(places[:, 1]) / np.diff(times)
+    # Half of 1.225 kg/m3, lateral area and coefficient, linear and quadratic drag: numbers of the boat's file.
+    drift = float(brentq(lambda v: 0.5 * 1.225 * 1.1 * 0.9 * (wind - v) ** 2 - 60.0 * v - 220.0 * v * v, 0.0, wind))
+    chart = Chart(
+        "Speed to lee",
+        "time [s]",
+        "speed [m/s]",
+        (
+            Series("root", [0.0, times[-1]], [drift, drift], reference=True),
+            Series("boat", 0.5 * (times[1:] + times[:-1]), speeds),
+        ),
+    )
+    return Findings((near("speed after 60 s", "m/s", drift, float(speeds[-1]), relative=1e-3),), (chart,))
+
+
+CASES = (
+    Case(
+        name="sphere-orbit",
+        title="A neutral sphere in a wave",
+        setup="assets/validation/worlds/orbit.yaml: a sphere of 0.1 m that weighs what it displaces, 1 m under waves "
+        "10 m long and 0.2 m high. Orbit and drift are the harmonic and the slope of its track over four periods.",
+        source="Linear theory: orbits of radius a e^(k z); Stokes (1847): drift omega k a^2 e^(2 k z).",
+        files=("physics/afloat.py", "physics/flotation.py", "physics/kinematics.py", "runtime/loop.py"),
+        run=sphere_orbit,
+    ),
+    Case(
+        name="current-adrift",
+        title="A boat adrift in a current",
+        setup="The robot skiff without commands in flat water with a current of 0.5 m/s, from rest.",
+        source="All forces of the water are on the velocity through it: the boat ends with the current's.",
+        files=("physics/current.py", "physics/drag.py", "runtime/loop.py"),
+        run=current_adrift,
+    ),
+    Case(
+        name="swell-adrift",
+        title="A boat adrift in a long swell",
+        setup="The robot skiff without commands in a regular wave of 2.48 m and 20 s: its way over 20 periods, after "
+        "10.",
+        source="A boat that is short beside the wave drifts with it, by about the water's drift at the surface, "
+        "omega k a^2 (Stokes, 1847); the band is up to three times this. In VRX it drifts against the waves.",
+        files=("physics/kinematics.py", "physics/hydrostatics.py", "physics/drag.py", "runtime/loop.py"),
+        run=swell_adrift,
+    ),
+    Case(
+        name="beam-wind",
+        title="A boat in a beam wind",
+        setup="assets/validation/worlds/beam_wind.yaml: a boat without engines in a wind of 10 m/s from the side; its "
+        "speed to lee.",
+        source="The root of rho_air / 2 A_L c_y (V - v)^2 = d_1 v + d_2 v^2, with the numbers of the boat's file: the "
+        "apparent wind drives, not the true one.",
+        files=("physics/windage.py", "physics/wind.py", "physics/drag.py", "runtime/loop.py"),
+        run=beam_wind,
+    ),
+)

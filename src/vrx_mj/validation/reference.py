@@ -1,0 +1,37 @@
+"""Tables and meshes of other programs and tanks, in `assets/validation`; each table names its source in its head."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from vrx_mj.arrays import FloatArray, IntArray
+from vrx_mj.resources import root
+
+__all__ = ["folder", "mesh", "rows", "source"]
+
+
+def folder() -> Path:
+    """Where the tables, meshes and worlds of the report are."""
+    return root() / "assets" / "validation"
+
+
+def rows(name: str) -> list[dict[str, str]]:
+    """The rows of a table by column."""
+    with (folder() / f"{name}.csv").open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+
+
+def source(name: str) -> str:
+    """The head of a table: what made it, and how."""
+    text = (folder() / f"{name}.csv").read_text(encoding="utf-8")
+    return " ".join(line.lstrip("# ").strip() for line in text.splitlines() if line.startswith("#"))
+
+
+def mesh(name: str) -> tuple[FloatArray, IntArray]:
+    """Vertices (n, 3) [m] and triangles (m, 3) of a hull, counter-clockwise from outside."""
+    lines = (folder() / "hulls" / f"{name}.off").read_text(encoding="utf-8").split("\n")
+    count, faces, _ = (int(word) for word in lines[1].split())
+    vertices = [[float(word) for word in line.split()] for line in lines[2 : 2 + count]]
+    triangles = [[int(word) for word in line.split()[1:]] for line in lines[2 + count : 2 + count + faces]]
+    return np.array(vertices, np.float64), np.array(triangles, np.int64)

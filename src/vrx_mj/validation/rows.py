@@ -1,0 +1,95 @@
+"""What a case of the report is, and what it finds: rows of a reference, our value and a band, and charts."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from vrx_mj.draw.chart import Chart
+
+__all__ = ["Case", "Findings", "Row", "at_most", "between", "equal", "near"]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One comparison."""
+
+    quantity: str
+    """What is compared."""
+    unit: str
+    """Unit of all its numbers; empty for ratios and counts."""
+    reference: float | None
+    """Value of the reference; None where the reference is a range."""
+    ours: float
+    """Our value."""
+    low: float
+    """Smallest value that is inside."""
+    high: float
+    """Largest value that is inside."""
+    band: str
+    """The band, in words."""
+
+    @property
+    def inside(self) -> bool:
+        """Whether our value is in the band; one that is not a number is not."""
+        return self.low <= self.ours <= self.high
+
+    @property
+    def difference(self) -> float:
+        """Our value less the reference; of a range, how far our value is beyond it."""
+        if self.reference is not None:
+            return self.ours - self.reference
+        return self.ours - min(max(self.ours, self.low), self.high) if math.isfinite(self.ours) else math.nan
+
+
+def near(
+    quantity: str, unit: str, reference: float, ours: float, *, relative: float = 0.0, absolute: float = 0.0
+) -> Row:
+    """A row whose band is a share of the reference, or a distance from it in the row's unit."""
+    half = max(relative * abs(reference), absolute)
+    words = f"± {100.0 * relative:g} %" if relative else f"± {absolute:g} {unit}".rstrip()
+    return Row(quantity, unit, float(reference), float(ours), reference - half, reference + half, words)
+
+
+def between(quantity: str, unit: str, low: float, high: float, ours: float) -> Row:
+    """A row whose reference is a range."""
+    return Row(quantity, unit, None, float(ours), low, high, f"{low:g} to {high:g} {unit}".rstrip())
+
+
+def at_most(quantity: str, unit: str, reference: float, ours: float) -> Row:
+    """A row of a size, which the reference bounds."""
+    return Row(quantity, unit, None, float(ours), 0.0, reference, f"0 to {reference:g} {unit}".rstrip())
+
+
+def equal(quantity: str, unit: str, reference: float, ours: float) -> Row:
+    """A row whose value must be the reference itself, as a count."""
+    return Row(quantity, unit, float(reference), float(ours), reference, reference, "equal")
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What a case has found."""
+
+    rows: tuple[Row, ...]
+    """The comparisons."""
+    charts: tuple[Chart, ...] = ()
+    """The same as curves."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A case of the report, as a reader needs it to judge the numbers."""
+
+    name: str
+    """Its name in `--only`."""
+    title: str
+    """Its heading."""
+    setup: str
+    """What is set up and measured."""
+    source: str
+    """Formula of the reference, and where it is from."""
+    files: tuple[str, ...]
+    """Files of the package that compute our value."""
+    run: Callable[[], Findings]
+    """Carries it out."""
+    quick: bool = True
+    """Whether it is part of `--quick`."""

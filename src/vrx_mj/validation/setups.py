@@ -1,0 +1,40 @@
+"""Worlds of the cases: profile `marine`, calm and without wind or current unless given."""
+
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
+from vrx_mj.errors import VrxWarning
+from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.mjcf.world import World
+from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.validation.reference import folder
+
+__all__ = ["GRAVITY", "marine_simulation", "marine_world", "packaged_simulation"]
+
+GRAVITY = 9.81
+"""Gravity of these worlds [m/s2], the value of most of the references."""
+
+
+def marine_world(fleet: Mapping[str, Any] | None = None, **keys: Any) -> World:
+    """A world of profile `marine`; keys are those of a world's file."""
+    given = {
+        "name": "tank",
+        "physics": {"profile": "marine", "gravity": GRAVITY},
+        "sea": {"model": "none"},
+        "wind": {"objects": []},
+        **keys,
+    }
+    return compile_world(given) if fleet is None else compile_world(given, fleet=fleet)
+
+
+def marine_simulation(fleet: Mapping[str, Any] | None = None, **keys: Any) -> Simulation:
+    """A run in such a world."""
+    return Simulation(marine_world(fleet, **keys))
+
+
+def packaged_simulation(name: str) -> Simulation:
+    """A run in a world of `assets/validation/worlds`; what is unusual in it is meant."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VrxWarning)
+        return Simulation(compile_world(folder() / "worlds" / f"{name}.yaml"))

@@ -1,0 +1,23 @@
+"""The cases of the report, in its order."""
+
+from vrx_mj.errors import UnknownNameError
+from vrx_mj.validation.cases import drifting, hydrostatics, seas, waves
+from vrx_mj.validation.rows import Case
+
+__all__ = ["CASES", "chosen"]
+
+CASES: tuple[Case, ...] = (*waves.CASES, *seas.CASES, *hydrostatics.CASES, *drifting.CASES)
+"""All of them."""
+
+
+def chosen(only: tuple[str, ...] = (), *, quick: bool = False) -> tuple[Case, ...]:
+    """The cases of these names, or all; those of `--quick` if asked for.
+
+    Raises:
+        UnknownNameError: no case has a name.
+    """
+    known = [case.name for case in CASES]
+    for name in only:
+        if name not in known:
+            raise UnknownNameError("case", name, known)
+    return tuple(case for case in CASES if (case.name in only if only else case.quick or not quick))

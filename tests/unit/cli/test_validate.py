@@ -1,0 +1,57 @@
+"""`vrx-mj validate`: its folder, its last line and its exit codes."""
+
+import json
+
+import pytest
+
+from vrx_mj.draw.chart import Chart
+from vrx_mj.validation import table
+from vrx_mj.validation.rows import Case, Findings, near
+
+
+def case(name, ours, **options):
+    rows = (near("force", "N", 100.0, ours, relative=0.01),)
+    return Case(name, "A title", "set up.", "a source", (), lambda: Findings(rows, (Chart("", "", "", ()),)), **options)
+
+
+@pytest.fixture
+def three(monkeypatch):
+    monkeypatch.setattr(table, "CASES", (case("one", 100.5), case("two", 102.0), case("three", 99.5, quick=False)))
+
+
+def test_all_inside(cli, folder, three):
+    found = cli("validate", "--only", "one", "--only", "three")
+    assert found.code == 0
+    assert found.out.splitlines()[-1] == "2 of 2 inside"
+    assert "<html" in (folder / "report" / "index.html").read_text(encoding="utf-8")
+    tree = json.loads((folder / "report" / "results.json").read_text(encoding="utf-8"))
+    assert [each["name"] for each in tree["cases"]] == ["one", "three"]
+
+
+def test_one_outside_is_printed_and_ends_with_1(cli, folder, three):
+    found = cli("validate", "--quick", "-o", "there")
+    assert found.code == 1
+    assert found.out.splitlines()[-1] == "1 of 2 inside"
+    assert "two: force is 102 N, the band is 99 to 101" in found.out
+    assert (folder / "there" / "index.html").is_file()
+
+
+def test_an_unknown_case(cli, folder, three):
+    found = cli("validate", "--only", "four")
+    assert (found.code, found.out) == (2, "")
+    assert "no case named 'four'; known: one, two, three" in found.err
+    assert list(folder.iterdir()) == []
+
+
+def test_a_folder_that_cannot_be(cli, folder, three):
+    (folder / "report").write_text("", encoding="utf-8")
+    found = cli("validate", "--only", "one")
+    assert found.code == 2
+    assert "cannot write the report 'report': File exists" in found.err
+
+
+@pytest.mark.slow
+def test_a_real_case(cli):
+    found = cli("validate", "--only", "airy")
+    assert found.code == 0
+    assert found.out.splitlines()[-1] == "3 of 3 inside"

@@ -1,0 +1,107 @@
+"""The report: counts, JSON, the page, and cases that fail."""
+
+import json
+import math
+import re
+from dataclasses import replace
+
+import pytest
+
+from vrx_mj.draw.chart import Chart, Series
+from vrx_mj.errors import UnknownNameError, VrxError
+from vrx_mj.resources import root
+from vrx_mj.validation import reference
+from vrx_mj.validation.report import counts, page, results_json, run_cases, write_report
+from vrx_mj.validation.rows import Case, Findings, between, near
+from vrx_mj.validation.table import CASES, chosen
+
+
+def found(*ours):
+    chart = Chart("a chart", "x", "y", (Series("<ours>", [0.0, 1.0], [0.0, 1.0]),))
+    return Findings(tuple(near(f"row {value:g}", "m", 1.0, value, relative=0.1) for value in ours), (chart,))
+
+
+def case(name, run):
+    return Case(name, f"the case {name}", "a <tank>", "a formula & its book", ("physics/panels.py",), run)
+
+
+def failing():
+    raise VrxError("no water")
+
+
+GOOD, BAD, FAILED = case("good", lambda: found(1.0, 1.05)), case("bad", lambda: found(1.0, 2.0)), case("worse", failing)
+
+
+def test_rows_are_counted_and_a_failed_case_is_one_that_is_outside():
+    assert counts(run_cases([GOOD])) == (2, 2)
+    assert counts(run_cases([GOOD, BAD, FAILED])) == (3, 5)
+
+
+def test_json_has_every_row():
+    tree = results_json(run_cases([GOOD, BAD, FAILED]))
+    assert (tree["inside"], tree["rows"]) == (3, 5)
+    assert [each["inside"] for each in tree["cases"]] == [True, False, False]
+    assert [each["error"] for each in tree["cases"]] == [None, None, "no water"]
+    row = tree["cases"][1]["rows"][1]
+    assert (row["reference"], row["ours"], row["difference"], row["inside"]) == (1.0, 2.0, 1.0, False)
+    assert (row["low"], row["high"], row["band"]) == (pytest.approx(0.9), pytest.approx(1.1), "± 10 %")
+
+
+def test_numbers_that_json_does_not_have_are_null(tmp_path):
+    row = near("drift", "m", 1.0, math.inf, relative=0.1), between("rate", "", 0.0, 1.0, math.nan)
+    results = run_cases([case("wild", lambda: Findings(row))])
+    write_report(tmp_path / "a" / "report", results)
+    tree = json.loads((tmp_path / "a" / "report" / "results.json").read_text(encoding="utf-8"))
+    assert [(each["ours"], each["inside"]) for each in tree["cases"][0]["rows"]] == [(None, False)] * 2
+
+
+def test_the_page_shows_what_a_reader_needs_and_escapes_it():
+    text = page(run_cases([GOOD, BAD, FAILED]), [replace(GOOD, name="slow")])
+    for words in ("a &lt;tank&gt;", "a formula &amp; its book", "vrx_mj/physics/panels.py", "± 10 %", "no water"):
+        assert words in text
+    assert "<tank>" not in text
+    assert "--only bad" in text
+    assert "Not in this report: slow." in text
+    assert text.count('<svg class="chart"') == 2
+    assert not re.findall(r"https?://(?!www\.w3\.org/2000/svg)", text)
+
+
+def test_cases_are_chosen_by_name():
+    first, second = CASES[3], CASES[0]
+    assert chosen((first.name, second.name)) == (second, first)
+    assert chosen() == CASES
+    assert chosen(quick=True) == tuple(each for each in CASES if each.quick)
+    with pytest.raises(UnknownNameError) as error:
+        chosen(("airry",))
+    assert str(error.value).startswith("no case named 'airry'; did you mean 'airy'?")
+
+
+@pytest.mark.parametrize("each", CASES, ids=lambda each: each.name)
+def test_a_case_names_files_that_are_there(each):
+    package = root() / "src" / "vrx_mj"
+    assert [file for file in each.files if not (package / file).is_file()] == []
+    assert re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", each.name)
+    assert each.setup.endswith(".")
+    assert len(each.source) > 30
+    for file in re.findall(r"assets/\S+\.(?:yaml|csv|off)", f"{each.setup} {each.source}"):
+        assert list(root().glob(file)), file
+
+
+def test_names_of_cases_differ():
+    names = [each.name for each in CASES]
+    assert len(set(names)) == len(names)
+
+
+def test_tables_name_their_source():
+    for table in reference.folder().glob("*.csv"):
+        assert len(reference.source(table.stem)) > 60, table
+        assert reference.rows(table.stem)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("each", [each for each in CASES if each.quick], ids=lambda each: each.name)
+def test_quick_cases_are_inside(each):
+    (result,) = run_cases([each])
+    assert result.error == ""
+    assert [row for row in result.findings.rows if not row.inside] == []
+    assert result.findings.rows
