@@ -1,5 +1,6 @@
 """Worlds of the cases: profile `marine`, calm and without wind or current unless given."""
 
+import contextlib
 import warnings
 from collections.abc import Mapping
 from typing import Any
@@ -33,8 +34,8 @@ def marine_simulation(fleet: Mapping[str, Any] | None = None, **keys: Any) -> Si
     return Simulation(marine_world(fleet, **keys))
 
 
-def packaged_simulation(name: str) -> Simulation:
-    """A run in a world of `assets/validation/worlds`; what is unusual in it is meant."""
-    with warnings.catch_warnings():
+def packaged_simulation(name: str, **keys: Any) -> Simulation:
+    """A run in a world of `assets/validation/worlds`, with other keys of a world's file; what is unusual is meant."""
+    with warnings.catch_warnings(), contextlib.chdir(folder() / "worlds"):
         warnings.simplefilter("ignore", VrxWarning)
-        return Simulation(compile_world(folder() / "worlds" / f"{name}.yaml"))
+        return Simulation(compile_world({"extends": f"./{name}.yaml", "name": name, **keys}))

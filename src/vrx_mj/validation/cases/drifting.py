@@ -127,8 +127,9 @@ CASES = (
     Case(
         name="sphere-orbit",
         title="A neutral sphere in a wave",
-        setup="assets/validation/worlds/orbit.yaml: a sphere of 0.1 m that weighs what it displaces, 1 m under waves "
-        "10 m long and 0.2 m high. Orbit and drift are the harmonic and the slope of its track over four periods.",
+        setup="assets/validation/worlds/orbit.yaml: a sphere of 0.1 m that weighs what it displaces, 1 m under "
+        "waves 10 m long and 0.2 m high. Orbit and drift are the harmonic and the slope of its track over four "
+        "periods.",
         source="Linear theory: orbits of radius a e^(k z); Stokes (1847): drift omega k a^2 e^(2 k z).",
         files=("physics/afloat.py", "physics/flotation.py", "physics/kinematics.py", "runtime/loop.py"),
         run=sphere_orbit,
@@ -144,8 +145,8 @@ CASES = (
     Case(
         name="swell-adrift",
         title="A boat adrift in a long swell",
-        setup="The robot skiff without commands in a regular wave of 2.48 m and 20 s: its way over 20 periods, after "
-        "10.",
+        setup="The robot skiff without commands in a regular wave of 2.48 m and 20 s: its way over 20 periods, "
+        "after 10.",
         source="A boat that is short beside the wave drifts with it, by about the water's drift at the surface, "
         "omega k a^2 (Stokes, 1847); the band is up to three times this. In VRX it drifts against the waves.",
         files=("physics/kinematics.py", "physics/hydrostatics.py", "physics/drag.py", "runtime/loop.py"),
@@ -154,10 +155,10 @@ CASES = (
     Case(
         name="beam-wind",
         title="A boat in a beam wind",
-        setup="assets/validation/worlds/beam_wind.yaml: a boat without engines in a wind of 10 m/s from the side; its "
-        "speed to lee.",
-        source="The root of rho_air / 2 A_L c_y (V - v)^2 = d_1 v + d_2 v^2, with the numbers of the boat's file: the "
-        "apparent wind drives, not the true one.",
+        setup="assets/validation/worlds/beam_wind.yaml: a boat without engines in a wind of 10 m/s from the side; "
+        "its speed to lee.",
+        source="The root of rho_air / 2 A_L c_y (V - v)^2 = d_1 v + d_2 v^2, with the numbers of the boat's file: "
+        "the apparent wind drives, not the true one.",
         files=("physics/windage.py", "physics/wind.py", "physics/drag.py", "runtime/loop.py"),
         run=beam_wind,
     ),

@@ -113,9 +113,9 @@ CASES = (
     Case(
         name="meshes",
         title="Meshes upright, heeled and trimmed",
-        setup="Three closed meshes, a barge, a sphere and a Wigley hull, fixed at the water's height upright, heeled "
-        "by 20 and trimmed by 5 degrees. Volume and centre are those of the water's pressure on the mesh. The band of "
-        "the centre is 0.05 % of the hull's length.",
+        setup="Three closed meshes, a barge, a sphere and a Wigley hull, fixed at the water's height upright, "
+        "heeled by 20 and trimmed by 5 degrees. Volume and centre are those of the water's pressure on the mesh. "
+        "The band of the centre is 0.05 % of the hull's length.",
         source=source("hydrostatics"),
         files=FILES,
         run=meshes,

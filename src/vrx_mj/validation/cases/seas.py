@@ -151,8 +151,8 @@ CASES = (
     Case(
         name="sea-record",
         title="Records of three hours",
-        setup=f"A JONSWAP sea of Hs 1 m and Tp {PERIOD:g} s, 60 components; the height of the surface at one place for "
-        f"{HOURS:g} h every {STEP:g} s, with {SEEDS} seeds.",
+        setup=f"A JONSWAP sea of Hs 1 m and Tp {PERIOD:g} s, 60 components; the height of the surface at one place "
+        f"for {HOURS:g} h every {STEP:g} s, with {SEEDS} seeds.",
         source=f"{SPECTRUM} whose Hs is the world's; the records' spectrum by Welch's method, Hann window of "
         f"{BLOCK * STEP:g} s.",
         files=FILES,
@@ -163,8 +163,8 @@ CASES = (
         title="Directions of a spread sea",
         setup="Worlds with a JONSWAP sea of 500 components and spreading exponents of 2, 10 and 75. The means are "
         "those over the components, which have equal energy.",
-        source="D(theta) = C cos^(2 s)(theta / 2) (Longuet-Higgins et al., 1963), whose Fourier coefficients are "
-        "s / (s + 1) and s (s - 1) / ((s + 1) (s + 2)).",
+        source="D(theta) = C cos^(2 s)(theta / 2) (Longuet-Higgins et al., 1963), whose Fourier coefficients are s "
+        "/ (s + 1) and s (s - 1) / ((s + 1) (s + 2)).",
         files=FILES,
         run=spreading,
     ),

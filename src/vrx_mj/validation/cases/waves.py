@@ -94,8 +94,8 @@ CASES = (
     Case(
         name="stokes5",
         title="Steep waves of the fifth order",
-        setup="Worlds with a wave of model stokes5. The period is searched for at which our wave has the reference's "
-        "length; crest and trough are heights of the simulated surface.",
+        setup="Worlds with a wave of model stokes5. The period is searched for at which our wave has the "
+        "reference's length; crest and trough are heights of the simulated surface.",
         source=source("stokes5"),
         files=("physics/spectra.py", "physics/waves.py"),
         run=stokes5,
