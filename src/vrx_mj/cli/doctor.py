@@ -204,11 +204,11 @@ def kernel_row(folder: Path | None, compiled: bool, refused: Sequence[str] = ())
 def _kernels() -> tuple[Path | None, bool, tuple[str, ...]]:
     try:
         from vrx_mj.physics.kernel import cache_choice, cached
-        from vrx_mj.runtime.loop import advance
+        from vrx_mj.runtime.loop import advance_vrx
     except Exception:  # a package is missing, which has a row of its own
         return None, False, ()
     folder, refused = cache_choice()
-    return folder, cached(advance), refused
+    return folder, cached(advance_vrx), refused
 
 
 # Pictures

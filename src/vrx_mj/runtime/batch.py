@@ -23,7 +23,7 @@ from vrx_mj.runtime.loop_arrays import LoopArrays, air_key, gust_phases
 from vrx_mj.runtime.physics_models import stepping_models
 from vrx_mj.runtime.row_arguments import Rows, as_numbers, row_seeds, row_vectors, varied, which_rows
 from vrx_mj.runtime.row_tables import SEPARATE, RowTables, allocating, check_memory
-from vrx_mj.runtime.rows import advance_rows, observe_rows, reset_rows, write_rows
+from vrx_mj.runtime.rows import advance_rows, advance_rows_vrx, observe_rows, reset_rows, write_rows
 from vrx_mj.runtime.state import STATE_VERSION, State, rows_divergence_message
 from vrx_mj.runtime.timing import MOST_STEPS, whole_steps
 from vrx_mj.runtime.turns import Turn, advancing, check_exit, in_turn
@@ -88,7 +88,8 @@ class Batch(RowTables):
         with allocating(self.n, self._arrays.data):
             self._build()
         self._pace, self._turn = 1e-5, Turn("batch")
-        with announced(advance_rows):
+        self._loop = advance_rows_vrx if self._arrays.vrx_only else advance_rows
+        with announced(self._loop):
             self.reset(seed=seed)
             self.advance(0)
 
@@ -367,7 +368,7 @@ class Batch(RowTables):
     # Inside
 
     def _advance(self, first: int, last: int, steps: int) -> None:
-        advance_rows(
+        self._loop(
             first, last, self._runs, self._qpos, self._qvel, self._time, self._done, self._going, self.timestep, steps
         )
         observe_rows(first, last, self._stacks["hulls"], self._qpos, self._qvel, self._features)

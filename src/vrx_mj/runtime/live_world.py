@@ -19,7 +19,7 @@ from vrx_mj.runtime.commands import CommandNames
 from vrx_mj.runtime.crowding import crowded, fitting, most_contacts
 from vrx_mj.runtime.displays import Displays
 from vrx_mj.runtime.hull import Propeller, thrusters
-from vrx_mj.runtime.loop import advance
+from vrx_mj.runtime.loop import advance, advance_vrx
 from vrx_mj.runtime.loop_arrays import LoopArrays, drawing_model
 from vrx_mj.runtime.physics_models import PhysicsModels
 from vrx_mj.runtime.sampling import Sampler
@@ -47,8 +47,6 @@ SLICE = 0.05
 """Wall time [s] of one call of the compiled loop, so that Ctrl-C works."""
 DRAIN = 0.5
 """Wall time [s] after which sampled rows go to the recorders."""
-LOOP: Callable[..., int] = advance
-"""The compiled loop."""
 AT_REST = (0.0,) * 6
 """Velocity of an object that a task has placed."""
 
@@ -136,8 +134,8 @@ class LiveWorld:
 
     def compile(self) -> None:
         """Have the loop compiled, if it is not."""
-        with announced(advance):
-            LOOP(self._run.table, 0, self.time, self.arrays.timestep, 0)
+        with announced(self._loop):
+            self._loop(self._run.table, 0, self.time, self.arrays.timestep, 0)
 
     def advance(self, left: int) -> None:
         """Advance by a number of steps, and stop where a reading, a frame of the task or a kept state is due.
@@ -155,7 +153,7 @@ class LiveWorld:
             count = min(left, second, max(1, int(SLICE / self._pace)), heard)
             begun = clock.perf_counter()
             with untimed():
-                done = int(LOOP(self._run.table, 0, self.time, timestep, count))
+                done = int(self._loop(self._run.table, 0, self.time, timestep, count))
             if done < 0:
                 self._diverged()
             if self._data.ncon > self._most_contacts:
@@ -174,6 +172,7 @@ class LiveWorld:
     def renew_arguments(self) -> None:
         """Give the loop the present arrays."""
         self._run = self.arrays.run(self.sampler.table, self.sampler.buffer)
+        self._loop: Callable[..., int] = advance_vrx if self.arrays.vrx_only else advance
 
     def _diverged(self) -> None:
         self.sampler.drain()

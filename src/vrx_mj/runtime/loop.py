@@ -60,7 +60,7 @@ from vrx_mj.runtime.proximity import contact_free, touch_begins
 from vrx_mj.runtime.sample_clocks import latch
 from vrx_mj.runtime.views import Views, views
 
-__all__ = ["HUGE", "advance", "hull_loads", "update_force", "water_at_hull", "water_at_vessel"]
+__all__ = ["HUGE", "advance", "advance_vrx", "hull_loads", "update_force", "water_at_hull", "water_at_vessel"]
 
 HUGE = 1e7
 """A state beyond this [m, m/s, rad/s] has diverged."""
@@ -111,11 +111,22 @@ def advance(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
     The model without collision shapes steps while nothing can touch anything. Returns the number of steps done: fewer
     when the sample buffer is full or a touch has begun, -1 when the state has diverged.
     """
+    return _advance(runs, row, time, dt, steps, vessel_work(len(views(runs[row]).vertices)))
+
+
+@allocating_kernel
+def advance_vrx(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
+    """The same for worlds of VRX's profiles without links: compiled without all that only others need."""
+    return _advance(runs, row, time, dt, steps, None)
+
+
+@allocating_kernel
+def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: VesselWork | None) -> int:
+    """`advance`. Where `work` is None, numba leaves out the branches that need it."""
     run = runs[row]
     a = views(run)
     flags = a.broadphase[0]
     added, damping = np.empty((6, 6)), np.empty((a.floats.size + a.links.size, 3))
-    work = vessel_work(len(a.vertices))
     done, free_before, touched = 0, False, False
     while done < steps and not touched and not full(a.sampling, a.samples) and not diverged(a.qpos, a.qvel):
         sample(a, time)
@@ -125,14 +136,14 @@ def advance(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
         current_step(a.current, a.current_state, dt)
         air = air_velocity(a.wind[0], a.wind_state[0], a.air_state)
         push_hulls(a, work, air, time, dt)
-        push_floats(a, air, damping, time, dt)
-        if a.links.size > 0:
+        push_floats(a, work, air, damping, time, dt)
+        if work is not None and a.links.size > 0:
             mj_fwd_kinematics(run.contact_free, run.data)
-            push_links(a, air, damping, time, dt)
+            push_links(a, work, air, damping, time, dt)
         push_docks(a, air, time, dt)
         free = contact_free(a.movers, a.obstacles, a.qpos, flags)
         idle = free and free_before and flags.unconstrained != 0  # the step before found nothing, nor would this one
-        move(run.contact_free if free else run.model, run.data, a, added, damping, idle)
+        move(run.contact_free if free else run.model, run.data, a, work, added, damping, idle)
         free_before = free
         note_touches(a.sensordata, a.touches, time - dt)
         touched = touch_begins(flags, free, a.hulls, a.qfrc_constraint)
@@ -142,17 +153,18 @@ def advance(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
 
 
 @inlined_kernel
-def push_hulls(a: Views, work: VesselWork, air: Air, time: float, dt: float) -> None:
+def push_hulls(a: Views, work: VesselWork | None, air: Air, time: float, dt: float) -> None:
     """Let water, wind and their thrusters push all hulls."""
     for i in range(a.hulls.size):
         hull = a.hulls[i]
         body = motion(a.qpos, a.qvel, hull.qpos, hull.dof)
-        if hull.vessel >= 0:
-            push_vessel(hull, body, a, work, air, time, dt)
-            continue
         water = zero_vector()
-        if hull.profile == MARINE:
-            water = water_at_hull(hull, body, a.waves, a.sea[0], a.current, a.current_state, a.layers, time)
+        if work is not None:
+            if hull.vessel >= 0:
+                push_vessel(hull, body, a, work, air, time, dt)
+                continue
+            if hull.profile == MARINE:
+                water = water_at_hull(hull, body, a.waves, a.sea[0], a.current, a.current_state, a.layers, time)
         here = wind_at_hull(hull, a.air, air)
         loads = hull_loads(hull, a.stations, a.windage, a.waves, a.sea[0], here, water, body, time)
         wrench = add(add(add(loads.hydrostatics, loads.drag), loads.added_mass_bias), loads.wind)
@@ -214,7 +226,9 @@ def water_at_hull(
 
 
 @inlined_kernel
-def move(model: Address, data: Address, a: Views, added: FloatArray, damping: FloatArray, idle: bool) -> None:
+def move(
+    model: Address, data: Address, a: Views, work: VesselWork | None, added: FloatArray, damping: FloatArray, idle: bool
+) -> None:  # fmt: skip
     """`mj_step`, stage by stage, with the hulls' added mass and the floats' and docks' drag put into the inertia.
 
     Its checks are left out: they write warnings to a file, and `diverged` finds more. So are, while they are `idle`,
@@ -224,18 +238,15 @@ def move(model: Address, data: Address, a: Views, added: FloatArray, damping: Fl
     mj_make_m(model, data)
     for i in range(a.hulls.size):
         hull = a.hulls[i]
-        body = motion(a.qpos, a.qvel, hull.qpos, hull.dof)
-        if hull.vessel >= 0:
-            added_inertia_of_vessel(a.vessels[hull.vessel], body, added)
-        else:
-            added_inertia(hull, body, added)
+        inertia_of_water(hull, motion(a.qpos, a.qvel, hull.qpos, hull.dof), a, work, added)
         add_to_inertia(a.inertia, a.inertia_row, hull.dof, added)
     for i in range(a.floats.size):
         add_flotation_drag(a.inertia, a.inertia_row, a.floats[i].dof, damping[i])
-    for i in range(a.links.size):
-        body = a.links[i].body
-        center, own = a.subtree_com[a.body_root[body]], damping[a.floats.size + i]
-        add_link_drag(a.inertia, a.inertia_row, a.xpos[body], a.links[i].dof, a.dof_parent, a.cdof, center, own)
+    if work is not None:
+        for i in range(a.links.size):
+            body = a.links[i].body
+            center, own = a.subtree_com[a.body_root[body]], damping[a.floats.size + i]
+            add_link_drag(a.inertia, a.inertia_row, a.xpos[body], a.links[i].dof, a.dof_parent, a.cdof, center, own)
     raft_drag(a.blocks, a.raft_work, a.inertia, a.inertia_row)
     mj_factor_m(model, data)
     if not idle:
@@ -254,6 +265,15 @@ def move(model: Address, data: Address, a: Views, added: FloatArray, damping: Fl
     if not idle:
         mj_sensor_acc(model, data)
     mj_euler(model, data)
+
+
+@inlined_kernel
+def inertia_of_water(hull: Record, body: Motion, a: Views, work: VesselWork | None, added: FloatArray) -> None:
+    """Write a hull's added mass into `added`, (6, 6)."""
+    if work is not None and hull.vessel >= 0:
+        added_inertia_of_vessel(a.vessels[hull.vessel], body, added)
+        return
+    added_inertia(hull, body, added)
 
 
 @inlined_kernel
@@ -292,26 +312,27 @@ def update_force(thruster: Record, own: Record, state: Table, body: Motion, time
 
 
 @inlined_kernel
-def push_floats(a: Views, air: Air, damping: FloatArray, time: float, dt: float) -> None:
+def push_floats(a: Views, work: VesselWork | None, air: Air, damping: FloatArray, time: float, dt: float) -> None:
     """Let water, wind and their own strength push all floating objects."""
     for i in range(a.floats.size):
-        apply(a.xfrc_applied, a.floats[i].body, floating(i, a, air, damping[i], time, dt))
-    for i in range(a.ropes.size):
-        rope = a.ropes[i]
-        item = a.floats[rope.float]
-        pull = rope_pull(rope, item, motion(a.qpos, a.qvel, item.qpos, item.dof), dt, damping[rope.float])
-        apply_more(a.xfrc_applied, item.body, pull)
+        apply(a.xfrc_applied, a.floats[i].body, floating(i, a, work, air, damping[i], time, dt))
+    if work is not None:
+        for i in range(a.ropes.size):
+            rope = a.ropes[i]
+            item = a.floats[rope.float]
+            pull = rope_pull(rope, item, motion(a.qpos, a.qvel, item.qpos, item.dof), dt, damping[rope.float])
+            apply_more(a.xfrc_applied, item.body, pull)
 
 
 @inlined_kernel
-def push_links(a: Views, air: Air, damping: FloatArray, time: float, dt: float) -> None:
+def push_links(a: Views, work: VesselWork | None, air: Air, damping: FloatArray, time: float, dt: float) -> None:
     """Let water and wind push the links of objects that have joints; a row of `damping` after those of the floats."""
     for i in range(a.links.size):
         item, own = a.links[i], damping[a.floats.size + i]
         center = a.subtree_com[a.body_root[item.body]]
         body = link_motion(a.xpos[item.body], a.xmat[item.body], item.dof, a.dof_parent, a.cdof, center, a.qvel)
         load = wind_on_float(item, body, air)
-        found = flotation_of(item, a.link_state[i], body, a, load, time, dt, 0.0)
+        found = flotation_of(item, a.link_state[i], body, a, work, load, time, dt, 0.0)
         own[0], own[1], own[2] = dt * found.sums.k, dt * found.sums.kz, dt * found.sums.kappa
         if item.qpos >= 0:  # what the float of the same body does is already there
             apply_more(a.xfrc_applied, item.body, add(load, found.wrench))
@@ -335,7 +356,9 @@ def push_docks(a: Views, air: Air, time: float, dt: float) -> None:
 
 
 @inlined_kernel
-def floating(index: int, a: Views, air: Air, damping: FloatArray, time: float, dt: float) -> Wrench:
+def floating(
+    index: int, a: Views, work: VesselWork | None, air: Air, damping: FloatArray, time: float, dt: float
+) -> Wrench:
     """Wrench of water, wind and its own strength on what floats, about its centre of mass; zero on what is held."""
     item, state = a.floats[index], a.float_state[index]
     if state.held != 0:
@@ -346,16 +369,17 @@ def floating(index: int, a: Views, air: Air, damping: FloatArray, time: float, d
     if item.follower >= 0:
         follower = a.followers[item.follower]
         load = add(load, follow(follower, a.waypoints, a.follower_state[item.follower], item.com, body))
-    found = flotation_of(item, state, body, a, load, time, dt, dt)
+    found = flotation_of(item, state, body, a, work, load, time, dt, dt)
     return add(load, flotation_of_step(item, body, found, dt, damping))
 
 
 @inlined_kernel
 def flotation_of(
-    item: Record, state: Record, body: Motion, a: Views, load: Wrench, time: float, dt: float, ahead: float
-) -> Flotation:
+    item: Record, state: Record, body: Motion, a: Views, work: VesselWork | None, load: Wrench, time: float, dt: float,
+    ahead: float,
+) -> Flotation:  # fmt: skip
     """Buoyancy and drag of what floats, `ahead` [s] from now as a free body; `load` is all else on it but weight."""
-    if item.profile == MARINE:
+    if work is not None and item.profile == MARINE:
         height = surface_height(a.waves, a.sea[0], body.x, body.y, time)
         east, north = current_velocity(a.current, a.current_state, a.layers, a.sea[0].level - body.z, time)
         water = orbital_motion(a.waves, a.sea[0], body.x, body.y, body.z, time)

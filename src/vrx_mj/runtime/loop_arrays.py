@@ -232,6 +232,12 @@ class LoopArrays:
         """The tables that change from step to step."""
         return [getattr(self, name) for name, array in ARRAYS.items() if array.use == STATE]
 
+    @property
+    def vrx_only(self) -> bool:
+        """Whether the world has nothing that VRX's have not: no profile `marine`, no links on joints."""
+        marine = self.sea["moving"].any() or (self.hulls["profile"] == tables.MARINE).any()
+        return not (marine or len(self.links) or len(self.ropes))
+
     def reset(self, seed: int) -> None:
         """Bring the state tables to their start and draw the run's noise streams from `seed`."""
         for table in self.state_tables:

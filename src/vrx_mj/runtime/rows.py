@@ -18,11 +18,20 @@ from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.motion import motion
 from vrx_mj.physics.tables import WAVE, Record, Table
 from vrx_mj.physics.waves import random_phases, stretched, surface_height
-from vrx_mj.runtime.loop import advance
+from vrx_mj.runtime.loop import advance, advance_vrx
 from vrx_mj.runtime.row_arguments import as_numbers
 from vrx_mj.runtime.views import views
 
-__all__ = ["FEATURES", "RowSeas", "advance_rows", "observe_rows", "reset_rows", "row_heights", "write_rows"]
+__all__ = [
+    "FEATURES",
+    "RowSeas",
+    "advance_rows",
+    "advance_rows_vrx",
+    "observe_rows",
+    "reset_rows",
+    "row_heights",
+    "write_rows",
+]
 
 
 FEATURES = 13
@@ -42,10 +51,31 @@ def advance_rows(
     `done` holds the steps done of each row, -1 where it has diverged; such a row stays, as one does that is not
     `going`. `qpos` and `qvel`, (n, nq) and (n, nv), and `time` [s], (n,), follow.
     """
+    _advance_rows(first, last, runs, qpos, qvel, time, done, going, dt, steps, None)
+
+
+@allocating_kernel
+def advance_rows_vrx(
+    first: int, last: int, runs: Table, qpos: FloatArray, qvel: FloatArray, time: FloatArray, done: IntArray,
+    going: BoolArray, dt: float, steps: int,
+) -> None:  # fmt: skip
+    """The same by `advance_vrx`."""
+    _advance_rows(first, last, runs, qpos, qvel, time, done, going, dt, steps, 1)
+
+
+@allocating_kernel
+def _advance_rows(
+    first: int, last: int, runs: Table, qpos: FloatArray, qvel: FloatArray, time: FloatArray, done: IntArray,
+    going: BoolArray, dt: float, steps: int, vrx: int | None,
+) -> None:  # fmt: skip
+    """`advance_rows`; where `vrx` is None, numba leaves out `advance_vrx`, else `advance`."""
     for i in range(first, last):
         if done[i] < 0 or not going[i]:
             continue
-        done[i] = advance(runs, i, time[i], dt, steps)
+        if vrx is None:
+            done[i] = advance(runs, i, time[i], dt, steps)
+        else:
+            done[i] = advance_vrx(runs, i, time[i], dt, steps)
         for _ in range(steps):  # as MuJoCo adds it up
             time[i] += dt
         own = views(runs[i])
