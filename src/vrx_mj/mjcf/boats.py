@@ -102,6 +102,8 @@ class Boat:
     """Hull in profile `marine`."""
     pushed: Vector | None = None
     """Where in the base link water and wind push [m]; None: at the centre of mass of what is held to it."""
+    description: str = ""
+    """Its URDF, with the places of its meshes; empty if it is made of the package's own files alone."""
 
 
 def assembled(

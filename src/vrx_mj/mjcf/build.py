@@ -60,13 +60,13 @@ def build_boat(order: Order) -> Boat:
 @lru_cache(maxsize=64)
 def _kept(order: Order, _folder: Path | None) -> Boat:
     """A boat of the package's own files, which do not change while it runs, from one of its folders."""
-    return _built(order, load_robot(order.robot, order.folder))
+    return replace(_built(order, load_robot(order.robot, order.folder)), description="")
 
 
 def _built(order: Order, config: RobotConfig) -> Boat:
     profile = config.in_profile(order.profile)
     arguments, wanted = _equipment(order, config)
-    urdf = _sdf_boat(order, config) if config.is_sdf else _urdf_boat(order, config, arguments)
+    urdf, text = _sdf_boat(order, config) if config.is_sdf else _urdf_boat(order, config, arguments)
     try:
         boat = assembled(urdf, read_gazebo(urdf), config, _drive(order, profile))
     except ConfigError as error:
@@ -74,26 +74,33 @@ def _built(order: Order, config: RobotConfig) -> Boat:
     boat, derived = _in_water(boat, config, profile)
     sensors = _chosen(_rearmed(boat, profile), wanted, config)
     remarks = (*boat.warnings, *derived, _unassembled(boat, order, config))
-    boat = replace(boat, contact=profile.contact or config.contact, sensors=sensors, name=order.robot)
+    boat = replace(boat, contact=profile.contact or config.contact, sensors=sensors, name=order.robot, description=text)
     if notes := [note for note in (*remarks, *_names_for_ros(boat)) if note]:
         warnings.warn(_listed(order.robot, notes), VrxWarning, stacklevel=2)
     return boat
 
 
-def _urdf_boat(order: Order, config: RobotConfig, arguments: Mapping[str, str]) -> Urdf:
-    """What a URDF or xacro describes."""
+def _urdf_boat(order: Order, config: RobotConfig, arguments: Mapping[str, str]) -> tuple[Urdf, str]:
+    """What a URDF or xacro describes, and its text with the places of its meshes."""
     text, file = robot_urdf(config, order, arguments=arguments), config.description_file
     label = display(file) if text == _plain_urdf(file) else f"{display(file)} (expanded)"
-    return read_urdf(text, file, packages=own_packages(), package_paths=package_paths(), label=label)
+    urdf = read_urdf(text, file, packages=own_packages(), package_paths=package_paths(), label=label)
+    return urdf, _with_meshes(text, file)
 
 
-def _sdf_boat(order: Order, config: RobotConfig) -> Urdf:
-    """What a model of Gazebo describes, which takes nothing of VRX's."""
+def _with_meshes(text: str, file: Path) -> str:
+    """A URDF's text with the places of its meshes, of a file of robots."""
+    return with_file_uris(text, MeshFiles(file.absolute().parent, own_packages(), package_paths()))
+
+
+def _sdf_boat(order: Order, config: RobotConfig) -> tuple[Urdf, str]:
+    """What a model of Gazebo describes, which takes nothing of VRX's, and the text of a URDF of it."""
     if order.thrusters or order.components:
         raise VrxError(f"robot {order.robot} takes no thruster or component file: it is a model of Gazebo")
     if order.arguments:
         raise VrxError(f"robot {order.robot} takes no arguments: it is a model of Gazebo")
-    return read_boat(config.description_file)
+    urdf = read_boat(config.description_file)
+    return urdf, urdf_text(urdf)
 
 
 def _names_for_ros(boat: Boat) -> list[str]:
@@ -159,11 +166,10 @@ def boat_urdf(order: Order, namespace: str) -> str:
     if config.is_sdf:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", VrxWarning)  # who builds the boat has them
-            return in_namespace(urdf_text(_sdf_boat(order, config)), namespace)
+            return in_namespace(_sdf_boat(order, config)[1], namespace)
     arguments, _ = _equipment(order, config)
     text = in_namespace(robot_urdf(config, order, namespace=namespace, arguments=arguments), namespace)
-    folder = config.description_file.absolute().parent
-    return with_file_uris(text, MeshFiles(folder, own_packages(), package_paths()))
+    return _with_meshes(text, config.description_file)
 
 
 def _plain_urdf(file: Path) -> str | None:

@@ -45,6 +45,7 @@ from vrx_mj.mjcf.templates import Geom, geoms, meshes
 from vrx_mj.mjcf.wind import boat_wind, boat_windage
 from vrx_mj.model.boats import Boat as Entry
 from vrx_mj.model.boats import Hull, Sensor, Station, Thruster, Vessel
+from vrx_mj.model.kinds import LONGEST_DESCRIPTION
 from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER
 from vrx_mj.physics.thrust import normal_slope
 
@@ -418,8 +419,13 @@ def boat_rows(
             for item in fit.thrusters
         ],
         sensors=[replace(_named(sensor, boat.name), boat=boat.name) for sensor in fit.sensors],
-        boats=[Entry(life=life, **{key: getattr(boat, key) for key in SAME})],
+        boats=[Entry(life=life, description=_kept(fit.boat.description), **{key: getattr(boat, key) for key in SAME})],
     )
+
+
+def _kept(description: str) -> str:
+    """A description that a saved world can hold; longer ones are left out."""
+    return description if len(description) <= LONGEST_DESCRIPTION else ""
 
 
 def _named(row: Named, boat: str) -> Named:

@@ -12,7 +12,7 @@ from vrx_mj.config.search import ReadingError, read_limited
 from vrx_mj.errors import StateError
 from vrx_mj.mjcf.pieces import Pieces, pieces_of
 from vrx_mj.mjcf.saved import checked
-from vrx_mj.model.world import Parameters, json_of
+from vrx_mj.model.world import Parameters, json_of, without_descriptions
 
 LARGEST_FILE = 200_000_000
 """Bytes of the largest file of a saved world that is read."""
@@ -62,9 +62,9 @@ class World:
 
     @cached_property
     def sha256(self) -> str:
-        """SHA-256 of the saved world."""
+        """SHA-256 of the saved world, without the descriptions of its boats: these name places on this machine."""
         digest = hashlib.sha256(self.mjcf.encode())
-        digest.update(json_of(self.parameters).encode())
+        digest.update(json_of(without_descriptions(self.parameters)).encode())
         for name in sorted(self.assets):
             digest.update(name.encode() + b"\0" + self.assets[name])
         return digest.hexdigest()

@@ -13,6 +13,7 @@ from vrx_mj.model.kinds import (
     Angle,
     Coefficient,
     Count,
+    Description,
     Flag,
     Index,
     Matrix,
@@ -263,6 +264,8 @@ class Boat:
     """Kind of boat: a name, or the path that the fleet gives."""
     arguments: Mapping[Text, Text] = field(default_factory=dict, metadata=LEFT_OUT)
     """Arguments of its xacro."""
+    description: Description = field(default="", metadata=LEFT_OUT)
+    """URDF of the boat, whose namespace may be another's; empty if it is made of the package's own files alone."""
     thrusters: Text | None
     """Layout of its thrusters: a name, or the path that the fleet gives."""
     components: Text | None

@@ -7,9 +7,9 @@ from pydantic import AfterValidator, ConfigDict, Field, StringConstraints
 from pydantic_core import PydanticCustomError
 
 __all__ = [
-    "LEFT_OUT", "STRICT", "Angle", "Coefficient", "Count", "Degrees", "Flag", "Index", "Matrix", "Name", "NonNegative",
-    "NonPositive", "Pose", "Positive", "ProfileCode", "Real", "Row", "Share", "Six", "SixBySix", "Text", "Vec2", "Vec3",
-    "late",
+    "LEFT_OUT", "LONGEST_DESCRIPTION", "STRICT", "Angle", "Coefficient", "Count", "Degrees", "Description", "Flag",
+    "Index", "Matrix", "Name", "NonNegative", "NonPositive", "Pose", "Positive", "ProfileCode", "Real", "Row",
+    "Share", "Six", "SixBySix", "Text", "Vec2", "Vec3", "late",
 ]  # fmt: skip
 
 STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, revalidate_instances="always")
@@ -30,6 +30,8 @@ LARGEST = 1e12
 MOST_ROWS = 10_000_000
 LONGEST = 500
 """Most characters of a name."""
+LONGEST_DESCRIPTION = 4_000_000
+"""Most characters of a boat's URDF."""
 
 ROUNDING = 1e-6
 """How far the rows of a rotation may be from unit length and right angles."""
@@ -74,5 +76,7 @@ Flag = Literal[0, 1]
 ProfileCode = Literal[0, 1, 2]
 """`physics.tables.VRX`, `VRX3` or `MARINE`."""
 Text = Annotated[str, StringConstraints(max_length=LONGEST)]
+Description = Annotated[str, StringConstraints(max_length=LONGEST_DESCRIPTION)]
+"""A URDF's text."""
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}$")]
 """Name of a boat: what ROS, recordings and file names can all carry."""

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
 from functools import cache
 from typing import Annotated, Any, Final, Literal, get_type_hints
 
@@ -26,6 +26,7 @@ __all__ = [
     "json_of",
     "parameters_of",
     "tree_of",
+    "without_descriptions",
 ]
 
 FORMAT: Final = 3
@@ -171,6 +172,11 @@ def _table(name: str) -> TypeAdapter[Any]:
 def json_of(parameters: Parameters) -> str:
     """The text from which `parameters_of` makes the same parameters again."""
     return json.dumps(tree_of(parameters), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def without_descriptions(parameters: Parameters) -> Parameters:
+    """The parameters without the URDFs of the boats, which nothing but a program of ROS reads."""
+    return replace(parameters, boats=tuple(replace(boat, description="") for boat in parameters.boats))
 
 
 def tree_of(value: object) -> Any:

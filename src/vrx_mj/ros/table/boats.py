@@ -13,7 +13,7 @@ from vrx_mj.config.fleet import BoatConfig, Order
 from vrx_mj.config.urdf.elements import Findings, Node
 from vrx_mj.config.urdf.links import read_joint, root_of
 from vrx_mj.config.urdf.model import Joint
-from vrx_mj.config.urdf.xml_text import parse_robot
+from vrx_mj.config.urdf.xml_text import in_namespace, parse_robot
 from vrx_mj.drive.pilot import Wheel, engine_commands, engines_of
 from vrx_mj.errors import CommandError, ConfigError, VrxError
 from vrx_mj.frames import quaternion
@@ -107,6 +107,8 @@ def description(world: World, boat: str) -> str:
         VrxError: the files that it was built of are not found from here.
     """
     own = next(own for own in world.parameters.boats if own.name == boat)
+    if own.description:
+        return in_namespace(own.description, boat)
     config = BoatConfig(**{key: getattr(own, key) for key in ORDERED})
     return _urdf(boat, config.order)
 
