@@ -67,7 +67,7 @@ DEFAULT_PORT = "9090"
 """Port of rosbridge."""
 DEFAULT_WEB_PORT = "8090"
 """Port of teleop's page."""
-ENDS = (".launch", ".world", ".xacro", ".sdf", ".yaml", ".yml")
+ENDS = (".launch", ".launch.py", ".world", ".xacro", ".sdf", ".yaml", ".yml")
 """How the files of a folder end that a command line may name."""
 PORTS = {"--rosbridge": DEFAULT_PORT, "--web": DEFAULT_WEB_PORT}
 """Options whose port may be left out."""

@@ -302,10 +302,10 @@ class Graph:
 
     def register(self, kind: str, name: str, node: str, type_name: str, *, latched: bool = False) -> None:
         """Register a publisher or subscriber of a node of this process; CommandError: there are too many."""
+        self._registered(kind, name, type_name, node)
         self.local.add(node)
         if latched:
             self._latched.setdefault(name, {})
-        self._registered(kind, name, type_name, node)
 
     def provide(self, name: str, service: Service) -> None:
         """Register a service of a node of this process; CommandError: there are too many."""

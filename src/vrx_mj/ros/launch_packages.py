@@ -44,9 +44,10 @@ PACKAGE_NAMES = (*PACKAGES, "wamv_gazebo", "wamv_description", "gazebo_ros", "te
 DEFAULTS = {
     "gui": "true", "verbose": "false", "extra_gazebo_args": "", "paused": "false", "joy": "false",
     "non_competition_mode": "true", "namespace": "wamv", "thrust_config": "H", "pinger_params": "",
+    "recording": "false", "debug": "false", "use_sim_time": "true", "enable_ros_network": "true", "extra_gz_args": "",
 }  # fmt: skip
 """Arguments that are the same in all of VRX's launch files."""
-IDLE = frozenset({"gui", "verbose", "joy", "non_competition_mode", "pinger_params"})
+IDLE = frozenset({"gui", "verbose", "joy", "non_competition_mode"})
 """Arguments that are not given to `vrx-mj serve`."""
 PAUSED = frozenset({"demo_thrusterconfigs.launch"})
 """Launch files that start paused."""

@@ -126,6 +126,15 @@ def test_what_a_node_latched_goes_with_it(graph):
     assert not graph.is_latched("/map")
 
 
+def test_a_registration_beyond_the_limit_leaves_nothing_behind(graph, monkeypatch):
+    monkeypatch.setattr("vrx_mj.ros.graph.MOST_REGISTRATIONS", 0)
+    before = set(graph.local)
+    with pytest.raises(CommandError, match=r"^more than 0 registrations$"):
+        graph.register("publisher", "/map", CLIENT, STRING, latched=True)
+    assert graph.local == before
+    assert not graph.is_latched("/map")
+
+
 def test_a_mirror_has_the_nodes_of_another_master_and_leaves_those_of_this_process(graph):
     state = [{"/scan": [TALKER], "/info": ["/gazebo", TALKER]}, {"/info": [TALKER]}, {"/map": [TALKER]}]
     graph.mirror(state, {"/scan": "sensor_msgs/LaserScan"})

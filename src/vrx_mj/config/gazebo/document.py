@@ -11,6 +11,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from vrx_mj.config.search import display, package_paths
 from vrx_mj.config.tree import Place
+from vrx_mj.config.urdf.elements import truth
 from vrx_mj.config.urdf.expand import expanded_document
 from vrx_mj.config.urdf.expression_values import Budget, ExpressionError
 from vrx_mj.config.urdf.xacro_document import FileError, parse_document, place_of
@@ -26,7 +27,6 @@ LIBRARIES = frozenset({"robotx_gazebo", "vmrc_gazebo", "vorc_gazebo", "vrx_2019"
 """Packages of VRX, whose macros are known here: their files may be missing."""
 LARGEST = 1e12
 """Largest number that a file may give, in any unit."""
-SWITCHES = {"true": True, "1": True, "false": False, "0": False}
 _PREFIXES = {"gz": "http://gazebosim.org/schema", "ignition": "http://ignitionrobotics.org/schema"}
 """Namespaces of XML that files of Gazebo use without declaring them."""
 _ROOT = re.compile(rb"(?>[^<]+|<!--(?>.*?-->)|<\?(?>.*?\?>))*+<[A-Za-z_][\w.:-]*", re.DOTALL)
@@ -148,9 +148,10 @@ class Element:
         return self._truth(text, name) if text else False
 
     def _truth(self, text: str, key: str) -> bool:
-        if text.strip().lower() not in SWITCHES:
+        found = truth(text)
+        if found is None:
             raise self.fault(f"expected true or false, got {shown(text)}", key)
-        return SWITCHES[text.strip().lower()]
+        return found
 
     def read_numbers(self, labels: str) -> list[float]:
         """The numbers in this element, one for each label. Raises ConfigError."""

@@ -1,9 +1,8 @@
 """Launch files of ROS 1 that open a world of Gazebo: which world, and which boats and objects they spawn where."""
 
-import math
 import os
 import shlex
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path, PurePosixPath
@@ -11,7 +10,15 @@ from typing import Any, TypeGuard
 
 from vrx_mj.config.gazebo.document import Element, Fate, Note, Report, home_path, is_file, read_document
 from vrx_mj.config.gazebo.erb_docks import is_template
-from vrx_mj.config.gazebo.launched import ENDING, Launch, SpawnedBoat, SpawnedObject
+from vrx_mj.config.gazebo.launched import (
+    ENDING,
+    POSE,
+    Launch,
+    SpawnedBoat,
+    SpawnedObject,
+    pose_of_words,
+    stock_boat,
+)
 from vrx_mj.config.gazebo.model_frames import pose_of, safe_name
 from vrx_mj.config.gazebo.models import (
     NO_MODEL,
@@ -31,9 +38,18 @@ from vrx_mj.config.gazebo.packages import (
     world_named,
 )
 from vrx_mj.config.gazebo.sdf_boats import is_boat
-from vrx_mj.config.gazebo.stock import STOCK_LAUNCHES, StockBoat, StockLaunch, stock_launch
+from vrx_mj.config.gazebo.stock import (
+    STOCK_LAUNCHES,
+    StockLaunch,
+    instead_of,
+    is_tool,
+    stock_launch,
+    unlocks,
+    unused,
+)
 from vrx_mj.config.search import catalogue, display, package_paths
 from vrx_mj.config.tree import File, Place
+from vrx_mj.config.urdf.elements import truth
 from vrx_mj.config.urdf.expand import declared
 from vrx_mj.config.urdf.expression_values import LONGEST_TEXT, Budget, ExpressionError
 from vrx_mj.config.urdf.xacro_files import Files, Substitutions
@@ -55,8 +71,6 @@ OWN_ARGUMENTS = {"namespace", "locked"}
 """Arguments of a boat's xacro that are the name of the boat and the lock of the task here."""
 SERVING = "vrx_mj_serve"
 """Type of the node that starts one of VRX's own launch files here."""
-POSE = ("x", "y", "z", "R", "P", "Y")
-"""Names of arguments for a pose."""
 _LAUNCHES_WORLDS = {"empty_world.launch", "willowgarage_world.launch"}
 
 
@@ -77,6 +91,8 @@ def launch_of(source: str, arguments: Mapping[str, str]) -> Launch:
     stock = None if os.path.lexists(file) else stock_launch(file.name, file.parent.name)
     if stock is None and os.path.lexists(file):
         raise ConfigError([Problem(display(file), None, None, "", "not a file")])
+    if stock is None and is_tool(file.name):
+        raise ConfigError([Problem(file.name, None, None, "", instead_of(file.name, arguments))])
     if stock is None:
         raise UnknownNameError("launch file", source, sorted(STOCK_LAUNCHES))
     run = _Run(Files(file, {}, package_paths()), Report(), Budget())
@@ -86,7 +102,7 @@ def launch_of(source: str, arguments: Mapping[str, str]) -> Launch:
 
 def is_launch(source: object) -> TypeGuard[str | Path]:
     """Whether a source is the path of a launch file, or the name of one of VRX's with its ending."""
-    return isinstance(source, str | Path) and str(source).lower().endswith(ENDING)
+    return isinstance(source, str | Path) and (str(source).lower().endswith(ENDING) or is_tool(Path(source).name))
 
 
 def read_launch(file: Path, arguments: Mapping[str, str], *, strict: bool = True) -> Launch:
@@ -123,6 +139,8 @@ class _Run:
         self.descriptions: dict[str, Description] = {}
         self.open: list[Path] = []
         self.included: list[Path] = []
+        self.nodes: dict[str, Place] = {}
+        self.unlocked = False
 
     @cached_property
     def known_objects(self) -> Mapping[str, Path]:
@@ -137,7 +155,8 @@ class _Run:
         ours = "`objects` of the world" if joins else "no world to join: this launch file opens none"
         for thing in self.objects:
             self.report.notes.append(Note(thing.place, f"<node> '{thing.name}'", fate, ours))
-        return Launch(self.world, tuple(self.boats), tuple(self.objects), self.report, tuple(self.included))
+        started = (self.world, tuple(self.boats), tuple(self.objects), self.report)
+        return Launch(*started, unlocked=self.unlocked, included=tuple(self.included))
 
     def read(self, file: Path, given: dict[str, str], scope: _Scope) -> set[str]:
         """Go through a file with arguments from outside, and return the names of those that it declares."""
@@ -180,10 +199,11 @@ class _Run:
         """Whether an element's conditions hold."""
         for key, wanted in (("if", True), ("unless", False)):
             if key in element.attributes:
-                text = self.worked_out(element, element.attributes[key], scope).lower()
-                if text not in {"true", "1", "false", "0"}:
+                text = self.worked_out(element, element.attributes[key], scope)
+                found = truth(text)
+                if found is None:
                     raise element.fault(f"expected true or false, got {shown(text)}", key)
-                if (text in {"true", "1"}) != wanted:
+                if found != wanted:
                     return False
         return True
 
@@ -277,8 +297,12 @@ class _Run:
             robot = self.robot_file(element, urdf) if element else robot_named(urdf) or home_path(urdf)
             own = {"robot": robot, **({"arguments": {}} if isinstance(robot, Path) else {})}
         place = element.place if element else Place(File(stock.name, None))
+        self.unlocked = self.unlocked or unlocks(stock, given)
+        for name, value in given.items():
+            if instead := unused(stock, name, value):
+                self.report.notes.append(Note(place, f"{name}:={shortened(value)}", "ignored", instead))
         for boat in stock.boats:
-            self.spawn(element, replace(_stock_boat(boat, given, place, alone=len(stock.boats) == 1), **own))
+            self.spawn(element, replace(stock_boat(boat, given, place, alone=len(stock.boats) == 1), **own))
         if element is not None:
             self.report.note(element, "taken over", f"VRX's {stock.name}")
 
@@ -320,6 +344,7 @@ class _Run:
         if element.attributes.get("type") not in {"spawn_model", "spawn_wamv.bash", "spawn_entity.py"}:
             self.ignore(element, scope, given)
             return
+        self.claim_node(element, scope)
         text = self.worked_out(element, element.attributes.get("args", ""), scope)
         options = self.options(element, text)
         name = options.get("model") or options.get("entity")
@@ -336,9 +361,23 @@ class _Run:
         if robot in self.known_objects or (isinstance(robot, Path) and _is_object(robot)):
             self.spawn_object(element, SpawnedObject(name, pose, element.place, robot))
             return
+        if isinstance(robot, Path) and is_gazebo_model(robot.name):
+            pose = _with_own(pose, robot)
         boat = SpawnedBoat(name, pose, element.place, robot, self.known(element, name, robot, arguments))
         self.spawn(element, boat)
         self.report.note(element, "taken over", "a boat of the fleet", f"<node> '{name}'")
+
+    def claim_node(self, element: Element, scope: _Scope) -> None:
+        """Keep the name of a node that spawns; roslaunch starts nothing where two nodes have one name."""
+        own = self.worked_out(element, element.attributes.get("name", ""), scope)
+        namespace = _joined(scope.namespace, self.worked_out(element, element.attributes.get("ns", ""), scope))
+        name = f"/{_joined(namespace, own).lstrip('/')}"
+        first = self.nodes.setdefault(name, element.place)
+        if own and first != element.place:
+            same = first.file.name == element.place.file.name
+            here = f"line {first.line}" if same else f"{first.file.name}:{first.line}"
+            text = f"a node named '{name}' is on {here} already, so roslaunch starts nothing: give each another name"
+            self.report.problems += element.fault(text, "name").problems
 
     def sdf_model(self, element: Element, name: str, options: Mapping[str, str], scope: _Scope) -> Path | str | None:
         """The file of a model of SDF, or its name in the catalogue; None, with a note: there is no such model."""
@@ -366,9 +405,7 @@ class _Run:
         """Add an object, whose name no other model has; a pose in its own file is in the frame of the spawned one."""
         self.claim(element, thing.name)
         if isinstance(thing.model, Path) and not is_template(thing.model):
-            x, y, z, roll, pitch, yaw = own = pose_of(model_element(thing.model)[0]).value
-            if any(own):
-                thing = replace(thing, pose=compose(thing.pose, (x, y, z, roll, pitch, yaw)))
+            thing = replace(thing, pose=_with_own(thing.pose, thing.model))
         if len(self.objects) == MOST:
             raise element.fault(f"more than {MOST} objects")
         self.objects.append(thing)
@@ -451,7 +488,7 @@ class _Run:
 
     def pose(self, element: Element, values: list[str]) -> Pose:
         """Six numbers."""
-        pose = _pose(values)
+        pose = pose_of_words(values)
         if pose is None:
             message = f"expected numbers for -x -y -z -R -P -Y, got {shown(' '.join(values))}"
             raise element.fault(message, "args")
@@ -516,13 +553,10 @@ def _is_object(file: Path) -> bool:
     return is_gazebo_model(file.name) and (is_template(file) or not is_boat(model_element(file)[0]))
 
 
-def _pose(values: Sequence[str]) -> Pose | None:
-    """Six numbers; None: they are others."""
-    try:
-        x, y, z, roll, pitch, yaw = numbers = [float(value) for value in values]
-    except ValueError:
-        return None
-    return (x, y, z, roll, pitch, yaw) if all(map(math.isfinite, numbers)) else None
+def _with_own(pose: Pose, model: Path) -> Pose:
+    """The pose of a spawned model of SDF: one in its own file is in the frame of the spawned one."""
+    x, y, z, roll, pitch, yaw = own = pose_of(model_element(model)[0]).value
+    return compose(pose, (x, y, z, roll, pitch, yaw)) if any(own) else pose
 
 
 def _declarations(element: Element) -> Iterator[Element]:
@@ -530,19 +564,6 @@ def _declarations(element: Element) -> Iterator[Element]:
     yield from element.all("arg")
     for group in element.all("group"):
         yield from _declarations(group)
-
-
-def _stock_boat(boat: StockBoat, given: Mapping[str, str], place: Place, *, alone: bool) -> SpawnedBoat:
-    """A boat of one of VRX's launch files, started with arguments; several have names and places of their own."""
-    moved = given if alone else {}
-    texts = [moved.get(key, repr(value)) for key, value in zip(POSE, boat.pose, strict=True)]
-    pose = _pose(texts)
-    if pose is None:
-        message = f"expected numbers, got {shown(' '.join(texts))}"
-        raise ConfigError([Problem(place.file.name, place.line, None, "x:= y:= z:= R:= P:= Y:=", message)])
-    arguments = {key: given.get(key, value) for key, value in boat.arguments.items() if alone or key != "thrust_config"}
-    own = {} if alone else {key: value for key, value in boat.arguments.items() if key == "thrust_config"}
-    return SpawnedBoat(moved.get("namespace", boat.name), pose, place, boat.robot, arguments | own)
 
 
 def _substituted(text: str, resolve: Callable[[str], str]) -> str:

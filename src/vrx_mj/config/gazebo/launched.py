@@ -1,20 +1,37 @@
 """What a launch file starts, as a world's and a fleet's file of ours say it."""
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 from vrx_mj.config.gazebo.document import Report
 from vrx_mj.config.gazebo.model_frames import safe_name
+from vrx_mj.config.gazebo.stock import StockBoat
 from vrx_mj.config.tree import Entry, File, Items, Place, Section, merged
+from vrx_mj.config.urdf.elements import truth
+from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem
 from vrx_mj.frames import Pose
 
-__all__ = ["ENDING", "Launch", "SpawnedBoat", "SpawnedObject", "fleet_of", "objects_of", "with_objects"]
+__all__ = [
+    "ENDING",
+    "POSE",
+    "Launch",
+    "SpawnedBoat",
+    "SpawnedObject",
+    "fleet_of",
+    "objects_of",
+    "pose_of_words",
+    "stock_boat",
+    "with_objects",
+]
 
 ENDING = ".launch"
 """How the names of launch files end."""
+POSE = ("x", "y", "z", "R", "P", "Y")
+"""Names of arguments for a pose."""
 
 
 @dataclass(frozen=True)
@@ -56,8 +73,32 @@ class Launch:
     boats: tuple[SpawnedBoat, ...]
     objects: tuple[SpawnedObject, ...]
     report: Report
+    unlocked: bool = False
+    """Whether it frees the boat that a task would hold at the start."""
     included: tuple[Path, ...] = ()
     """The launch files that it includes."""
+
+
+def stock_boat(boat: StockBoat, given: Mapping[str, str], place: Place, *, alone: bool) -> SpawnedBoat:
+    """A boat of one of VRX's launch files, started with arguments; several have names and places of their own."""
+    moved = given if alone else {}
+    texts = [moved.get(key, repr(value)) for key, value in zip(POSE, boat.pose, strict=True)]
+    pose = pose_of_words(texts)
+    if pose is None:
+        message = f"expected numbers, got {shown(' '.join(texts))}"
+        raise ConfigError([Problem(place.file.name, place.line, None, "x:= y:= z:= R:= P:= Y:=", message)])
+    arguments = {key: given.get(key, value) for key, value in boat.arguments.items() if alone or key != "thrust_config"}
+    own = {} if alone else {key: value for key, value in boat.arguments.items() if key == "thrust_config"}
+    return SpawnedBoat(moved.get("namespace", boat.name), pose, place, boat.robot, arguments | own)
+
+
+def pose_of_words(values: Sequence[str]) -> Pose | None:
+    """Six numbers; None: they are others."""
+    try:
+        x, y, z, roll, pitch, yaw = numbers = [float(value) for value in values]
+    except ValueError:
+        return None
+    return (x, y, z, roll, pitch, yaw) if all(map(math.isfinite, numbers)) else None
 
 
 def fleet_of(launch: Launch) -> Section | None:
@@ -80,23 +121,35 @@ def _boat(boat: SpawnedBoat) -> Section:
         named, at = robot.name, Place(File(place.file.name, robot.absolute().parent, place.file.lines), *place[1:])
     values["robot"] = named
     if isinstance(robot, str):
-        values |= _wamv(boat.arguments)
+        values |= _wamv(boat)
     elif boat.arguments:
         values["arguments"] = Section(dict(boat.arguments), place, dict.fromkeys(boat.arguments, Entry(place, place)))
     entries = {key: Entry(place, at if key == "robot" else place) for key in values}
     return Section(values, place, entries)
 
 
-def _wamv(arguments: Mapping[str, str]) -> dict[str, Any]:
+def _wamv(boat: SpawnedBoat) -> dict[str, Any]:
     """Thrusters and sensors of VRX's WAM-V, by the arguments of its description or of a launch file."""
+    arguments = boat.arguments
     layout = arguments.get("thruster_config") or arguments.get("thrust_config")
-    on = [key for key, value in arguments.items() if key.endswith("_enabled") and value.lower() in {"true", "1"}]
+    on = [key for key, value in arguments.items() if key.endswith("_enabled") and _is_on(boat, key, value)]
     suites = [key.removesuffix("_enabled").replace("vrx_sensors", "vrx") for key in on]
     return {**({"thrusters": layout} if layout else {}), "sensors": suites or "none"}
 
 
+def _is_on(boat: SpawnedBoat, key: str, value: str) -> bool:
+    """Whether an argument switches sensors on. Raises ConfigError where it is neither true nor false."""
+    found = truth(value)
+    if found is None:
+        text = f"expected true or false, got {shown(value)}"
+        place = boat.place
+        raise ConfigError([Problem(place.file.name, place.line, place.column, f"'{boat.name}' / {key}:=", text)])
+    return found
+
+
 def with_objects(world: Section, launch: Launch) -> Section:
-    """A world with the objects that a launch file spawns into it. Raises ConfigError for names that it has already."""
+    """A world with a launch file's lock and the objects that it spawns. Raises ConfigError for names that are taken."""
+    world = _unlocked(world) if launch.unlocked else world
     items = objects_of(launch, _beside)
     if not items:
         return world
@@ -107,6 +160,15 @@ def with_objects(world: Section, launch: Launch) -> Section:
         raise ConfigError(problems)
     place = items.places[0]
     return merged(world, Section({"objects": items}, place, {"objects": Entry(place, place)}))
+
+
+def _unlocked(world: Section) -> Section:
+    """A world whose task, if it has one, does not hold its boat at the start."""
+    if not isinstance(world.get("task"), Section):
+        return world
+    place = world.entries["task"].value
+    task = Section({"locked": False}, place, {"locked": Entry(place, place)})
+    return merged(world, Section({"task": task}, place, {"task": Entry(place, place)}))
 
 
 def _is_there(thing: Section, first: Place) -> Problem:

@@ -12,7 +12,7 @@ from vrx_mj.config.gazebo.launch import is_launch, launch_of, read_launch
 from vrx_mj.config.gazebo.launched import Launch, fleet_of, with_objects
 from vrx_mj.config.gazebo.packages import PACKAGES
 from vrx_mj.config.gazebo.robot_fleets import is_robot_xacro, robot_fleet
-from vrx_mj.config.gazebo.stock import stock_launch
+from vrx_mj.config.gazebo.stock import instead_of, is_tool, stock_launch
 from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world, warn_of_losses
 from vrx_mj.config.loading import Source, file_of, path_of, read_source
 from vrx_mj.config.search import (
@@ -38,6 +38,8 @@ ROS2 = (".launch.py", ".launch.xml")
 ROBOTS = (".urdf", ".urdf.xacro")
 MOST_LAUNCHES = 200
 """Launch files of a folder that are read to choose one."""
+NEWER = ("vrx_gz", "vrx_ros")
+"""VRX's packages whose launch files are programs of ROS 2, or open no world."""
 OLDER = "vrx_2019"
 """VRX's package with worlds of 2019, some of whose launch files are called as those of `vrx_gazebo`."""
 LISTED = 3
@@ -59,11 +61,13 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
     if is_launch(world):
         launch = launch_of(str(world), arguments)
         if launch.world is None:
-            text = f"opens no world of Gazebo; its boats sail in one: vrx-mj run WORLD --fleet {shortened(world)}"
+            name = Path(world).name
+            sails = f"opens no world of Gazebo; its boats sail in one: vrx-mj run WORLD --fleet {shortened(world)}"
+            text = instead_of(name, arguments) if is_tool(name) and not launch.boats else sails
             raise ConfigError([Problem(str(world), None, None, "", text)])
         warn_of_losses(launch.report.notes, str(world), stacklevel=4)
         fleet = fleet_of(launch) if fleet is None else fleet
-        if launch.objects:
+        if launch.objects or launch.unlocked:
             return joined(launch.world, launch, fleet)
         world, arguments = launch.world, {}
     if arguments and is_robot_xacro(fleet):
@@ -93,7 +97,7 @@ def joined(world: Path | str, launch: Launch, fleet: Source | None) -> tuple[Sec
         name, section, own = found.name, found.section, found.fleet
     else:
         file = file_of("worlds", world)
-        name, section, own = file.stem, read_source("worlds", file), None
+        name, section, own = world if isinstance(world, str) else file.stem, read_source("worlds", file), None
     return with_objects(_named(section, name), launch), own if fleet is None else fleet
 
 
@@ -193,11 +197,12 @@ def _package(name: str) -> Path | None:
 
 def _of_vrx(package: str, name: str) -> str:
     """One of VRX's own launch files, whose package is not there; of the package of 2019 a world."""
-    if package not in PACKAGES:
+    if package not in PACKAGES and not (package in NEWER and is_tool(name)):
         raise UnknownNameError("folder or package", package, sorted({*_around(), *PACKAGES}))
     stock = stock_launch(name)
     if stock is None:
-        launch_of(name, {})  # raises: it has none of this name
+        if not is_tool(name):
+            launch_of(name, {})  # raises: it has none of this name
         return name
     older = f"{OLDER.replace('_', '')}/{stock.world}"
     return older if package == OLDER and older in catalogue("worlds") else name

@@ -206,7 +206,7 @@ class _Reader:
             return None
         tree = self.tree(model, file.parent, "")
         tree.set("name", include.text("name") or model.attributes.get("name") or name)
-        if (include.attribute("merge") or "").lower() in {"true", "1"}:
+        if include.attribute_flag("merge"):
             tree.set(_MERGED, "true")
         include.element.append(tree)
         node = Node(tree, f"model '{tree.get('name')}'", self.findings)

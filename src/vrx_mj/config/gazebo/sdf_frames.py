@@ -68,7 +68,7 @@ def given_pose(node: Node) -> Given:
         matrix = rotation_matrix(np.array([turn[3], *turn[:3]]) / math.hypot(*turn))
         return Given((x, y, z, *angles(tuple(map(tuple, matrix.tolist())))), frame, found)  # type: ignore[arg-type]
     x, y, z, *turn = node.values("pose", "x y z roll pitch yaw", HERE, low=-FARTHEST, high=FARTHEST)
-    if (found.attribute("degrees") or "").lower() in {"true", "1"}:
+    if found.attribute_flag("degrees"):
         turn = [math.radians(angle) for angle in turn]
     return Given((x, y, z, *turn), frame, found)  # type: ignore[arg-type]
 

@@ -95,7 +95,7 @@ def _inertial(
     if node is None:
         body.around.findings.note("unit", name)
         return Inertial(UNIT, _from_joint(body, HERE, name), (UNIT, UNIT, UNIT, 0.0, 0.0, 0.0))
-    if (node.attribute("auto") or "").lower() in {"true", "1"}:
+    if node.attribute_flag("auto"):
         return _filled(node, felt)
     if node.child("fluid_added_mass"):
         body.around.findings.note("added", name)

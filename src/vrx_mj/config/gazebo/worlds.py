@@ -109,10 +109,15 @@ def warn_of_losses(notes: Sequence[Note], source: str, *, stacklevel: int) -> No
     once = dict.fromkeys(notes)
     lost = [note for note in once if note.fate != "taken over"]
     if lost:
-        lines = [f"  {note.place.file.name}:{note.place.line}: {note.what} {note.fate}: {note.ours}" for note in lost]
+        lines = [f"  {_where(note.place)}: {note.what} {note.fate}: {note.ours}" for note in lost]
         more = [f"  and {len(lines) - SHOWN} more"] if len(lines) > SHOWN else []
         head = f"{source}: {len(lost)} of {len(once)} parts are not as in Gazebo (`vrx-mj import` lists all)"
         warnings.warn("\n".join([head, *lines[:SHOWN], *more]), VrxWarning, stacklevel=stacklevel)
+
+
+def _where(place: Place) -> str:
+    """File and line, as messages show them."""
+    return place.file.name if place.line is None else f"{place.file.name}:{place.line}"
 
 
 def _no_world(file: Path, root: Element) -> Any:

@@ -17,7 +17,7 @@ from vrx_mj.config.tree import File, of_python
 from vrx_mj.config.wording import choice, shown
 from vrx_mj.errors import ConfigError, Problem
 
-__all__ = ["FILE", "Findings", "Node"]
+__all__ = ["FILE", "Findings", "Node", "truth"]
 
 ConfigT = TypeVar("ConfigT", bound=Config)
 
@@ -29,6 +29,11 @@ LARGEST = 1e12
 
 _NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)", re.IGNORECASE)
+
+
+def truth(text: str) -> bool | None:
+    """Whether a text is true, as SDF and roslaunch read it: true, false, 1 or 0 in any case; None: it is neither."""
+    return SWITCHES.get(text.strip().lower())
 
 
 @dataclass
@@ -164,11 +169,18 @@ class Node:
     def flag(self, tag: str, default: bool) -> bool:
         """A child that is true or false."""
         node, text = self.child(tag), self.text(tag)
-        if node is None or not text:
-            return default
-        if text.lower() not in SWITCHES:
-            node.fault(choice(text, ["true", "false"]))
-        return SWITCHES.get(text.lower(), default)
+        return default if node is None or not text else node._switch(text, "", default)
+
+    def attribute_flag(self, name: str) -> bool:
+        """An attribute that is true or false; not where it is missing or empty."""
+        text = self.attribute(name) or ""
+        return self._switch(text, name, False) if text else False
+
+    def _switch(self, text: str, key: str, default: bool) -> bool:
+        found = truth(text)
+        if found is None:
+            self.fault(choice(text, ["true", "false"]), key)
+        return default if found is None else found
 
     def configured(self, model: type[ConfigT], values: Mapping[str, object]) -> ConfigT | None:
         """A model of these values; what is wrong with them is a problem of this element."""

@@ -279,7 +279,7 @@ def spawning(name, arguments):
     """The elements of a launch file that spawn a boat of the xacro."""
     args = f"-x {9 * ord(name)} -urdf -param {name} -model {name}"
     return f"""<param name="{name}" command="xacro $(dirname)/boat.xacro {arguments}"/>
-      <node name="s" pkg="gazebo_ros" type="spawn_model" args="{args}"/>"""
+      <node name="spawn_{name}" pkg="gazebo_ros" type="spawn_model" args="{args}"/>"""
 
 
 @pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")

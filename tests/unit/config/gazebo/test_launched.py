@@ -2,6 +2,7 @@
 
 import math
 import warnings
+from itertools import count
 from pathlib import Path
 
 import pytest
@@ -23,6 +24,9 @@ OPENS = (
 )
 
 
+NUMBERS = count()
+
+
 @pytest.fixture(autouse=True)
 def _elsewhere(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -38,9 +42,10 @@ def crate(folder, pose="", plugin=""):
     file.write_text(CRATE.format(pose=pose, plugin=plugin), encoding="utf-8")
 
 
-def node(options):
-    """A node that spawns a model."""
-    return f'<node pkg="gazebo_ros" type="spawn_model" name="s" args="{options}"/>'
+def node(options, name=""):
+    """A node that spawns a model; without a name it has one of its own."""
+    name = name or f"spawn_{next(NUMBERS)}"
+    return f'<node pkg="gazebo_ros" type="spawn_model" name="{name}" args="{options}"/>'
 
 
 def write(*nodes, world="$(find wave_gazebo)/worlds/ocean.world", head=""):
@@ -122,6 +127,41 @@ def test_a_model_with_thrusters_is_a_boat():
     assert not launch.objects
 
 
+@pytest.mark.parametrize("thing", ["crate", "tug"])
+def test_a_boat_has_the_pose_of_its_own_file_as_an_object_has(thing):
+    crate(thing, pose="<pose>1 0 0.25 0 0 0.5</pose>", plugin=THRUSTER if thing == "tug" else "")
+    write(node(f"-sdf -file {thing}/model.sdf -model a -x 10 -Y 1.5707963267948966"))
+    launch = launch_of("bay.launch", {})
+    (found,) = launch.boats or launch.objects
+    assert bool(launch.boats) == (thing == "tug")
+    assert found.pose == pytest.approx((10.0, 1.0, 0.25, 0.0, 0.0, math.pi / 2 + 0.5), abs=1e-12)
+
+
+def test_two_nodes_of_one_name_are_refused_as_roslaunch_refuses_them():
+    write(node("-database mb_marker_buoy_red -model a", "s"), node("-database mb_marker_buoy_red -model b", "s"))
+    with pytest.raises(ConfigError) as error:
+        launch_of("bay.launch", {})
+    said = "a node named '/s' is on line 4 already, so roslaunch starts nothing: give each another name"
+    assert str(error.value) == f"bay.launch:5:1: <node> 's' / name: {said}"
+
+
+@pytest.mark.parametrize("other", ['<group ns="red">{}</group>', '<group ns="/red/">{}</group>'])
+def test_nodes_of_one_name_may_be_in_two_namespaces(other):
+    first, second = (node(f"-database mb_marker_buoy_red -model {name}", "s") for name in "ab")
+    write(first, other.format(second))
+    assert [one.name for one in launch_of("bay.launch", {}).objects] == ["a", "b"]
+
+
+def test_a_node_of_that_name_in_another_file_is_named_with_it():
+    one = node("-database mb_marker_buoy_red -model b", "s").replace("<node", '<node ns="red"')
+    Path("other.launch").write_text(f"<launch>\n{one}\n</launch>\n", encoding="utf-8")
+    write(
+        '<include file="$(dirname)/other.launch"/>', '<group ns="red">', node("-database x -model a", "s"), "</group>"
+    )
+    with pytest.raises(ConfigError, match=r"^bay\.launch:6:1: .* a node named '/red/s' is on other\.launch:2 already"):
+        launch_of("bay.launch", {})
+
+
 def test_models_that_are_not_there_are_noted():
     write(node("-sdf -file buoy/model.sdf -model a"), node("-database no_such_buoy -model b"))
     first, second = notes()
@@ -139,7 +179,7 @@ def test_arguments_of_the_xacro_of_an_object_are_noted():
 
 
 def test_two_models_of_one_name_are_refused():
-    write(node("-sdf -file crate/model.sdf -model a"), node("-database mb_marker_buoy_red -model a"))
+    write(node("-sdf -file crate/model.sdf -model a"), node("-database mb_marker_buoy_red -model a", "s"))
     with pytest.raises(ConfigError) as error:
         launch_of("bay.launch", {})
     said = "a model named 'a' is spawned on line 4 already: each needs -model NAME of its own"
