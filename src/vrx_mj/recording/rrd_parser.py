@@ -10,6 +10,7 @@ COLUMNS are names with commas between them. If WHOLE is `whole`, the chunks of a
 """
 
 import contextlib
+import importlib.util
 import json
 import os
 import struct
@@ -33,11 +34,10 @@ def main(arguments: Sequence[str]) -> None:
     output = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever else is printed stays out of the blocks
     try:
-        from rerun.chunk import RrdReader  # before the limits: they are on what a file makes of it
-
+        reader_of = rerun_reader()  # before the limits: they are on what a file makes of it
         limit(int(memory), int(seconds))
         warnings.simplefilter("ignore")  # a file without its table of contents is what a killed run leaves
-        reader = RrdReader(file)
+        reader = reader_of(file)
         if command == "copy":
             copy, application, recording = rest
             reader.stream().write_rrd(copy, application_id=application, recording_id=recording)
@@ -49,6 +49,18 @@ def main(arguments: Sequence[str]) -> None:
         write_block(output, {"error": (str(error).strip().splitlines() or [type(error).__name__])[0]})
     output.close()
     os._exit(0)  # no thread of rerun's is waited for
+
+
+def rerun_reader() -> Any:
+    """Rerun's class that reads files, by its module alone: importing all of rerun takes longer than reading a file."""
+    if (found := importlib.util.find_spec("rerun")) is not None:
+        sys.modules["rerun"] = importlib.util.module_from_spec(found)  # not executed: a package of modules alone
+    try:
+        from rerun.chunk import RrdReader
+    except ImportError:
+        del sys.modules["rerun"]
+        from rerun.chunk import RrdReader
+    return RrdReader
 
 
 def limit(memory: int, seconds: int) -> None:

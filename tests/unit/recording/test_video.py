@@ -190,6 +190,15 @@ def made_up(tmp_path):
     return dataclasses.replace(recorded, companies=(boat_set,))
 
 
+@pytest.fixture(scope="module")
+def two_seconds(tmp_path_factory):
+    """A recording of 2 s, which tests leave as it is."""
+    folder = tmp_path_factory.mktemp("two_seconds")
+    with RecordWriter(folder / "run.rrd", recorded_run.scene()) as writer:
+        writer.rows(np.array([recorded_run.row_at(t) for t in np.arange(0.0, 2.01, 0.05)]))
+    return made_up(folder)
+
+
 @pytest.mark.parametrize(
     ("shot", "kind", "text"),
     [
@@ -208,11 +217,9 @@ def made_up(tmp_path):
         (Shot(end=9.0), VideoError, "invalid span 0 s to 9 s: the recording goes from 0 to 2 s"),
     ],
 )
-def test_what_cannot_be_filmed_is_refused(tmp_path, shot, kind, text):
-    with RecordWriter(tmp_path / "run.rrd", recorded_run.scene()) as writer:
-        writer.rows(np.array([recorded_run.row_at(t) for t in np.arange(0.0, 2.01, 0.05)]))
+def test_what_cannot_be_filmed_is_refused(two_seconds, shot, kind, text):
     with pytest.raises(kind) as refused:
-        Film(made_up(tmp_path), shot, size=(64, 36), fps=10.0)
+        Film(two_seconds, shot, size=(64, 36), fps=10.0)
     assert isinstance(refused.value, VrxError)
     assert str(refused.value) == text
 
