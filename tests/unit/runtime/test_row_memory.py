@@ -158,20 +158,24 @@ def test_another_error_of_what_allocates_is_left_as_it_is(data):
         raise RuntimeError("a bug")
 
 
-LIMITED = """
+LIMIT = """
 import resource
 from pathlib import Path
 from vrx_mj.rl import VectorEnv
 VectorEnv("StationKeeping", 4, mass=(0.9, 1.1), threads=1).reset(seed=1)
-now = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-resource.setrlimit(resource.RLIMIT_AS, (now + 1_200_000_000, resource.RLIM_INFINITY))
+before = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+def limit(more):
+    resource.setrlimit(resource.RLIMIT_AS, (before + more, resource.RLIM_INFINITY))
+"""
+MANY = """
+limit(1_200_000_000)
 env = VectorEnv("StationKeeping", 600, mass=(0.9, 1.1), threads=1)
 env.reset(seed=1)
 env.step(env.action_space.sample())
-del env
+"""
+TOO_MANY = """
 for part in range(1, 9):  # which of its allocations fails first is chance: a few amounts that are left
-    now = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    resource.setrlimit(resource.RLIMIT_AS, (now + part * 50_000_000, resource.RLIM_INFINITY))
+    limit(part * 50_000_000)
     try:
         VectorEnv("StationKeeping", 5000, threads=1)
     except Exception as error:
@@ -181,9 +185,20 @@ for part in range(1, 9):  # which of its allocations fails first is chance: a fe
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="address space is limited on Linux")
-def test_under_a_limit_of_address_space_rows_take_a_megabyte_and_too_many_are_refused():
-    done = subprocess.run([sys.executable, "-c", LIMITED], capture_output=True, text=True, timeout=240, check=False)
-    assert done.returncode == 0, done.stderr
-    assert re.fullmatch(
-        r"(CommandError no memory for 5000 rows: 3\.\d GB of address space are needed, .*\n){8}", done.stdout
+@pytest.mark.parametrize(
+    ("script", "printed"),
+    [
+        pytest.param(MANY, "", id="rows_take_two_megabytes_at_most"),
+        pytest.param(
+            TOO_MANY,
+            r"(CommandError no memory for 5000 rows: 3\.\d GB of address space are needed, .*\n){8}",
+            id="too_many_are_refused",
+        ),
+    ],
+)
+def test_under_a_limit_of_address_space(script, printed):
+    done = subprocess.run(
+        [sys.executable, "-c", LIMIT + script], capture_output=True, text=True, timeout=240, check=False
     )
+    assert done.returncode == 0, done.stderr
+    assert re.fullmatch(printed, done.stdout)
