@@ -71,11 +71,18 @@ RAFT = {
 """A raft with a float on a hinge and another on a universal joint."""
 
 
+def write(folder, name, content):
+    """The path of an object's file, which is written."""
+    path = folder / f"{name}.yaml"
+    path.write_text(yaml.safe_dump(content), "utf-8")
+    return path
+
+
 def world_of(folder, *, physics=None, sea=CALM, wind=None, fleet=None, **objects):
     """A compiled world with objects, each given as (content of its file, pose)."""
     items = []
     for name, (content, pose) in objects.items():
-        (folder / f"{name}.yaml").write_text(yaml.safe_dump(content), "utf-8")
+        write(folder, name, content)
         items.append({"name": name, "model": f"./{name}.yaml", "pose": list(pose)})
     file = folder / "world.yaml"
     spawn = {"pose": [-50, -50, 0, 0, 0, 0]}

@@ -3,10 +3,12 @@
 import copy
 import math
 
+import mujoco
 import numpy as np
 import pytest
 
-from integration.jointed import PENDULUM, RAFT, angle, place, simulation_of
+import vrx_mj
+from integration.jointed import DRAG, PENDULUM, RAFT, angle, place, simulation_of, write
 from vrx_mj.constants import WATER_DENSITY
 
 HERE = (5.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -133,3 +135,128 @@ def test_wind_pushes_the_links_that_it_is_given_for(tmp_path):
     still, pushed, turned = final(0.0), final(3.0), final(3.0, "left")
     assert pushed[0] > still[0] + 0.1
     assert abs(pushed[1]) < 1e-3 < abs(turned[1])
+
+
+# All that is done to objects
+
+
+def two_rafts(folder, **other):
+    """A simulation with two rafts in waves."""
+    return simulation_of(folder, sea=SEA, first=(RAFT, HERE), second=(RAFT, (-12.0, 4.0, 0.0, 0.0, 0.0, 1.0)), **other)
+
+
+def tree(sim, name):
+    """Positions and velocities of all that moves of an object."""
+    model, root = sim.model, sim.model.body(f"{name}/base").rootid[0]
+    joints = [index for index in range(model.njnt) if model.body_rootid[model.jnt_bodyid[index]] == root]
+    ends = np.append(model.jnt_qposadr, model.nq)
+    dofs = model.body_rootid[model.dof_bodyid] == root
+    return np.concatenate([*(sim.data.qpos[ends[j] : ends[j + 1]] for j in joints), sim.data.qvel[dofs]])
+
+
+def test_a_state_is_taken_up_to_the_last_bit(tmp_path):
+    sim = two_rafts(tmp_path)
+    sim.step(duration=3.0)
+    state = sim.get_state()
+    sim.step(duration=3.0)
+    after = sim.get_state()
+    sim.set_state(state)
+    sim.step(duration=3.0)
+    assert sim.get_state().sha256 == after.sha256
+    again = two_rafts(tmp_path)
+    again.set_state(state)
+    again.step(duration=3.0)
+    assert again.get_state().sha256 == after.sha256
+
+
+def test_a_saved_world_moves_as_the_one_that_was_saved(tmp_path):
+    world = two_rafts(tmp_path).world
+    world.save(tmp_path / "saved")
+    loaded = vrx_mj.World.load(tmp_path / "saved")
+    assert loaded.sha256 == world.sha256
+    ends = []
+    for one in (world, loaded):
+        sim = vrx_mj.Simulation(one)
+        sim.reset(seed=5)
+        sim.step(duration=3.0)
+        ends.append(sim.get_state().sha256)
+    assert ends[0] == ends[1]
+
+
+def test_what_comes_and_goes_changes_nothing_of_the_others(tmp_path):
+    alone, joined = two_rafts(tmp_path), two_rafts(tmp_path)
+    for sim in (alone, joined):
+        sim.step(duration=2.0)
+    joined.spawn_object("third", model=tmp_path / "first.yaml", pose=[30, 0, 0, 0, 0, 0])
+    for sim in (alone, joined):
+        sim.step(duration=2.0)
+    assert np.array_equal(tree(alone, "first"), tree(joined, "first"))
+    assert np.array_equal(tree(alone, "second"), tree(joined, "second"))
+    joined.remove("first")
+    for sim in (alone, joined):
+        sim.step(duration=2.0)
+    assert np.array_equal(tree(alone, "second"), tree(joined, "second"))
+    assert np.abs(tree(joined, "third")).max() < 100.0
+
+
+WET_CRANE = copy.deepcopy(PENDULUM)
+WET_CRANE["links"][0]["buoyancy"] = {**DRAG, "elements": [{"type": "box", "size": [0.1, 0.1, 0.1]}]}
+
+
+@pytest.mark.parametrize(("content", "height"), [(RAFT, 0.0), (WET_CRANE, -6.0)])
+def test_what_is_spawned_meets_the_water_as_it_is_then(tmp_path, content, height):
+    """Else the water would seem to rise to its links within one step, and throw them."""
+    stiff = copy.deepcopy(content)
+    for part in (stiff, *stiff["links"]):
+        if "buoyancy" in part:
+            part["buoyancy"]["linear_drag"] = 100.0
+    sim = simulation_of(tmp_path, sea=SEA | {"gain": 1.6})
+    sim.step(duration=7.0)
+    x = max(np.arange(0.0, 30.0), key=lambda x: float(sim.sea.height(x, 0.0, sim.time)))
+    level = float(sim.sea.height(x, 0.0, sim.time))
+    assert level > 0.3  # [m]: 30 m/s, if it rose in a step of 10 ms
+    sim.spawn_object("new", model=write(tmp_path, "new", stiff), pose=[x, 0, height + level, 0, 0, 0])
+    sim.step()
+    assert np.abs(sim.data.qvel[6:]).max() < 1.0  # at most 10 g for a step
+
+
+def test_a_moved_object_takes_its_links_along(tmp_path):
+    """As in Gazebo: joints keep their angles, and a velocity is that of all links."""
+    sim = two_rafts(tmp_path)
+    sim.step(duration=4.0)
+    hinges = ("first/port_hinge/axis", "first/starboard_hinge/axis")
+    angles = [angle(sim, name) for name in hinges]
+    assert min(map(abs, angles)) > 1e-4
+    sim.set_object("first", pose=[60.0, 10.0, 0.2, 0.0, 0.0, 0.0], velocity=[1.0, 0, 0, 0, 0, 0])
+    assert [angle(sim, name) for name in hinges] == angles
+    assert place(sim, "first/base") == pytest.approx([60.0, 10.0, 0.2])
+    left = 1.2 - 0.6 + 0.6 * math.cos(angles[0]), 0.6 * math.sin(angles[0])  # of the hinge and half a float
+    assert place(sim, "first/left") == pytest.approx([60.0, 10.0 + left[0], 0.2 + left[1]])
+    for link in ("base", "left", "right"):
+        velocity, body = np.zeros(6), sim.model.body(f"first/{link}").id
+        mujoco.mj_objectVelocity(sim.model, sim.data, mujoco.mjtObj.mjOBJ_XBODY, body, velocity, 0)
+        assert velocity == pytest.approx([0, 0, 0, 1, 0, 0], abs=1e-12)
+
+
+def test_each_row_of_a_batch_moves_as_a_simulation(tmp_path):
+    world = two_rafts(tmp_path, fleet={"boats": [{"name": "wamv", "pose": [-50, 0, 0, 0, 0, 0]}]}).world
+    batch = vrx_mj.Batch(world, 2)
+    batch.reset(seed=[5, 6])
+    batch.step(duration=2.0)
+    for row, seed in enumerate((5, 6)):
+        sim = vrx_mj.Simulation(world)
+        sim.reset(seed=seed)
+        sim.step(duration=2.0)
+        assert np.array_equal(batch.qpos[row], sim.data.qpos)
+
+
+def test_links_bump_into_boats_and_not_into_each_other(tmp_path):
+    folded = copy.deepcopy(RAFT)
+    folded["links"][0]["pose"] = [0, 0.3, 0, 0, 0, 0]  # inside the middle
+    sim = simulation_of(tmp_path, raft=(folded, HERE))
+    sim.step(duration=1.0)
+    assert sim.data.ncon == 0
+    sim.set_boat("wamv", pose=[6.0, -3.2, 0, 0, 0, math.pi / 2])
+    sim.step(duration=0.5)
+    owners = {sim.model.body(sim.model.geom_bodyid[geom]).name for contact in sim.data.contact for geom in contact.geom}
+    assert "raft/right" in owners

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from vrx_mj.arguments import several
@@ -27,6 +28,10 @@ class FreeBodies:
         docks = [dock.name for dock in world.parameters.docks if dock.dynamic]
         self.afloat = (*self.objects, *docks)
         self._address: dict[str, tuple[int, int]] = {}
+        linked = [item for item in world.parameters.objects if item.links]
+        body = {item.name: int(arrays.model.body(item.body).id) for item in linked}
+        self.anchored = {item.name: body[item.name] for item in linked if item.kind == "static"}
+        self._rates = {name: _joint_rates(arrays.model, own) for name, own in body.items()}
         roots = arrays.blocks[arrays.blocks["parent"] < 0]
         for names, rows in ((world.boats, arrays.hulls), (self.objects, arrays.floats), (docks, roots)):
             for name, row in zip(names, rows, strict=True):
@@ -72,9 +77,13 @@ class FreeBodies:
             turn = self._data.qpos[qpos + 3 : qpos + 7]
             self._data.qvel[dof : dof + 3] = in_world_axes(turn, np.array(motion[:3]))
             self._data.qvel[dof + 3 : dof + 6] = motion[3:]
+            self._data.qvel[self._rates.get(name, slice(0))] = 0.0  # as in Gazebo: all links get the velocity
 
     def set_afloat(self, name: str, height: Callable[[float, float], float]) -> None:
         """Let the water, whose surface is at `height(x, y)` [m], have an object or a dock where it is now."""
+        if name in self.anchored:
+            self._arrays.set_links_afloat(self.anchored[name], height)
+            return
         qpos, _ = self._address[name]
         if name in self.objects:
             row = self.objects.index(name)
@@ -95,6 +104,12 @@ class FreeBodies:
             if (size := float(np.abs(values).max())) > worst:
                 worst, name = size, candidate
         return name
+
+
+def _joint_rates(model: mujoco.MjModel, body: int) -> slice:
+    """Where in `qvel` the rates of the joints are by which others hang on a body, after those of its free joint."""
+    dofs = np.flatnonzero(model.body_rootid[model.dof_bodyid] == model.body_rootid[body])
+    return slice(int(dofs[0]) + int(model.body_dofnum[body]), int(dofs[-1]) + 1)
 
 
 def write_pose(qpos: FloatArray, at: int, pose: Sequence[float]) -> None:

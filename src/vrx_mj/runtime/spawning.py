@@ -94,7 +94,8 @@ class Spawning:
         arrays, live = self._moved(world), self._live
         _check_place(arrays, name)
         bodies = FreeBodies(world, arrays)
-        for own in bodies.afloat if live.time > 0.0 else ():  # at the start no float has met the water yet
+        wet = (*bodies.afloat, *bodies.anchored)
+        for own in wet if live.time > 0.0 else ():  # at the start no float has met the water yet
             if owner_of(own) == name and own not in live.bodies.afloat and own not in ball_names(world.parameters):
                 bodies.set_afloat(own, lambda x, y: float(live.sea.height(x, y, live.time)))
         live.enter(world, arrays, f"{name} joins")
