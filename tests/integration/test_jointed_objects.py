@@ -200,7 +200,10 @@ def test_what_comes_and_goes_changes_nothing_of_the_others(tmp_path):
 
 
 WET_CRANE = copy.deepcopy(PENDULUM)
-WET_CRANE["links"][0]["buoyancy"] = {**DRAG, "elements": [{"type": "box", "size": [0.1, 0.1, 0.1]}]}
+WET_CRANE["links"][0]["buoyancy"] = {
+    **DRAG,
+    "elements": [{"type": "box", "size": [0.1, 0.1, 0.1], "pose": [0.5, 0, -1, 0, 0, 0]}],
+}
 
 
 @pytest.mark.parametrize(("content", "height"), [(RAFT, 0.0), (WET_CRANE, -6.0)])

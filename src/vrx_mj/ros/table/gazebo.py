@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
+import mujoco
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
@@ -10,12 +11,14 @@ from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.frames import Pose, angles, conjugate, quaternion_product, rotation, rotation_matrix
 from vrx_mj.ros.interface import Input, Output, Service
 from vrx_mj.ros.messages import Message, new
-from vrx_mj.ros.table.host import Host, Placed, header, pose_message, twist_message
+from vrx_mj.ros.table.host import Host, JointAxis, Placed, header, pose_message, twist_message
 
 __all__ = ["gazebo_inputs", "gazebo_outputs", "gazebo_services"]
 
 STATE_RATE = 100.0
 """[Hz]; Gazebo's is that of its physics, at most 1000."""
+REVOLUTE, CONTINUOUS, PRISMATIC, BALL, UNIVERSAL = 0, 1, 2, 4, 5
+"""Types of joints: constants of gazebo_msgs/GetJointProperties."""
 METRICS_RATE = 5.0
 """[Hz], as Gazebo's."""
 
@@ -65,6 +68,7 @@ def gazebo_services(host: Host) -> Iterator[Service]:
         ("set_link_state", "SetLinkState", lambda host, asked: _set_link(host, asked.link_state)),
         ("get_world_properties", "GetWorldProperties", _world_properties),
         ("get_model_properties", "GetModelProperties", _model_properties),
+        ("get_joint_properties", "GetJointProperties", _joint_properties),
     ):
         yield _service(host, name, kind, answer)
 
@@ -254,11 +258,34 @@ def _model_properties(host: Host, asked: Message) -> Mapping[str, object]:
     parts = host.bodies.parts(asked.model_name)
     scope = f"{asked.model_name.replace('/', '::')}::"
     links = [link.removeprefix(scope) for link in host.bodies.links if link.startswith(scope)]
+    joints = [joint.removeprefix(scope) for joint in host.bodies.joints if joint.startswith(scope)]
     return {
         "canonical_body_name": links[0] if links else "",
         "body_names": links,
+        "joint_names": joints,
         "is_static": not any(one in host.sim.boats or _floats(host, one) for one in parts),
     }
+
+
+def _joint_properties(host: Host, asked: Message) -> Mapping[str, object]:
+    axes = host.bodies.joint(asked.joint_name)
+    return {
+        "type": _joint_type(axes),
+        "damping": [axis.damping for axis in axes],
+        "position": [axis.position for axis in axes],
+        "rate": [axis.rate for axis in axes],
+    }
+
+
+def _joint_type(axes: Sequence[JointAxis]) -> int:
+    """GetJointProperties' number of a type of joint."""
+    if axes[0].kind == mujoco.mjtJoint.mjJNT_BALL:
+        return BALL
+    if axes[0].kind == mujoco.mjtJoint.mjJNT_SLIDE:
+        return PRISMATIC
+    if len(axes) > 1:
+        return UNIVERSAL
+    return REVOLUTE if axes[0].limited else CONTINUOUS
 
 
 def _floats(host: Host, name: str) -> bool:

@@ -8,6 +8,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.frames import rotation_vector
 from vrx_mj.ros.messages import Message, kind, new, stamp
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.simulation import Simulation
@@ -16,6 +17,7 @@ __all__ = [
     "Bodies",
     "CmdVel",
     "Host",
+    "JointAxis",
     "Placed",
     "collision_name",
     "header",
@@ -26,6 +28,8 @@ __all__ = [
     "vector",
 ]
 
+AXES = frozenset({"axis", "axis2", "ball"})
+"""What the names of MuJoCo's joints of an object have after that of the joint."""
 WORLD_FRAMES = frozenset({"", "world", "map", "/map"})
 """What Gazebo takes for the world's frame."""
 
@@ -41,6 +45,21 @@ class Placed(NamedTuple):
     """(3,) of the frame's origin [m/s]."""
     spin: FloatArray
     """(3,) angular velocity [rad/s]."""
+
+
+class JointAxis(NamedTuple):
+    """An axis of a joint, about which its child link turns, or along which it slides."""
+
+    kind: int
+    """MuJoCo's type of the joint."""
+    limited: bool
+    """Whether it has limits."""
+    position: float
+    """[rad], of a slide [m]."""
+    rate: float
+    """[rad/s], of a slide [m/s]."""
+    damping: float
+    """[N m s/rad], of a slide [N s/m]."""
 
 
 class Bodies:
@@ -68,6 +87,10 @@ class Bodies:
                 self._models.setdefault(model_name, index)
                 self._parts.setdefault(model_name, []).append(name)
         self._links = {link_name(body, boats): index for body, index in known.items()}
+        self._joints: dict[str, list[int]] = {}
+        for joint in range(model.njnt):
+            if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE:
+                self._joints.setdefault(_joint_name(str(model.joint(joint).name), boats), []).append(joint)
 
     @property
     def models(self) -> Sequence[str]:
@@ -115,6 +138,32 @@ class Bodies:
         self._refresh()
         return ((name, self._placed(index)) for name, index in self._links.items())
 
+    @property
+    def joints(self) -> Sequence[str]:
+        """Names of all joints, as `raft::hinge` or `wamv::wamv/left_engine`."""
+        return tuple(self._joints)
+
+    def joint(self, name: str) -> Sequence[JointAxis]:
+        """The axes of a joint, of whole name or, if it is the first of that, of its own; UnknownNameError without one.
+
+        Those of a ball are the world's of its child link, where its turn is a rotation vector.
+        """
+        known = {whole.rpartition("::")[2]: numbers for whole, numbers in reversed(self._joints.items())} | self._joints
+        if name not in known:
+            raise UnknownNameError("joint", name, self._joints)
+        return [axis for joint in known[name] for axis in self._axes(joint)]
+
+    def _axes(self, joint: int) -> Iterator[JointAxis]:
+        model, data = self._sim.model, self._sim.data
+        kind, at, dof = int(model.jnt_type[joint]), int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
+        if kind == mujoco.mjtJoint.mjJNT_BALL:
+            for number, turn in enumerate(rotation_vector(data.qpos[at : at + 4])):
+                rate, damping = data.qvel[dof + number], model.dof_damping[dof + number]
+                yield JointAxis(kind, False, float(turn), float(rate), float(damping))
+            return
+        limited = bool(model.jnt_limited[joint])
+        yield JointAxis(kind, limited, float(data.qpos[at]), float(data.qvel[dof]), float(model.dof_damping[dof]))
+
     def frame(self, name: str) -> Placed | None:
         """A frame of reference: None for the world's, else a model's or a link's; UnknownNameError if it is unknown."""
         if name in WORLD_FRAMES:
@@ -144,6 +193,12 @@ class Bodies:
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         mujoco.mj_comVel(model, data)
+
+
+def _joint_name(name: str, boats: Collection[str]) -> str:
+    """Gazebo's name of a joint: `raft::hinge` for its axis `raft/hinge/axis` in the MJCF."""
+    whole, _, last = name.rpartition("/")
+    return link_name(whole if last in AXES else name, boats)
 
 
 def _gazebo(name: str) -> str:

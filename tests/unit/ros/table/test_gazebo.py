@@ -312,3 +312,70 @@ def test_a_model_on_the_path_has_its_meshes_and_no_other_file_is_read(course, tm
     assert inserted(scene, "named", DATABASE.format("crate"), x=-480.0).status_message == "named joins as model://crate"
     other = text.replace("200", "250")
     assert inserted(scene, "other", other, x=-470.0).status_message.startswith("other joins as the SDF's own crate; ")
+
+
+def jointed(name, kind, child, axes="<axis><xyz>1 0 0</xyz></axis>"):
+    return f'<joint name="{name}" type="{kind}"><parent>deck</parent><child>{child}</child>{axes}</joint>'
+
+
+def piece(name, pose):
+    shape = '<collision name="c"><geometry><box><size>1 1 0.5</size></box></geometry></collision>'
+    return f'<link name="{name}"><pose>{pose}</pose><inertial><mass>60</mass></inertial>{shape}</link>'
+
+
+LIMITED = (
+    "<axis><xyz>1 0 0</xyz><limit><lower>-1</lower><upper>1</upper></limit>"
+    "<dynamics><damping>4</damping></dynamics></axis>"
+)
+BARGE = "".join(
+    (
+        '<sdf version="1.6"><model name="barge">',
+        piece("deck", "0 0 0 0 0 0"),
+        piece("port", "0 1.5 0 0 0 0"),
+        piece("bow", "1.5 0 0 0 0 0"),
+        piece("ramp", "0 -1.5 0 0 0 0"),
+        jointed("left", "revolute", "port", LIMITED),
+        jointed("ahead", "universal", "bow", "<axis><xyz>0 1 0</xyz></axis><axis2><xyz>1 0 0</xyz></axis2>"),
+        jointed("slide", "prismatic", "ramp", LIMITED),
+        "</model></sdf>",
+    )
+)
+
+
+def test_links_and_joints_of_a_model_are_seen_and_moved(course):
+    """Spawned from a text: its links are in `link_states`, its joints in `get_joint_properties`."""
+    scene = served(course)
+    inserted(scene, "barge", BARGE)
+    run(scene, 1.0)
+    listed = got(scene, "get_model_properties", "GetModelProperties", model_name="barge")
+    assert list(listed.body_names) == ["deck", "port", "bow", "ramp"]
+    assert list(listed.joint_names) == ["left", "ahead", "slide"]
+    kinds = {
+        name: got(scene, "get_joint_properties", "GetJointProperties", joint_name=name) for name in listed.joint_names
+    }
+    assert {name: (one.type, len(one.position)) for name, one in kinds.items()} == {
+        "left": (0, 1),
+        "ahead": (5, 2),
+        "slide": (2, 1),
+    }
+    assert list(kinds["left"].damping) == [4.0]
+    states = next(one for one in gazebo_outputs(scene.server) if one.name == "/gazebo/link_states").make()
+    port = states.pose[list(states.name).index("barge::port")]
+    link = got(scene, "get_link_state", "GetLinkState", link_name="barge::port").link_state
+    assert xyz(link.pose.position) == xyz(port.position)
+    beside = got(scene, "get_link_state", "GetLinkState", link_name="barge::port", reference_frame="barge::deck")
+    angle = kinds["left"].position[0]  # about the origin of the child, where the joint is
+    assert xyz(beside.link_state.pose.position) == pytest.approx([0, 1.5, 0], abs=1e-9)
+    assert beside.link_state.pose.orientation.x == pytest.approx(math.sin(angle / 2), abs=1e-9)
+    wrong = got(scene, "get_joint_properties", "GetJointProperties", joint_name="right")
+    assert wrong.status_message.startswith("get_joint_properties: no joint named 'right'; known: ")
+    state = {"model_name": "barge", "pose": {"position": {"x": -490.0, "y": 240.0}}}
+    moved = got(scene, "set_model_state", "SetModelState", model_state=state)
+    assert moved.success, moved.status_message
+    after = got(scene, "get_joint_properties", "GetJointProperties", joint_name="barge::left")
+    assert (after.position[0], after.rate[0]) == (pytest.approx(angle, abs=1e-3), pytest.approx(0.0, abs=0.05))
+    place = got(scene, "get_link_state", "GetLinkState", link_name="barge::port").link_state.pose.position
+    assert xyz(place)[:2] == pytest.approx([-490.0, 241.5], abs=0.02)
+    link = {"link_name": "barge::port", "pose": {"position": {"x": 0.0}}}
+    refused = got(scene, "set_link_state", "SetLinkState", link_state=link)
+    assert not refused.success
