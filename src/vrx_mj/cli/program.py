@@ -211,6 +211,7 @@ COMMANDS = {
     "validate": Entry(
         "Check", "validate:validate", "Compare the physics with closed forms, other programs and tanks."
     ),
+    "trial": Entry("Check", "trial:trial", "Try a boat's manoeuvres as ITTC and IMO define them."),
     "bench": Entry("Check", "commands:bench", "Measure the speed of this machine against the budgets."),
     "serve": Entry("ROS", "serve:serve", "Serve a world to ROS, with VRX's topics and services."),
     "teleop": Entry("ROS", "ros:teleop", "Drive a boat of a served world."),

@@ -1,0 +1,110 @@
+"""`vrx-mj trial`: turning circle, zigzag, crash stop, pull-out, spiral and free decay of a boat."""
+
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from vrx_mj.cli.files import writing
+from vrx_mj.errors import CommandError, UnknownNameError
+
+if TYPE_CHECKING:
+    from vrx_mj.trials import Trial
+
+__all__ = ["trial"]
+
+CALM: dict[str, Any] = {"name": "calm", "physics": {"profile": "marine"}, "sea": {"model": "none"}}
+"""The world of a trial by default: still water without wind, in profile `marine`."""
+OPTIONS = {
+    "turning": ("power", "helm"),
+    "zigzag": ("power", "helm", "angle"),
+    "crash-stop": ("power",),
+    "pull-out": ("power", "helm"),
+    "spiral": ("power", "helm"),
+    "decay": ("mode", "amount"),
+}
+"""Options that each trial takes."""
+Helm = Annotated[float | None, typer.Option(help="Share of full helm, 35 degrees at most; default 1, of a zigzag 0.5.")]
+Amount = Annotated[float | None, typer.Option(help="Displacement of a decay [m], [degrees]; default 0.1, 10, 5.")]
+
+
+def trial(
+    name: Annotated[str, typer.Argument(metavar="TRIAL", help=f"One of {', '.join(OPTIONS)}.")],
+    boat: Annotated[str, typer.Argument(metavar="BOAT", help="A kind of robot: a name, or the path of its file.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the JSON and the chart (SVG).")] = Path(),
+    world: Annotated[str | None, typer.Option(help="World; default: still water of profile marine.")] = None,
+    power: Annotated[float | None, typer.Option(help="Power of the approach, 0 to 1; default 1.")] = None,
+    helm: Helm = None,
+    angle: Annotated[float | None, typer.Option(help="Heading of a zigzag [degrees]; default 20.")] = None,
+    mode: Annotated[str | None, typer.Option(help="Mode of a decay: heave, roll or pitch; default roll.")] = None,
+    amount: Amount = None,
+) -> None:
+    """Try a boat's manoeuvres as ITTC and IMO define them. The figures are written as JSON, with a chart.
+
+    The helm turns rudders or engines by up to 35 degrees; a boat that has neither is steered by less thrust inside.
+
+    Example: vrx-mj trial turning skiff
+    """
+    if name not in OPTIONS:
+        raise UnknownNameError("trial", name, OPTIONS)
+    given = {"power": power, "helm": helm, "angle": angle, "mode": mode, "amount": amount}
+    done = _tried(name, boat, world, _arguments(name, given))
+    files = [output / f"{name}.json", output / f"{name}.svg"]
+    with writing("the trial", output):
+        output.mkdir(parents=True, exist_ok=True)
+        for file, text in zip(files, (_json(done, boat, world), _svg(done, boat)), strict=True):
+            file.write_text(text, encoding="utf-8", newline="\n")
+    width = max(map(len, done.figures))
+    for key, figure in done.figures.items():
+        value = "-" if math.isnan(figure.value) else f"{figure.value:.4g}"
+        typer.echo(f"{key:<{width}}  {value:>9} {figure.unit:<6} {figure.meaning}")
+    typer.echo(f"{files[0]}, {files[1]}")
+
+
+LIMITS = {"power": (0.0, 1.0), "helm": (0.0, 1.0), "angle": (0.0, 90.0), "amount": (0.0, 180.0)}
+"""Numbers of the options: above the first, up to the second."""
+
+
+def _arguments(name: str, given: dict[str, Any]) -> dict[str, Any]:
+    """Arguments of a trial's function; CommandError where one is not its own, or has no such value."""
+    arguments = {key: value for key, value in given.items() if value is not None}
+    for key, value in arguments.items():
+        if key not in OPTIONS[name]:
+            trials = ", ".join(each for each, keys in OPTIONS.items() if key in keys)
+            raise CommandError(f"--{key} is not for {name}, but for {trials}")
+        if key in LIMITS and not LIMITS[key][0] < value <= LIMITS[key][1]:
+            low, high = LIMITS[key]
+            raise CommandError(f"invalid --{key} '{value:g}': a number above {low:g}, at most {high:g}, is needed")
+    if "amount" in arguments and arguments.get("mode") != "heave":
+        arguments["amount"] = math.radians(arguments["amount"])
+    return arguments
+
+
+def _tried(name: str, boat: str, world: str | None, arguments: dict[str, Any]) -> "Trial":
+    from vrx_mj.mjcf.compile import compile_world
+    from vrx_mj.runtime.simulation import Simulation
+    from vrx_mj.trials import TRIALS, SimulatedVessel
+
+    fleet = {"usv_count": 1, "robot": boat, "sensors": "none"}
+    sim = Simulation(compile_world(CALM if world is None else world, fleet=fleet))
+    return TRIALS[name](SimulatedVessel(sim, sim.boats[0]), **arguments)
+
+
+def _json(done: "Trial", boat: str, world: str | None) -> str:
+    """The figures, and the track every state."""
+    figures = {
+        key: {"value": None if math.isnan(each.value) else each.value, "unit": each.unit, "meaning": each.meaning}
+        for key, each in done.figures.items()
+    }
+    track = {key: [round(float(value), 6) for value in values] for key, values in vars(done.track).items()}
+    tree = {"trial": done.name, "boat": boat, "world": world or "calm", "figures": figures, "track": track}
+    return json.dumps(tree, indent=1, allow_nan=False) + "\n"
+
+
+def _svg(done: "Trial", boat: str) -> str:
+    from vrx_mj.draw.chart import Chart, Series, chart_svg
+
+    series = tuple(Series(label, x, y) for label, (x, y) in done.curves.items())
+    return str(chart_svg(Chart(f"{done.name}, {boat}", *done.axes, series, equal=done.name == "turning"))) + "\n"

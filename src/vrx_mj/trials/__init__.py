@@ -1,0 +1,35 @@
+"""Trials of boats, as ITTC and IMO have them: turning circle, zigzag, crash stop, pull-out, spiral and free decay."""
+
+from collections.abc import Callable
+
+from vrx_mj.trials.decay import decay
+from vrx_mj.trials.records import Figure, Track, Trial
+from vrx_mj.trials.steering import pull_out, spiral, turning, zigzag
+from vrx_mj.trials.stopping import crash_stop
+from vrx_mj.trials.vessel import SimulatedVessel, Vessel, VesselState
+
+__all__ = [
+    "TRIALS",
+    "Figure",
+    "SimulatedVessel",
+    "Track",
+    "Trial",
+    "Vessel",
+    "VesselState",
+    "crash_stop",
+    "decay",
+    "pull_out",
+    "spiral",
+    "turning",
+    "zigzag",
+]
+
+TRIALS: dict[str, Callable[..., Trial]] = {
+    "turning": turning,
+    "zigzag": zigzag,
+    "crash-stop": crash_stop,
+    "pull-out": pull_out,
+    "spiral": spiral,
+    "decay": decay,
+}
+"""The trials by name, each a function of a vessel."""

@@ -1,0 +1,207 @@
+"""Trials of steering: turning circle, zigzag, pull-out and spiral (ITTC 7.5-04-02-01; IMO MSC.137(76))."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from vrx_mj.trials.records import Figure, Track, Trial, crossing, track_of
+from vrx_mj.trials.vessel import Vessel, VesselState
+
+__all__ = ["approach", "pull_out", "sailed", "spiral", "turning", "zigzag"]
+
+STEP = 0.02
+"""Time between two states of a track [s]."""
+SETTLED = 1e-3
+"""Relative change of a speed over `WATCH` at which it counts as steady."""
+WATCH = 5.0
+"""[s]"""
+LONGEST = 600.0
+"""Longest time of a part of a trial [s]."""
+STEPS = 8
+"""Helm settings of a spiral between midships and full helm."""
+
+
+def sailed(
+    vessel: Vessel, power: float, helm: float, done: Callable[[list[VesselState]], bool], most: float = LONGEST
+) -> list[VesselState]:
+    """States every `STEP` from now until a condition on them holds, or a time [s] is over."""
+    states = [vessel.state]
+    while not done(states) and len(states) < most / STEP:
+        vessel.advance(power, helm, STEP)
+        states.append(vessel.state)
+    return states
+
+
+def _settled(value: Callable[[VesselState], float], least: float) -> Callable[[list[VesselState]], bool]:
+    """Whether a value has not changed for a while; changes below `least` count as none."""
+
+    def steady(states: list[VesselState]) -> bool:
+        count = round(WATCH / STEP)
+        if len(states) <= 2 * count:
+            return False
+        recent = [value(state) for state in states[-count::10]]
+        return max(recent) - min(recent) <= max(SETTLED * abs(recent[-1]), least)
+
+    return steady
+
+
+def approach(vessel: Vessel, power: float) -> VesselState:
+    """Sail straight ahead until the speed is steady."""
+    return sailed(vessel, power, 0.0, _settled(lambda state: state.surge, 1e-4))[-1]
+
+
+def turning(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
+    """Turning circle: helm over at steady speed until the heading has changed by 540 degrees.
+
+    Args:
+        vessel: what is tried.
+        power: of the approach, 0 to 1, kept in the turn.
+        helm: -1 to 1, positive to port.
+    """
+    speed = approach(vessel, power).surge
+    turned = _Turned()
+    states = sailed(vessel, power, helm, lambda seen: turned.by(seen[-1]) >= 3.0 * math.pi)
+    track = track_of(states, [helm] * len(states))
+    side = math.copysign(1.0, helm)
+    heading, across = side * track.heading, side * track.y
+    last = track.heading * side >= heading[-1] - 2.0 * math.pi
+    rate = float(np.mean(side * track.yaw_rate[last]))
+    velocity = float(np.mean(np.hypot(track.surge, track.sway)[last]))
+    figures = {
+        "speed": Figure(speed, "m/s", "speed of the approach"),
+        "advance": Figure(crossing(track.x, heading, 0.5 * math.pi), "m", "way ahead at 90 degrees"),
+        "transfer": Figure(crossing(across, heading, 0.5 * math.pi), "m", "way aside at 90 degrees"),
+        "tactical_diameter": Figure(crossing(across, heading, math.pi), "m", "way aside at 180 degrees"),
+        "time_90": Figure(crossing(track.time, heading, 0.5 * math.pi), "s", "time to 90 degrees"),
+        "time_180": Figure(crossing(track.time, heading, math.pi), "s", "time to 180 degrees"),
+        "steady_radius": Figure(velocity / rate if rate > 0.0 else math.nan, "m", "radius of the last full turn"),
+        "steady_rate": Figure(math.degrees(rate), "deg/s", "rate of turn in it"),
+        "drift_angle": Figure(
+            math.degrees(float(np.mean(np.arctan2(-side * track.sway, track.surge)[last]))), "deg",
+            "angle of the bow inside of the track, at the vessel's origin",
+        ),
+        "speed_kept": Figure(velocity / speed, "", "speed in the turn over that of the approach"),
+    }  # fmt: skip
+    return Trial("turning", figures, {"track": (track.x, track.y)}, ("way ahead [m]", "way to port [m]"), track)
+
+
+class _Turned:
+    """How far a vessel has turned since the first time it was asked for, either way [rad]."""
+
+    def __init__(self) -> None:
+        self._last: float | None = None
+        self.angle = 0.0
+
+    def by(self, state: VesselState) -> float:
+        if self._last is not None:
+            self.angle += math.remainder(state.heading - self._last, 2.0 * math.pi)
+        self._last = state.heading
+        return abs(self.angle)
+
+
+def zigzag(vessel: Vessel, *, power: float = 1.0, helm: float = 0.5, angle: float = 20.0) -> Trial:
+    """Zigzag: helm to port until the heading has changed by an angle, to starboard until as much beyond, and so on.
+
+    Args:
+        vessel: what is tried.
+        power: of the approach, 0 to 1.
+        helm: share of full helm, above 0 to 1.
+        angle: change of heading at which the helm is turned over [degrees].
+    """
+    approach(vessel, power)
+    bound, states, helms = math.radians(angle), [vessel.state], [helm]
+    turns: list[int] = []
+    side, turned = 1.0, _Turned()
+    turned.by(states[0])
+    while len(turns) < 4 and len(states) < LONGEST / STEP:
+        vessel.advance(power, side * helm, STEP)
+        states.append(vessel.state)
+        helms.append(side * helm)
+        turned.by(states[-1])
+        if side * turned.angle >= bound:
+            turns.append(len(states) - 1)
+            side = -side
+    track = track_of(states, helms)
+    degrees = np.degrees(track.heading)
+    overshoots = []
+    for number, (first, last) in enumerate(zip(turns, [*turns[1:], len(states)], strict=False)):
+        peak = float(np.max((1.0 if number % 2 == 0 else -1.0) * degrees[first:last]))
+        overshoots.append(peak - angle)
+    overshoots += [math.nan] * (2 - len(overshoots))
+    times = [float(track.time[turn]) for turn in turns] + [math.nan] * (4 - len(turns))
+    figures = {
+        "first_overshoot": Figure(overshoots[0], "deg", "turn beyond the angle after the helm is turned over first"),
+        "second_overshoot": Figure(overshoots[1], "deg", "the same after the second time"),
+        "initial_turning_time": Figure(times[0], "s", "time to the angle"),
+        "reach": Figure(_reach(track, turns), "s", "time until the heading is the first one again"),
+        "period": Figure(times[2] - times[0], "s", "time between the first and the third turning of the helm"),
+    }
+    curves = {"heading": (track.time, degrees), "helm, full is 35": (track.time, 35.0 * track.helm)}
+    return Trial("zigzag", figures, curves, ("time [s]", "angle [degrees]"), track)
+
+
+def _reach(track: Track, turns: list[int]) -> float:
+    """Time at which the heading comes back to that of the approach [s]."""
+    if not turns:
+        return math.nan
+    after = slice(turns[0], None)
+    return crossing(track.time[after], -track.heading[after], 0.0)
+
+
+def pull_out(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
+    """Pull-out: a steady turn, then helm midships: a boat that keeps its course stops turning.
+
+    Args:
+        vessel: what is tried.
+        power: 0 to 1.
+        helm: of the turns before, above 0 to 1; one is to port, one to starboard.
+    """
+    figures, curves, tracks = {}, {}, []
+    for name, side in (("port", 1.0), ("starboard", -1.0)):
+        approach(vessel, power)
+        steady = sailed(vessel, power, side * helm, _settled(lambda state: state.yaw_rate, 1e-5))
+        before = steady[-1].yaw_rate
+        states = sailed(vessel, power, 0.0, lambda _: False, 60.0)
+        track = track_of(states, [0.0] * len(states))
+        residual = float(np.mean(track.yaw_rate[-round(WATCH / STEP) :]))
+        figures[f"rate_{name}"] = Figure(math.degrees(before), "deg/s", f"rate of the turn to {name}")
+        figures[f"residual_{name}"] = Figure(math.degrees(residual), "deg/s", "rate that is left 60 s after it")
+        curves[f"after a turn to {name}"] = (track.time, np.degrees(track.yaw_rate))
+        tracks.append(track)
+    return Trial("pull-out", figures, curves, ("time [s]", "rate of turn [deg/s]"), tracks[0])
+
+
+def spiral(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
+    """Direct spiral (Dieudonne): steady rates of turn from full helm to port to starboard and back.
+
+    Where a boat does not keep its course, the ways there and back differ: a loop, whose height and width are figures.
+
+    Args:
+        vessel: what is tried.
+        power: 0 to 1.
+        helm: largest helm, above 0 to 1.
+    """
+    approach(vessel, power)
+    down = [helm * number / STEPS for number in range(STEPS, -STEPS - 1, -1)]
+    branches, states, helms = [], [vessel.state], [0.0]
+    for settings in (down, down[::-1]):
+        rates = []
+        for setting in settings:
+            part = sailed(vessel, power, setting, _settled(lambda state: state.yaw_rate, 1e-5), 120.0)
+            rates.append(math.degrees(part[-1].yaw_rate))
+            states += part[1:]
+            helms += [setting] * (len(part) - 1)
+        branches.append(np.array(rates, np.float64))
+    at, there, back = np.array(down, np.float64), branches[0], branches[1][::-1]
+    apart = np.abs(there - back)
+    noticed = at[apart > max(0.02 * float(np.ptp(there)), 1e-6)]
+    figures = {
+        "loop_height": Figure(float(apart[STEPS]), "deg/s", "difference of the rates midships, there and back"),
+        "loop_width": Figure(float(np.ptp(noticed)) if len(noticed) else 0.0, "", "helm between the loop's ends"),
+        "rate_port": Figure(float(there[0]), "deg/s", "rate at the largest helm to port"),
+        "rate_starboard": Figure(float(there[-1]), "deg/s", "rate at the largest helm to starboard"),
+    }
+    curves = {"port to starboard": (at, there), "and back": (at, back)}
+    axes = ("helm, positive to port", "rate of turn [deg/s]")
+    return Trial("spiral", figures, curves, axes, track_of(states, helms))
