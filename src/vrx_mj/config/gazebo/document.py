@@ -1,6 +1,5 @@
 """An XML file of Gazebo or ROS as elements that know their places; xacro in it is expanded, but for VRX's macros."""
 
-import math
 import os.path
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,7 +10,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from vrx_mj.config.search import display, package_paths
 from vrx_mj.config.tree import Place
-from vrx_mj.config.urdf.elements import truth
+from vrx_mj.config.urdf.elements import numbers_of, truth
 from vrx_mj.config.urdf.expand import expanded_document
 from vrx_mj.config.urdf.expression_values import Budget, ExpressionError
 from vrx_mj.config.urdf.xacro_document import FileError, parse_document, place_of
@@ -25,8 +24,6 @@ MACRO = "xacro:"
 """Beginning of the tag of a macro of VRX that is called."""
 LIBRARIES = frozenset({"robotx_gazebo", "vmrc_gazebo", "vorc_gazebo", "vrx_2019", "vrx_gazebo", "wave_gazebo"})
 """Packages of VRX, whose macros are known here: their files may be missing."""
-LARGEST = 1e12
-"""Largest number that a file may give, in any unit."""
 _PREFIXES = {"gz": "http://gazebosim.org/schema", "ignition": "http://ignitionrobotics.org/schema"}
 """Namespaces of XML that files of Gazebo use without declaring them."""
 _ROOT = re.compile(rb"(?>[^<]+|<!--(?>.*?-->)|<\?(?>.*?\?>))*+<[A-Za-z_][\w.:-]*", re.DOTALL)
@@ -155,15 +152,10 @@ class Element:
 
     def read_numbers(self, labels: str) -> list[float]:
         """The numbers in this element, one for each label. Raises ConfigError."""
-        names, text = labels.split(), self.own_text
         try:
-            values = [float(word) for word in text.split()] if "_" not in text else []
-        except ValueError:
-            values = []
-        if len(values) != len(names) or not all(map(math.isfinite, values)) or max(map(abs, values)) > LARGEST:
-            form = "a number" if len(names) == 1 else f"{len(names)} numbers {' '.join(names)}"
-            raise self.fault(f"expected {form}, got {shown(text)}")
-        return values
+            return numbers_of(self.own_text, labels.split())
+        except ValueError as error:
+            raise self.fault(str(error)) from None
 
     def inner_xml(self) -> str:
         """What is between the tags of this element, as XML."""

@@ -233,15 +233,14 @@ def _shape_numbers(shape: Mapping[str, Any]) -> list[Any]:
     return [shape["type"], *numbers, *map(float, pose.value if isinstance(pose, At) else pose)]
 
 
-def follow_path(element: Element) -> Content | None:
+def follow_path(element: Element, report: Report) -> Content | None:
     """The path along which a model swims, by VRX's follow_plugin or gz-sim's TrajectoryFollower; None without one."""
     plugins = [one for one in element.all("plugin") if _is(one, "followplugin") or _is(one, "trajectoryfollower")]
     if not plugins:
         return None
     plugin = plugins[0]
     newer = _is(plugin, "trajectoryfollower")
-    loops = plugin.child("loop_forever") is not None or plugin.switch("loop")
-    found: Content = {"loop": loops}
+    found: Content = {"loop": _loops(plugin, report)}
     points = [point.read_numbers("x y") for group in plugin.all("waypoints") for point in group.all("waypoint")]
     if points:
         found["waypoints"] = points
@@ -250,6 +249,16 @@ def follow_path(element: Element) -> Content | None:
         if shape is not None:
             found[tag] = shape.given(*keys)
     return found | ({key: plugin.number(key) for key in ("force", "torque") if plugin.child(key)} if newer else {})
+
+
+def _loops(plugin: Element, report: Report) -> bool:
+    """Whether the path begins again at its end; VRX's plugin goes by the presence of a tag alone."""
+    forever = plugin.child("loop_forever")
+    if forever is None:
+        return plugin.switch("loop")
+    if not plugin.switch("loop_forever", default=True):
+        report.note(forever, "ignored", "VRX's plugin loops where this tag is there, whatever it says: remove it")
+    return True
 
 
 def _is(plugin: Element, word: str) -> bool:
@@ -346,7 +355,7 @@ class _Model:
         is_static = wet is None or self.assembly.is_anchored
         whole = {"static": True} if is_static else self.inertia(root)
         whole |= {**shapes[0], **({} if is_static or wet is None else wet[0])}
-        path = None if is_static else follow_path(self.model)
+        path = None if is_static else follow_path(self.model, self.report)
         whole |= {"path": path} if path else {}
         if not others:
             return head | whole

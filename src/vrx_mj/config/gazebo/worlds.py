@@ -51,6 +51,8 @@ WINDS = {"usvgazebowindplugin", "usvwind"}
 """Files of VRX's wind plugins, as `_file` gives them."""
 PLATFORMS = {"platform", "articulated_platform"}
 """What holds a boat of VRX 3 until its task is ready: a lock, which is the task's here."""
+ONCE = {"scene", "gui", "spherical_coordinates", "gravity", "physics"}
+"""Elements of which a world has one, in Gazebo the first."""
 BALL = "blue_projectile"
 CLOSE = 2e-3
 """Difference of numbers [m, rad] up to which an object is that of the base."""
@@ -140,6 +142,7 @@ class _Reader:
         self.pieces: list[Piece] = []
         self.placed: list[tuple[Element, Content]] = []
         self.scoring: list[Element] = []
+        self.first: dict[str, Element] = {}
         self.terrain: Element | None = None
         self.boats: list[Content] = []
         self.afloat: list[tuple[Element, str]] = []
@@ -187,10 +190,20 @@ class _Reader:
         """Take over one element of the world."""
         if element.tag.startswith(MACRO):
             self.take_macro(element)
+        elif self.is_second(element.tag, element):
+            return
         elif element.tag in _TAKE:
             _TAKE[element.tag](self, element)
         else:
             self.report.note(element, "ignored", _IGNORED.get(element.tag, "unknown here"))
+
+    def is_second(self, tag: str, element: Element) -> bool:
+        """Whether Gazebo has this of an element that came before, which is noted."""
+        first = self.first.setdefault(tag, element) if tag in ONCE else element
+        if first is not element:
+            text = f"a world has one <{tag}>: the first, on line {first.place.line}"
+            self.report.note(element, "ignored", text)
+        return first is not element
 
     def add(self, part: str, element: Element, content: Content, ours: str = "") -> None:
         """Add a piece of the world."""
@@ -206,6 +219,8 @@ class _Reader:
         if name not in MACROS:
             raise element.fault(f"{UnknownNameError('macro', name, MACROS)}; is its <xacro:include> missing?")
         piece = made(_call(name, element))
+        if self.is_second(piece.part, element):
+            return
         ours = "`objects`" if piece.part == "objects" else f"`{'extends' if piece.part == 'base' else piece.part}`"
         if piece.stale:
             self.report.note(element, "approximated", "`wind`: its link `base_link` is the boat's here")
@@ -245,7 +260,7 @@ class _Reader:
         content = thing(At(ours or name, element.place), pose_of(element), own)
         if ours is None:
             content["model"] = At(f"{SCHEME}{name}", element.place)
-        path = follow_path(element)
+        path = follow_path(element, self.report)
         if path is not None:
             content["path"] = At(path, element.place)
         self.placed.append((element, content))
@@ -361,7 +376,7 @@ class _Reader:
         x, y, z = element.read_numbers("x y z")
         if x or y or z > 0:
             raise element.fault(f"gravity must point down, got {shown(element.own_text)}")
-        self.add("physics", element, {"physics": {"gravity": -z}})
+        self.add("gravity", element, {"physics": {"gravity": -z}}, "`physics: gravity`")
 
     def take_light(self, element: Element) -> None:
         """Note a light: the sun is ours."""

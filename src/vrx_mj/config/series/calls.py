@@ -1,6 +1,5 @@
 """Calls of macros in a world of a VRX series: their values, their blocks, and the models that they place."""
 
-import math
 import re
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
@@ -10,6 +9,7 @@ from typing import Any, NamedTuple
 from vrx_mj.config.loading import problem_at
 from vrx_mj.config.series.axes import Axis, Series
 from vrx_mj.config.tree import Entry, Items, Place, Section, key_path
+from vrx_mj.config.urdf.elements import numbers_of
 from vrx_mj.config.urdf.expression_values import GLOBALS, MATH, Budget, ExpressionError, Module
 from vrx_mj.config.urdf.expressions import Names, evaluate
 from vrx_mj.config.urdf.xml_text import parse_pieces
@@ -174,13 +174,9 @@ class Tag:
     def read_numbers(self, text: str, where: str, labels: Sequence[str]) -> list[float]:
         """One number for each label."""
         try:
-            values = [float(word) for word in text.split()]
-        except ValueError:
-            values = []
-        if len(values) != len(labels) or not all(map(math.isfinite, values)):
-            form = "a number" if len(labels) == 1 else f"{len(labels)} numbers {' '.join(labels)}"
-            raise self.fault(f"{where}: expected {form}, got {shown(text)}")
-        return values
+            return numbers_of(text, labels)
+        except ValueError as error:
+            raise self.fault(f"{where}: {error}") from None
 
 
 @dataclass(frozen=True)

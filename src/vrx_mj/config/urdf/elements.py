@@ -17,7 +17,7 @@ from vrx_mj.config.tree import File, of_python
 from vrx_mj.config.wording import choice, shown
 from vrx_mj.errors import ConfigError, Problem
 
-__all__ = ["FILE", "Findings", "Node", "truth"]
+__all__ = ["FILE", "Findings", "Node", "numbers_of", "truth"]
 
 ConfigT = TypeVar("ConfigT", bound=Config)
 
@@ -29,6 +29,22 @@ LARGEST = 1e12
 
 _NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)", re.IGNORECASE)
+
+
+def numbers_of(text: str, labels: Sequence[str]) -> list[float]:
+    """The numbers of a text with blanks between them, one for each label.
+
+    Raises:
+        ValueError: they are others than finite numbers, beyond the limit, or not as many as labels.
+    """
+    try:
+        values = [float(word) for word in text.split()] if "_" not in text else []
+    except ValueError:
+        values = []
+    if len(values) != len(labels) or not all(abs(value) <= LARGEST for value in values):
+        form = "a number" if len(labels) == 1 else f"{len(labels)} numbers {' '.join(labels)}"
+        raise ValueError(f"expected {form}, got {shown(text)}")
+    return values
 
 
 def truth(text: str) -> bool | None:

@@ -409,3 +409,65 @@ def test_a_pose_relative_to_nothing_or_to_itself_is_refused(body, message):
     with pytest.raises(ConfigError) as error:
         said(body)
     assert str(error.value).partition(": ")[2] == message
+
+
+@pytest.mark.parametrize(
+    ("tag", "first", "second", "key", "value"),
+    [
+        ("scene", "<ambient>0.1 0.1 0.1 1</ambient>", "<ambient>0.9 0.9 0.9 1</ambient>", "ambient",
+         (0.1, 0.1, 0.1, 1.0)),
+        ("gravity", "0 0 -1.6", "0 0 -5", "gravity", 1.6),
+        ("gui", "<camera><pose>1 2 3 0 0 0</pose></camera>", "<camera><pose>4 0 0 0 0 0</pose></camera>", None,
+         (1.0, 2.0, 3.0, 0.0, 0.0, 0.0)),
+        ("spherical_coordinates", "<latitude_deg>44</latitude_deg><longitude_deg>9</longitude_deg>",
+         "<latitude_deg>0</latitude_deg><longitude_deg>0</longitude_deg>", "latitude", 44.0),
+    ],
+)  # fmt: skip
+def test_of_two_elements_the_first_counts_as_in_gazebo(tag, first, second, key, value):
+    world = said(f"<{tag}>{first}</{tag}>\n<{tag}>{second}</{tag}>")
+    assert losses(world) == [f"<{tag}> ignored: a world has one <{tag}>: the first, on line 3"]
+    part = {"gravity": "physics", "gui": "camera", "spherical_coordinates": "georeference"}.get(tag, tag)
+    assert (world.section[part] if key is None else world.section[part][key]) == value
+
+
+def test_a_macro_of_the_scene_is_the_first_one_too():
+    own = "<scene><ambient>0.9 0.9 0.9 1</ambient></scene>"
+    macro = f"<xacro:scene_macro><ambient>0.3 0.3 0.3 1</ambient><fog>{BLOCKS['fog']}</fog></xacro:scene_macro>"
+    world = said(f"<xacro:sydneyregatta_minus_scene/>\n{macro}\n{own}", file="bay.world.xacro")
+    assert losses(world) == ["<scene> ignored: a world has one <scene>: the first, on line 4"]
+    assert world.section["scene"]["ambient"] == (0.3, 0.3, 0.3, 1.0)
+
+
+def test_gravity_of_a_world_of_vrx_3_leaves_its_physics():
+    assert said("<gravity>0 0 -9.8</gravity>", version="1.9").section["physics"] == {"profile": "vrx3", "gravity": 9.8}
+
+
+SWIMS = (
+    "<include><name>t</name><uri>model://turtle_buoy</uri><pose>-500 180 0 0 0 0</pose>"
+    '<plugin name="f" filename="{file}">{words}<circle><radius>3</radius></circle></plugin></include>'
+)
+LOOPS = "<loop_forever> ignored: VRX's plugin loops where this tag is there, whatever it says: remove it"
+
+
+@pytest.mark.parametrize(
+    ("file", "words", "loops", "lost"),
+    [
+        ("libfollow_plugin.so", "", False, []),
+        ("libfollow_plugin.so", "<loop_forever/>", True, []),
+        ("libfollow_plugin.so", "<loop_forever>true</loop_forever>", True, []),
+        ("libfollow_plugin.so", "<loop_forever>0</loop_forever>", True, [LOOPS]),
+        ("gz-sim-trajectory-follower-system", "<loop>true</loop>", True, []),
+        ("gz-sim-trajectory-follower-system", "<loop>false</loop>", False, []),
+    ],
+)
+def test_a_path_loops_as_its_plugin_says(file, words, loops, lost):
+    world = said(SWIMS.format(file=file, words=words))
+    (turtle,) = world.section["objects"]
+    assert (turtle["path"]["loop"], losses(world)) == (loops, lost)
+
+
+def test_a_loop_that_is_neither_is_refused():
+    with pytest.raises(ConfigError) as error:
+        said(SWIMS.format(file="libfollow_plugin.so", words="<loop_forever>maybe</loop_forever>"))
+    message = "expected true or false, got 'maybe'"
+    assert str(error.value) == f"bay.world:3:83: <plugin> 'f' / loop_forever: {message}"
