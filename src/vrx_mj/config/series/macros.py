@@ -60,7 +60,7 @@ TASK_DEFAULTS: Mapping[str, Parameters] = {
     },
     "wildlife": _TEAM,
     "gymkhana": {
-        "name": REQUIRED, "nav_uri": "short_navigation_course0", "obstacle_uri": "obstacle_course",
+        "name": "gymkhana", "nav_uri": "short_navigation_course0", "obstacle_uri": "obstacle_course",
         "nx": -524.0, "ny": 186.0, "nz": 0.0, "nR": 0.0, "nP": 0.0, "nY": -1.44,
         "ox": -477.0, "oy": 275.0, "oz": 0.0, "oR": 0.0, "oP": 0.0, "oY": 2.54,
         "gx": -483.0, "gy": 295.5, "running_duration": 300.0,
