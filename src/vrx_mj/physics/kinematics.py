@@ -11,7 +11,7 @@ from typing import NamedTuple
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.tables import Record, Table
-from vrx_mj.physics.waves import cosine, elevation, ramp
+from vrx_mj.physics.waves import cosine, cosine_and_sine, elevation, ramp
 
 __all__ = [
     "Orbital",
@@ -80,7 +80,7 @@ def orbital_motion(waves: Table, sea: Record, x: float, y: float, z: float, t: f
         wave = waves[i]
         along = wave.direction[0] * x + wave.direction[1] * y
         angle = wave.wavenumber * along - wave.frequency * t + wave.phase
-        cos, sin = cosine(angle), cosine(angle - _QUARTER)
+        cos, sin = cosine_and_sine(angle)
         level, upright = _decay(wave.wavenumber, depth, sea.depth)
         level, upright = wave.orbital * level, wave.orbital * upright
         u += wave.direction[0] * level * cos

@@ -16,7 +16,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, rotate
 from vrx_mj.physics.tables import Record, Table
-from vrx_mj.physics.waves import cosine, ramp
+from vrx_mj.physics.waves import cosine_and_sine, ramp
 
 __all__ = ["LEVELS", "SIDE", "WaveBox", "fill_box", "pressures_in_box", "wave_box"]
 
@@ -24,7 +24,6 @@ SIDE: Final = 5
 """Nodes of the box along, and across."""
 LEVELS: Final = 4
 """Nodes over its depth."""
-_QUARTER = 0.5 * math.pi
 _FADE = 2.0  # k a at which a wave begins to fade
 _SPARE = 1.25  # depth of the box over that of the lowest point: crests lift the surface from which depth counts
 _THINNEST = 0.05  # least sides and depth of the box [m]
@@ -150,10 +149,10 @@ def _add_wave(box: WaveBox, wave: Record, sea: Record, t: float, out: FloatArray
         return
     middle = k * (east * box.x + north * box.y) - wave.frequency * t + wave.phase
     step = 2.0 * across / (SIDE - 1)
-    c1, s1 = cosine(0.5 * along), cosine(0.5 * along - _QUARTER)
+    c1, s1 = cosine_and_sine(0.5 * along)
     c2, s2 = c1 * c1 - s1 * s1, 2.0 * c1 * s1
-    cs, ss = cosine(step), cosine(step - _QUARTER)
-    cos, sin = cosine(middle - across), cosine(middle - across - _QUARTER)
+    cs, ss = cosine_and_sine(step)
+    cos, sin = cosine_and_sine(middle - across)
     down, up, bottom = _decay_of_level(k, box.depth, sea.depth)
     for row in range(SIDE):
         fall, rise = height / (1.0 + bottom), bottom * height / (1.0 + bottom)

