@@ -3,8 +3,8 @@
 A hull's mesh has hundreds of points and a sea dozens of waves. So the waves are added up at the nodes of a box that
 lies level around the mesh, in its heading, and the polynomial through these serves all points: of degree 4 along and
 across, and 3 over the depth, which counts from the surface (Wheeler, 1970). Over a side of 2 a [m], a wave of k [rad/m]
-in the side's direction is met within (k a)^5 / 1057 of its amplitude. Waves that are too short for that, which a hull
-does not feel as a whole, fade out from k a = 2 to 4.
+in the side's direction is met within (k a)^5 / 1057 of its amplitude. Waves as short as the hull, which it hardly feels as a
+whole, fade out from k a = 3 to 5.
 """
 
 import math
@@ -24,7 +24,7 @@ SIDE: Final = 5
 """Nodes of the box along, and across."""
 LEVELS: Final = 4
 """Nodes over its depth."""
-_FADE = 2.0  # k a at which a wave begins to fade
+_FADES, _FADED = 3.0, 5.0  # k a at which a wave begins to fade, and at which it is gone
 _SPARE = 1.25  # depth of the box over that of the lowest point: crests lift the surface from which depth counts
 _THINNEST = 0.05  # least sides and depth of the box [m]
 
@@ -94,8 +94,8 @@ def wave_box(vertices: FloatArray, motion: Motion, level: float, places: FloatAr
 
 @kernel
 def _share(angle: float) -> float:
-    """Return the share of a wave of k a = `angle` that is left: 1, from `_FADE` on less, from twice that on none."""
-    beyond = min(max(abs(angle) / _FADE - 1.0, 0.0), 1.0)
+    """Return the share of a wave of k a = `angle` that is left: 1, from `_FADES` on less, from `_FADED` on none."""
+    beyond = min(max((abs(angle) - _FADES) / (_FADED - _FADES), 0.0), 1.0)
     return 1.0 - beyond * beyond * (3.0 - 2.0 * beyond)
 
 
