@@ -3,8 +3,8 @@
 A hull's mesh has hundreds of points and a sea dozens of waves. So the waves are added up at the nodes of a box that
 lies level around the mesh, in its heading, and the polynomial through these serves all points: of degree 4 along and
 across, and 3 over the depth, which counts from the surface (Wheeler, 1970). Over a side of 2 a [m], a wave of k [rad/m]
-in the side's direction is met within (k a)^5 / 1057 of its amplitude. Waves as short as the hull, which it hardly feels as a
-whole, fade out from k a = 3 to 5.
+in the side's direction is met within (k a)^5 / 1057 of its amplitude. Waves as short as the hull, which it hardly feels
+as a whole, fade out from k a = 3 to 5.
 """
 
 import math
