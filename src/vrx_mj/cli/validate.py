@@ -8,6 +8,7 @@ import typer
 
 from vrx_mj.bar import Bar
 from vrx_mj.cli.files import writing
+from vrx_mj.errors import CommandError
 
 if TYPE_CHECKING:
     from vrx_mj.validation.report import Result
@@ -19,6 +20,8 @@ REPORT = Path("report")
 
 def validate(
     only: Annotated[list[str] | None, typer.Option(metavar="<case>", help="A case alone; may be repeated.")] = None,
+    case: Annotated[Path | None, typer.Option(help="Your own case (YAML), with --data.")] = None,
+    data: Annotated[Path | None, typer.Option(help="What you have measured (CSV).")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="The cases that take a minute together.")] = False,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the page and results.json.")] = Path(
         "report"
@@ -27,17 +30,24 @@ def validate(
     """Compare the physics with closed forms, other programs and tanks. Write a page with a plot and a table for each.
 
     A row is inside if our value lies in its band. The exit code is 0 if all rows are inside, 1 if any is outside.
+    With --case and --data it compares a boat of yours with what you have measured; docs/validation.md has the keys.
 
     Example: vrx-mj validate --quick -o report
     """
     from vrx_mj.validation.report import counts, run_cases, write_report
     from vrx_mj.validation.table import CASES, chosen
 
+    if (case is None) != (data is None):
+        raise CommandError("--case and --data belong together: the case, and what was measured")
     cases = chosen(tuple(only or ()), quick=quick)
+    if case is not None and data is not None:
+        from vrx_mj.validation.measured import measured_case
+
+        cases = (measured_case(case, data), *(cases if only or quick else ()))
     with Bar("validating", len(cases), "cases") as bar:
-        results = run_cases(cases, lambda number, case: bar.update(number, case.name))
+        results = run_cases(cases, lambda number, begun: bar.update(number, begun.name))
     with writing("the report", output):
-        page = write_report(output, results, [case for case in CASES if case not in cases])
+        page = write_report(output, results, [each for each in CASES if each not in cases])
     _print(results)
     typer.echo(f"page: {page}")
     inside, total = counts(results)

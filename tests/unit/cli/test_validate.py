@@ -50,6 +50,22 @@ def test_a_folder_that_cannot_be(cli, folder, three):
     assert "cannot write the report 'report': File exists" in found.err
 
 
+def test_one_file_of_two(cli, folder, three):
+    found = cli("validate", "--case", "mine.yaml")
+    assert found.code == 2
+    assert "--case and --data belong together: the case, and what was measured" in found.err
+
+
+def test_measurements_of_a_user(cli, folder):
+    (folder / "bay.yaml").write_text("physics: {profile: marine}\nspawn: {robot: skiff}\n", encoding="utf-8")
+    case = "source: a lake\nworld: ./bay.yaml\nsignals: {speed: {band: 1}}\n"
+    (folder / "mine.yaml").write_text(case, encoding="utf-8")
+    (folder / "mine.csv").write_text("time,speed\n0,0\n1,9\n", encoding="utf-8")
+    found = cli("validate", "--case", "mine.yaml", "--data", "mine.csv")
+    assert found.code == 1
+    assert found.out.splitlines()[-1] == "0 of 1 inside"
+
+
 @pytest.mark.slow
 def test_a_real_case(cli):
     found = cli("validate", "--only", "airy")

@@ -1,0 +1,163 @@
+"""A case of `vrx-mj validate` with data that a user has measured: which world, which boat, what it did, and bands."""
+
+import csv
+import io
+import itertools
+import math
+from pathlib import Path
+from typing import ClassVar, Literal, NamedTuple, Self
+
+from pydantic import Field, model_validator
+
+from vrx_mj.config.base import Config, Folder, NonNegative, Pose, Positive, Seed, faults
+from vrx_mj.config.dynamics import Six
+from vrx_mj.config.loading import Loading, validated
+from vrx_mj.config.search import ReadingError, display, read_limited
+from vrx_mj.config.tree import File
+from vrx_mj.config.wording import shown
+from vrx_mj.config.yaml_text import parse, read_lines
+from vrx_mj.errors import VrxError
+
+__all__ = ["SIGNALS", "CommandsConfig", "MeasuredCaseConfig", "Measurements", "read_case", "read_measurements"]
+
+SignalName = Literal[
+    "x", "y", "z", "roll_deg", "pitch_deg", "heading_deg", "surge", "sway", "heave_speed", "roll_rate_deg",
+    "pitch_rate_deg", "yaw_rate_deg", "speed",
+]  # fmt: skip
+SIGNALS: dict[str, str] = {
+    "x": "m", "y": "m", "z": "m", "roll_deg": "deg", "pitch_deg": "deg", "heading_deg": "deg", "surge": "m/s",
+    "sway": "m/s", "heave_speed": "m/s", "roll_rate_deg": "deg/s", "pitch_rate_deg": "deg/s", "yaw_rate_deg": "deg/s",
+    "speed": "m/s",
+}  # fmt: skip
+"""Signals of a boat, and their units."""
+MOST_BYTES, MOST_ROWS = 20_000_000, 200_000
+"""Bytes and rows of a file of measurements, at most."""
+LARGEST, LATEST = 1e9, 36_000.0
+"""Bounds of its numbers, and of its times [s]."""
+
+
+class CommandsConfig(Config):
+    """Commands of a boat from a time on, until the next."""
+
+    time: NonNegative
+    """From when on [s]."""
+    thrusters: dict[str, float]
+    """Command of each thruster, as `{left: 0.5, right: 0.5, left_angle: 0.1}`; what is not listed is 0."""
+
+
+class SignalConfig(Config):
+    """A column of the measurements."""
+
+    of: SignalName | None = None
+    """Signal of the boat that it is; by default that of the column's own name."""
+    band: Positive
+    """Greatest difference that is inside, in the signal's unit."""
+
+
+class MeasuredCaseConfig(Config):
+    """A case with a user's own measurements."""
+
+    folder_keys: ClassVar = {"folder": "world"}
+    folder: Folder = None
+    title: str = ""
+    """Heading of the case; by default the name of the file."""
+    source: str
+    """Where the measurements are from: tank or lake, boat, instruments, date."""
+    world: str
+    """World: a name, or a path relative to this file."""
+    fleet: str | None = None
+    """Fleet: a name, or a path relative to this file; by default the world's own boat."""
+    boat: str | None = None
+    """Boat that was measured; by default the only one."""
+    pose: Pose | None = None
+    """Pose of the boat at time 0 [m, rad]; by default where the world has it."""
+    velocity: Six | None = None
+    """Velocity of the boat at time 0, u v w p q r [m/s, rad/s]; by default at rest."""
+    seed: Seed = 0
+    """Seed of the run."""
+    commands: tuple[CommandsConfig, ...] = Field(default=(), max_length=10_000)
+    """Commands over time; by default none."""
+    signals: dict[str, SignalConfig] = Field(min_length=1, max_length=100)
+    """Columns of the measurements by their names, each with its band."""
+
+    @model_validator(mode="after")
+    def _is_consistent(self) -> Self:
+        found: list[tuple[tuple[str | int, ...], str]] = [
+            (("signals", name, "of"), f"one of {', '.join(SIGNALS)} is needed: '{name}' is no signal of a boat")
+            for name, signal in self.signals.items()
+            if signal.of is None and name not in SIGNALS
+        ]
+        found += [
+            (("commands", number, "time"), f"a time above that of the row before, {before.time:g} s, is needed")
+            for number, (before, after) in enumerate(itertools.pairwise(self.commands), 1)
+            if after.time <= before.time
+        ]
+        if found:
+            raise faults(*found)
+        return self
+
+
+def read_case(path: Path) -> MeasuredCaseConfig:
+    """The case in a YAML file.
+
+    Raises:
+        ConfigError: it is not one; the error lists every problem with its place.
+    """
+    section = parse(File(display(path), path.absolute().parent, read_lines(path)))
+    return validated(MeasuredCaseConfig, section, Loading())
+
+
+class Measurements(NamedTuple):
+    """Columns of a CSV file."""
+
+    times: tuple[float, ...]
+    """Rising times [s]."""
+    signals: dict[str, tuple[float, ...]]
+    """Columns by name; values that were left out are not numbers."""
+
+
+def read_measurements(path: Path, wanted: tuple[str, ...]) -> Measurements:
+    """The columns `time` and those that are wanted of a CSV file, whose first line has their names.
+
+    Raises:
+        VrxError: it cannot be read, lacks a column, or a value is not a number.
+    """
+    name = display(path)
+    try:
+        text = read_limited(path, MOST_BYTES).decode("utf-8-sig")
+    except (ReadingError, UnicodeDecodeError) as error:
+        raise VrxError(f"{name}: {error if isinstance(error, ReadingError) else 'not UTF-8'}") from None
+    rows = list(csv.reader(io.StringIO(text)))
+    head = [column.strip() for column in rows[0]] if rows else []
+    missing = [column for column in ("time", *wanted) if column not in head]
+    if missing:
+        raise VrxError(f"{name}: no column '{missing[0]}' in its first line; it has {', '.join(head) or 'none'}")
+    lines = [(number, row) for number, row in enumerate(rows[1:], 2) if any(word.strip() for word in row)]
+    if not 2 <= len(lines) <= MOST_ROWS:
+        raise VrxError(f"{name}: 2 to {MOST_ROWS:,} rows are needed, got {len(lines)}")
+    columns = {column: head.index(column) for column in ("time", *wanted)}
+    found = {
+        column: tuple(_value(name, number, column, row, index) for number, row in lines)
+        for column, index in columns.items()
+    }
+    times = found.pop("time")
+    for (number, _), before, after in zip(lines[1:], times, times[1:], strict=False):
+        if not after > before:
+            raise VrxError(f"{name}, line {number}: a time above that of the row before, {before:g} s, is needed")
+    if not (times[0] >= 0.0 and times[-1] <= LATEST):
+        raise VrxError(f"{name}: times from 0 to {LATEST:g} s are needed, got {times[0]:g} to {times[-1]:g}")
+    return Measurements(times, found)
+
+
+def _value(name: str, number: int, column: str, row: list[str], index: int) -> float:
+    """A value of a row; an empty one of a signal is not a number."""
+    word = row[index].strip() if index < len(row) else ""
+    if not word and column != "time":
+        return math.nan
+    try:
+        value = float(word)
+    except ValueError:
+        value = math.nan
+    if not abs(value) < LARGEST:
+        raise VrxError(f"{name}, line {number}: {column} needs a number, got {shown(word)}")
+    return value

@@ -1,0 +1,110 @@
+"""Cases with a user's own measurements: columns, commands over time, bands and bad input."""
+
+import math
+
+import numpy as np
+import pytest
+
+from vrx_mj import Simulation, compile_world
+from vrx_mj.errors import VrxError
+from vrx_mj.validation.measured import measured_case
+
+WORLD = "physics: {profile: marine}\nsea: {model: none}\nspawn: {robot: skiff, sensors: none}\n"
+CASE = """
+source: measured by this test
+world: ./bay.yaml
+pose: [1, 2, 0, 0, 0, 0.5]
+commands:
+  - {time: 0, thrusters: {propeller: 0.5}}
+  - {time: 2, thrusters: {propeller: 0.5, rudder_angle: 0.2}}
+signals:
+  surge: {band: 0.01}
+  course: {of: heading_deg, band: 0.1}
+"""
+PLACE = (1.0, 2.0, 0.0, 0.0, 0.0, 0.5)
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bay.yaml").write_text(WORLD, encoding="utf-8")
+    return tmp_path
+
+
+def measured(files, rows, case=CASE, head="time,surge,course"):
+    (files / "pull.yaml").write_text(case, encoding="utf-8")
+    lines = [head, *(",".join(map(str, row)) for row in rows)]
+    (files / "pull.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return measured_case(files / "pull.yaml", files / "pull.csv")
+
+
+def sailed(files):
+    """The same run by hand: time, surge, heading."""
+    sim = Simulation(compile_world("./bay.yaml"))
+    (boat,) = sim.boats
+    sim.set_boat(boat, pose=PLACE)
+    rows = [(0.0, 0.0, math.degrees(0.5))]
+    for second in range(1, 13):
+        command = {"propeller": 0.5} | ({"rudder_angle": 0.2} if second > 2 else {})
+        sim.step({boat: command}, duration=1.0)
+        seen = sim.observe()[boat]
+        rows.append((float(second), float(seen.velocity[0]), math.degrees(seen.heading)))
+    return rows
+
+
+def test_a_run_is_compared_sample_by_sample(files):
+    rows = sailed(files)
+    surge, course = measured(files, rows).run().rows
+    assert (surge.inside, course.inside) == (True, True)
+    assert (surge.ours, course.ours) == pytest.approx((0.0, 0.0), abs=1e-12)
+    off = [(t, u + (0.02 if t == 7.0 else 0.0), psi - 360.0) for t, u, psi in rows]
+    surge, course = measured(files, off).run().rows
+    assert (surge.inside, surge.ours) == (False, pytest.approx(0.02))
+    assert (course.inside, course.ours) == (True, pytest.approx(0.0, abs=1e-9))  # a full turn is none
+    assert (surge.unit, course.unit) == ("m/s", "deg")
+
+
+def test_samples_may_lack_a_value_and_begin_late(files):
+    rows = [(t, u if t != 5.0 else "", psi) for t, u, psi in sailed(files)[3:]]
+    case = measured(files, rows)
+    findings = case.run()
+    assert [row.inside for row in findings.rows] == [True, True]
+    assert "10 samples of pull.csv, up to 12 s" in case.setup
+    assert np.isnan(findings.charts[0].series[0].y[2])
+
+
+@pytest.mark.parametrize(
+    ("case", "message"),
+    [
+        (CASE.replace("band: 0.01", "band: 0"), "signals.surge.band: must be above 0, got 0"),
+        (CASE.replace("of: heading_deg, ", ""), "signals.course.of: one of x, y, z, roll_deg, pitch_deg, heading_deg"),
+        (CASE.replace("time: 2", "time: 0"), "commands[1].time: a time above that of the row before, 0 s, is needed"),
+        (CASE.replace("source: measured by this test", ""), "source: required, but missing"),
+        (CASE.replace("rudder_angle", "rudder"), "no command of boat 'wamv' named 'rudder'"),
+        (CASE.replace("./bay.yaml", "./gulf.yaml"), "no file './gulf.yaml' in the current folder"),
+        (CASE + "boat: cora\n", "no boat named 'cora'; known: wamv"),
+    ],
+)
+def test_cases_that_cannot_be(files, case, message):
+    with pytest.raises(VrxError) as error:
+        measured(files, [(0, 0, 0), (1, 0, 0)], case)
+    assert message in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("rows", "head", "message"),
+    [
+        ([(0, 0, 0), (1, 0, 0)], "time,surge,heading",
+         "pull.csv: no column 'course' in its first line; it has time, surge, heading"),
+        ([(0, 0, 0)], "time,surge,course", "pull.csv: 2 to 200,000 rows are needed, got 1"),
+        ([(0, 0, 0), (1, "fast", 0)], "time,surge,course", "pull.csv, line 3: surge needs a number, got 'fast'"),
+        ([(0, 0, 0), (1, "inf", 0)], "time,surge,course", "pull.csv, line 3: surge needs a number, got 'inf'"),
+        ([(1, 0, 0), (1, 0, 0)], "time,surge,course",
+         "pull.csv, line 3: a time above that of the row before, 1 s, is needed"),
+        ([(0, 0, 0), (1e6, 0, 0)], "time,surge,course", "pull.csv: times from 0 to 36000 s are needed, got 0 to 1e+06"),
+    ],
+)  # fmt: skip
+def test_measurements_that_cannot_be(files, rows, head, message):
+    with pytest.raises(VrxError) as error:
+        measured(files, rows, head=head)
+    assert str(error.value) == message
