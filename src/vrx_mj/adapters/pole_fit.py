@@ -1,11 +1,11 @@
 """From radiation at frequencies to the poles and residues of a memory.
 
 Added mass A(omega) and damping B(omega) are one function, K(i omega) = B(omega) + i omega (A(omega) - A(inf)) (Ogilvie,
-1964), whose retardation kernel is fitted by K(t) = sum over k of Re(r_k e^(p_k t)). The poles are common to all
-entries, and found by vector fitting (Gustavsen and Semlyen, 1999): those to the right of the imaginary axis are
-mirrored, so that all are damped. The residues are a least squares fit, symmetric as the matrices are, with no damping
-at frequency 0; where a hull would gain energy from the waves it makes, it is bound to damp there (Lawson and Hanson,
-1974, chapter 23).
+1964), whose retardation kernel is fitted by K(t) = sum over k of Re(r_k e^(p_k t)). The poles are common to motions
+that are coupled, and found by vector fitting (Gustavsen and Semlyen, 1999): those to the right of the imaginary axis
+are mirrored, so that all are damped. The residues are a least squares fit, symmetric as the matrices are, with no
+damping at frequency 0; where a hull would gain energy from the waves it makes, it is bound to damp there (Lawson and
+Hanson, 1974, chapter 23).
 """
 
 from collections.abc import Sequence
@@ -22,9 +22,11 @@ __all__ = ["Memory", "fitted_memory", "kernel_of"]
 ComplexArray = npt.NDArray[np.complex128]
 ROUNDS = 30
 """Iterations of vector fitting."""
-NEGLIGIBLE = 1e-4
+NEGLIGIBLE = 1e-3
 """Entries less than this share of the geometric mean of their diagonals' peaks are left out."""
-ORDERS = (2, 4, 6, 8)
+LITTLE = 0.01
+"""Share of the largest diagonal's peak that all are taken to have at least [SI]."""
+ORDERS = (4, 6, 8, 10)
 """Numbers of poles, tried in this order."""
 GOOD = 0.01
 """Error with which a fit is taken."""
@@ -80,7 +82,8 @@ def _relocated(poles: ComplexArray, samples: ComplexArray, frequencies: FloatArr
     state, start = _realised(poles)
     zeros = np.linalg.eigvals(state - np.outer(start, weights)).astype(complex)
     size = np.abs(zeros)
-    real = -np.maximum(np.abs(zeros.real), 1e-3 * size)  # on the imaginary axis a memory would last for ever
+    # on the imaginary axis a memory would last for ever, and slower ones than the frequencies show are not known
+    real = -np.maximum(np.maximum(np.abs(zeros.real), 0.01 * size), 0.5 * frequencies[0])
     moved: ComplexArray = real + 1j * np.where(np.abs(zeros.imag) < 1e-9 * size, 0.0, zeros.imag)
     return moved[moved.imag >= 0.0]
 
@@ -102,21 +105,14 @@ def _start_poles(count: int, frequencies: FloatArray) -> ComplexArray:
     return -0.3 * spread + 1j * spread
 
 
-def fitted_memory(
-    frequencies: FloatArray,
-    added: FloatArray,
-    damping: FloatArray,
-    infinite: FloatArray,
-    orders: Sequence[int] = ORDERS,
-) -> Memory:
-    """The memory of a hull's radiation: of the first number of poles with an error of at most 1 %, or of the best.
+def fitted_memory(frequencies: FloatArray, added: FloatArray, damping: FloatArray, infinite: FloatArray) -> Memory:
+    """The memory of a hull's radiation; motions that are not coupled have poles of their own.
 
     Args:
         frequencies: (m,) rising, above 0 [rad/s].
         added: (m, 6, 6) added mass at each [kg, kg m, kg m2].
         damping: (m, 6, 6) its damping [kg/s, kg m/s, kg m2/s].
         infinite: (6, 6) added mass at infinite frequency.
-        orders: numbers of poles to try.
 
     Raises:
         VrxError: the matrices are not symmetric, or the hull gains energy from its waves.
@@ -125,19 +121,32 @@ def fitted_memory(
     peaks = np.abs(kernels).max(axis=0)
     if not np.diag(peaks).max() > 0.0:
         return Memory(np.zeros(0, complex), np.zeros((0, 6, 6), complex), 0.0, 0.0)
-    scale = np.sqrt(np.maximum(np.diag(peaks), 1e-12 * np.diag(peaks).max()))
+    # of a motion that makes next to no waves, as the roll of a sphere, the little that there is is no matter
+    scale = np.sqrt(np.maximum(np.diag(peaks), LITTLE * np.diag(peaks).max()))
     normal: ComplexArray = kernels / np.outer(scale, scale)
     _check(normal, frequencies)
     normal = np.asarray(0.5 * (normal + normal.transpose(0, 2, 1)), np.complex128)
-    entries = [(i, j) for i in range(6) for j in range(i + 1) if np.abs(normal[:, i, j]).max() > NEGLIGIBLE]
-    found = None
-    for order in orders:
-        one = _fit(normal, frequencies, entries, order)
-        found = one if found is None or one.error < found.error else found
-        if found.error <= GOOD:
-            break
-    assert found is not None
-    return Memory(found.poles, found.residues * np.outer(scale, scale), found.error, found.damping)
+    fits = [_best_fit(normal, frequencies, entries) for entries in _coupled(np.abs(normal).max(axis=0))]
+    poles = np.concatenate([poles for poles, _ in fits])
+    residues = np.concatenate([residues for _, residues in fits])
+    misfit = kernel_of(poles, residues, frequencies) - normal
+    error = float(np.sqrt((np.abs(misfit) ** 2).sum() / (np.abs(normal) ** 2).sum()))
+    least = float(_eigenvalues(poles, residues, _dense(frequencies))[0].min())
+    return Memory(poles, residues * np.outer(scale, scale), error, least)
+
+
+def _coupled(peaks: FloatArray) -> list[list[tuple[int, int]]]:
+    """The entries (i, j), j <= i, that are not negligible, by groups of motions that have some in common."""
+    groups: list[set[int]] = []
+    for i in range(6):
+        here = {j for j in range(6) if peaks[i, j] > NEGLIGIBLE}
+        if here:
+            met = [group for group in groups if group & here]
+            groups = [group for group in groups if group not in met] + [here.union(*met)]
+    return [
+        [(i, j) for i in sorted(group) for j in sorted(group) if j <= i and peaks[i, j] > NEGLIGIBLE]
+        for group in groups
+    ]
 
 
 def _check(normal: ComplexArray, frequencies: FloatArray) -> None:
@@ -156,15 +165,25 @@ def _check(normal: ComplexArray, frequencies: FloatArray) -> None:
         )
 
 
-def _fit(normal: ComplexArray, frequencies: FloatArray, entries: Sequence[tuple[int, int]], order: int) -> Memory:
+def _best_fit(
+    normal: ComplexArray, frequencies: FloatArray, entries: Sequence[tuple[int, int]]
+) -> tuple[ComplexArray, ComplexArray]:
+    """Poles and residues of coupled motions: of the first number of poles with a good fit, or of the best one."""
     samples = np.stack([normal[:, i, j] for i, j in entries], axis=1)
-    poles = _start_poles(order, frequencies)
-    for _ in range(ROUNDS):
-        poles = _relocated(poles, samples, frequencies)
-    residues = _residues(poles, samples, frequencies, entries)
-    misfit = kernel_of(poles, residues, frequencies) - normal
-    error = float(np.sqrt((np.abs(misfit) ** 2).sum() / (np.abs(normal) ** 2).sum()))
-    return Memory(poles, residues, error, float(_eigenvalues(poles, residues, _dense(frequencies))[0].min()))
+    size, least, best = np.linalg.norm(samples), np.inf, None
+    for order in ORDERS:
+        poles = _start_poles(order, frequencies)
+        for _ in range(ROUNDS):
+            poles = _relocated(poles, samples, frequencies)
+        residues = _residues(poles, samples, frequencies, entries)
+        fitted = kernel_of(poles, residues, frequencies)
+        error = float(np.linalg.norm(np.stack([fitted[:, i, j] for i, j in entries], axis=1) - samples) / size)
+        if error < least:
+            least, best = error, (poles, residues)
+        if least <= GOOD:
+            break
+    assert best is not None
+    return best
 
 
 def _eigenvalues(poles: ComplexArray, residues: ComplexArray, frequencies: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -2,10 +2,13 @@
 
 from typing import Annotated, Literal, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import Config, Positive, Switch, Vec3, fault, faults, numbers
+from vrx_mj.config.base import Config, Folder, Positive, Switch, Vec3, fault, faults, numbers
 from vrx_mj.config.dynamics import Six
+from vrx_mj.config.hydro import read_hydro
+from vrx_mj.config.loading import check
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.wording import shown
 
@@ -36,6 +39,7 @@ class MarineHullConfig(Config):
     Axes are those of the base link: x forward, y left, z up.
     """
 
+    folder: Folder = None
     hydrostatics: Literal["mesh", "matrix"] = "mesh"
     """Pressure of still water and waves on closed surfaces; or the stiffness of a published model of coefficients."""
     shapes: Annotated[tuple[Shape, ...], Field(max_length=100)] = ()
@@ -56,6 +60,19 @@ class MarineHullConfig(Config):
     """Mass at which the water is at `waterline`, of `hydrostatics: matrix` [kg]; by default the boat's."""
     waterline: float = 0.0
     """Height of the water at rest, of `hydrostatics: matrix` [m]."""
+    hydro: str | None = None
+    """File of radiation and diffraction that `vrx-mj robot hydro --bem` writes, beside this one: added mass, memory of
+    the waves that the hull makes, forces of those that it scatters."""
+    diffraction: Switch = True
+    """Whether waves act with the diffraction of `hydro`; or, without, with the added mass and memory of the water's
+    motion at the centre of buoyancy, which is right for waves that are long against the hull."""
+
+    @field_validator("hydro")
+    @classmethod
+    def _is_hydro(cls, value: str | None, info: ValidationInfo) -> str | None:
+        if value is not None:
+            check(info, lambda: read_hydro(value, info.data.get("folder")))
+        return value
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
@@ -65,6 +82,8 @@ class MarineHullConfig(Config):
         else:
             given = [key for key in OF_MATRIX if key in self.model_fields_set]
             found = [((key,), "is for hydrostatics: matrix; remove it, or add that") for key in given]
+        if self.hydro and self.added_mass:
+            found.append((("added_mass",), "not used with hydro, which has that; remove it"))
         if found:
             raise faults(*found)
         return self

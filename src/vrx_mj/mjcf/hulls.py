@@ -7,6 +7,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.hull import MarineHullConfig
+from vrx_mj.config.hydro import read_hydro
 from vrx_mj.config.solids import solid
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.frames import rotation
@@ -14,23 +15,12 @@ from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.derive import displaced, floating_level, hull_corners
 from vrx_mj.mjcf.masses import MassProperties, boat_mass, push_center
 from vrx_mj.mjcf.panels import panels_of
+from vrx_mj.mjcf.radiation import about_origin, diffraction_of, memory_of, six
 from vrx_mj.model.boats import MOST_TRIANGLES, Vessel
 from vrx_mj.model.kinds import Six
 from vrx_mj.physics.tables import MATRIX, MESH
 
-__all__ = ["about_origin", "vessel_of"]
-
-
-def about_origin(matrix: FloatArray, point: FloatArray) -> FloatArray:
-    """A (6, 6) matrix of forces over motions of a point [m], as one of those of the origin.
-
-    The point moves with v_p = v + w x p, and its force has the torque p x f about the origin: T' M T.
-    """
-    x, y, z = point
-    transform = np.eye(6)
-    transform[:3, 3:] = -np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    moved: FloatArray = transform.T @ matrix @ transform
-    return moved
+__all__ = ["vessel_of"]
 
 
 def vessel_of(boat: Boat, density: float) -> Vessel | None:
@@ -51,13 +41,19 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
     def moved(own: object, derived: tuple[float, ...]) -> FloatArray:
         return about_origin(np.array(own), point) if own else about_origin(np.diag(derived), pushed)
 
-    added = moved(config.added_mass, water.added_mass)
+    hydro = read_hydro(config.hydro, config.folder) if config.hydro else None
+    if hydro:
+        added = about_origin(hydro.added_mass_infinite, hydro.point) * density / hydro.density
+    else:
+        added = moved(config.added_mass, water.added_mass)
     _check_mass(boat, added, body)
     return Vessel(
         added_mass=_six(added),
         munk=1 if config.munk else 0,
         damping=_six(moved(config.damping_linear, water.drag_linear)),
         damping_quadratic=config.damping_quadratic or water.drag_quadratic,
+        memory=memory_of(hydro, density) if hydro else (),
+        diffraction=diffraction_of(hydro, density) if hydro and config.diffraction else None,
         **(_stiffness(config, body, point) if config.hydrostatics == "matrix" else _mesh(boat, config, point, density)),
     )
 
@@ -135,12 +131,7 @@ def _surface(boat: Boat, config: MarineHullConfig, volume: float) -> FloatArray:
 
 
 def _six(matrix: FloatArray) -> tuple[Six, Six, Six, Six, Six, Six]:
-    a, b, c, d, e, f = (_row(row) for row in matrix.tolist())
-    return a, b, c, d, e, f
-
-
-def _row(values: list[float]) -> Six:
-    a, b, c, d, e, f = values
+    a, b, c, d, e, f = (six(row) for row in matrix)
     return a, b, c, d, e, f
 
 

@@ -32,7 +32,10 @@ from vrx_mj.model.kinds import (
     Vec3,
 )
 
-__all__ = ["Boat", "Hull", "Sensor", "Spawn", "Station", "Thruster", "Vessel", "WindCoefficients", "Windage"]
+__all__ = [
+    "Boat", "Diffraction", "Hull", "Memory", "Sensor", "Spawn", "Station", "Thruster", "Vessel", "WindCoefficients",
+    "Windage",
+]  # fmt: skip
 
 
 MOST_TRIANGLES = 5000
@@ -65,6 +68,37 @@ class Windage:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Memory:
+    """A damped oscillation of the waves that a hull makes by one of its motions: about the link's origin, body axes."""
+
+    __pydantic_config__ = STRICT
+    motion: Annotated[int, Field(ge=0, le=5)]
+    """The motion: 0 to 5 for surge, sway, heave, roll, pitch, yaw."""
+    pole: tuple[Annotated[float, Field(lt=0.0, ge=-1e6)], Coefficient]
+    """Pole, real part below 0 and imaginary part [1/s]."""
+    residue: Six
+    """Real part of the force against the hull per memory [N/m, N, N m]."""
+    residue_imaginary: Six
+    """Imaginary part of that."""
+
+
+Forces = tuple[Real, Real, Real, Real, Real, Real, Real, Real, Real, Real, Real, Real]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Diffraction:
+    """Forces of the waves that a hull scatters, about the link's origin, in axes level with the water."""
+
+    __pydantic_config__ = STRICT
+    step: Positive
+    """Between frequencies, of which the first is 0 [rad/s]."""
+    forces: Annotated[tuple[Annotated[tuple[Forces, ...], Field(max_length=360)], ...], Field(max_length=501)]
+    """By frequency, by angle toward which waves travel, even over the circle from the bow on.
+
+    Real parts, then imaginary ones, per metre of amplitude [N/m, N]."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Vessel:
     """The model of a hull in profile `marine`; matrices are about the link's origin, body axes."""
 
@@ -93,6 +127,10 @@ class Vessel:
     """Height of the water then [m]."""
     buoyancy: Vec3
     """Centre of buoyancy at rest, where the water's motion counts [m]; with a matrix, where that mass is carried."""
+    memory: Annotated[tuple[Memory, ...], Field(max_length=500)] = field(default=(), metadata=LEFT_OUT)
+    """Memory of the waves that it makes."""
+    diffraction: Diffraction | None = field(default=None, metadata=LEFT_OUT)
+    """Forces of the waves that it scatters; None: it feels the water's motion with its added mass and memory."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -116,6 +116,7 @@ HULL = np.dtype(
         ("windage_height", _f),  # of the point where the wind acts, over the link's origin [m]
         ("windage_offset", _f),  # of that point ahead of the link's origin [m]
         ("vessel", _i),  # row of VESSEL; -1: stations carry it, and it has the added mass and drag above
+        ("memory_start", _i),  # its rows of MEMORY_STATE are consecutive, as many as its vessel has of MEMORY
         ("thruster_start", _i),  # its thrusters are consecutive rows
         ("thruster_count", _i),
     ],
@@ -138,6 +139,12 @@ VESSEL = np.dtype(
         ("displacement", _f),  # mass at which the water is at `waterline`, with a matrix [kg]
         ("waterline", _f),  # [m]
         ("buoyancy", *_vector),  # centre of buoyancy at rest, or where a matrix carries that mass [m], body axes
+        ("memory_start", _i),  # its rows of MEMORY are consecutive
+        ("memory_count", _i),
+        ("diffraction_start", _i),  # the rows of its diffraction are consecutive, by frequency, then by angle
+        ("diffraction_frequencies", _i),  # 0: it has none, and feels the water's acceleration with its added mass
+        ("diffraction_angles", _i),
+        ("diffraction_step", _f),  # between its frequencies [rad/s]
     ],
     align=True,
 )

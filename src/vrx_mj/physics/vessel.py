@@ -1,4 +1,4 @@
-"""What water does to a hull of profile `marine` that has a model of its own: pressure, damping, added mass.
+"""What water does to a hull of profile `marine` that has a model of its own: pressure, damping, added mass, waves.
 
 Everything is about the link's origin, in body axes, with the velocity through the water nu_r = nu - nu_water (Fossen,
 Handbook of Marine Craft Hydrodynamics and Motion Control, 2021, 6.5 and 6.6).
@@ -22,15 +22,18 @@ from vrx_mj.physics.motion import (
     rotated_wrench,
     shift,
     unrotate,
+    zero_vector,
+    zero_wrench,
 )  # fmt: skip
 from vrx_mj.physics.panels import panel_wrench, still_pressures
+from vrx_mj.physics.radiation import diffraction_load, memory_load, memory_step
 from vrx_mj.physics.tables import MATRIX, Record, Table
-from vrx_mj.physics.wave_box import LEVELS, SIDE, fill_box, pressures_in_box, wave_box
+from vrx_mj.physics.wave_box import LEVELS, SIDE, fill_box, heading_of, pressures_in_box, wave_box
 from vrx_mj.physics.waves import surface_height
 
 __all__ = [
-    "VesselLoads", "VesselWork", "damping_of_vessel", "pressure_on_vessel", "restoring_of_vessel", "vessel_loads",
-    "vessel_work",
+    "VesselLoads", "VesselWork", "WaveLoads", "damping_of_vessel", "pressure_on_vessel", "restoring_of_vessel",
+    "vessel_loads", "vessel_work", "wave_loads",
 ]  # fmt: skip
 
 
@@ -52,6 +55,14 @@ class VesselLoads(NamedTuple):
     """Of still water and of the undisturbed waves (Froude-Krylov)."""
     drag: Wrench
     added_mass_bias: Wrench
+
+
+class WaveLoads(NamedTuple):
+    """What the waves that a hull makes and scatters do to it: world axes, about `hull.link_com`."""
+
+    radiation: Wrench
+    """Of those that it made before."""
+    diffraction: Wrench
 
 
 @allocating_kernel
@@ -87,10 +98,53 @@ def vessel_loads(
         pressed = restoring_of_vessel(vessel, waves, sea, level, body, t)
     else:
         pressed = pressure_on_vessel(vessel, vertices, triangles, waves, sea, level, body, t, work)
-    bias = added_mass_bias(vessel, through, (orbital.du, orbital.dv, orbital.dw))
+    if vessel.diffraction_frequencies > 0:  # in which is what the water's acceleration does
+        bias = added_mass_bias(vessel, relative_motion(body, stream), zero_vector())
+    else:
+        bias = added_mass_bias(vessel, through, (orbital.du, orbital.dv, orbital.dw))
     return VesselLoads(
         _placed(pressed, hull, body), _placed(damping_of_vessel(vessel, through), hull, body), _placed(bias, hull, body)
     )
+
+
+@kernel
+def wave_loads(
+    hull: Record, vessel: Record, memory: Table, state: Table, diffraction: FloatArray, waves: Table, sea: Record,
+    stream: Vector, orbital: Orbital, body: Motion, t: float, dt: float,
+) -> WaveLoads:  # fmt: skip
+    """Return what the waves that a hull makes and scatters do to it, and advance its memory by `dt` [s].
+
+    A hull with a table of diffraction makes waves by its motion through the current; one without by its motion through
+    the water that the waves move.
+
+    Args:
+        hull: a row of `tables.HULL`.
+        vessel: its row of `tables.VESSEL`.
+        memory: `tables.MEMORY`.
+        state: `tables.MEMORY_STATE`.
+        diffraction: of all vessels, (n, 12).
+        waves: `tables.WAVE`.
+        sea: a row of `tables.SEA`.
+        stream: the current [m/s], world axes.
+        orbital: how the waves move the undisturbed water there.
+        body: motion of the link.
+        t: time [s].
+        dt: length of the step [s].
+    """
+    frequencies, angles = vessel.diffraction_frequencies, vessel.diffraction_angles
+    water = stream
+    scattered = zero_wrench()
+    if frequencies > 0:
+        first = vessel.diffraction_start
+        entries = diffraction[first : first + frequencies * angles].reshape((frequencies, angles, 12))
+        load = diffraction_load(entries, vessel.diffraction_step, waves, sea, body, heading_of(body), t)
+        scattered = from_origin(load, body, hull.link_com)
+    else:
+        water = stream[0] + orbital.u, stream[1] + orbital.v, stream[2] + orbital.w
+    rows = memory[vessel.memory_start : vessel.memory_start + vessel.memory_count]
+    own = state[hull.memory_start : hull.memory_start + vessel.memory_count]
+    memory_step(rows, own, relative_motion(body, water), dt)
+    return WaveLoads(_placed(memory_load(rows, own), hull, body), scattered)
 
 
 @kernel

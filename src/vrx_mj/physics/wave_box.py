@@ -18,7 +18,7 @@ from vrx_mj.physics.motion import Motion, rotate
 from vrx_mj.physics.tables import Record, Table
 from vrx_mj.physics.waves import cosine_and_sine, ramp
 
-__all__ = ["LEVELS", "SIDE", "WaveBox", "fill_box", "pressures_in_box", "wave_box"]
+__all__ = ["LEVELS", "SIDE", "WaveBox", "fill_box", "heading_of", "pressures_in_box", "wave_box"]
 
 SIDE: Final = 5
 """Nodes of the box along, and across."""
@@ -52,7 +52,7 @@ _DEPTH_POWERS = _to_powers(np.linspace(0.0, 1.0, LEVELS))
 
 
 @kernel
-def _heading(m: Motion) -> tuple[float, float]:
+def heading_of(m: Motion) -> tuple[float, float]:
     """Return cosine and sine of the direction in which the bow points; where it points up, of the keel's."""
     x, y = (m.r00, m.r10) if abs(m.r20) < 0.9 else (-m.r20 * m.r02, -m.r20 * m.r12)
     length = math.sqrt(x * x + y * y)
@@ -69,7 +69,7 @@ def wave_box(vertices: FloatArray, motion: Motion, level: float, places: FloatAr
         level: of the mean surface [m].
         places: (3, n) along, across and over the mean surface, axes of the box from the link's origin [m].
     """
-    cos, sin = _heading(motion)
+    cos, sin = heading_of(motion)
     least, most = (math.inf, math.inf, math.inf), (-math.inf, -math.inf)
     for i in range(len(vertices)):
         x, y, z = rotate(motion, vertices[i, 0], vertices[i, 1], vertices[i, 2])

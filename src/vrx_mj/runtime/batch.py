@@ -288,6 +288,8 @@ class Batch(RowTables):
             except CommandError:
                 self._qpos[which] = before
                 raise
+            for row in which:
+                self._stacks["memory_state"][row][self._arrays.memory_rows(self.boats.index(boat))] = 0.0
         write_rows(which, self._runs, self._qpos, self._qvel)
         self._observe()
 

@@ -14,7 +14,7 @@ from vrx_mj.physics.drag import added_inertia
 from vrx_mj.physics.motion import Motion, Wrench, add, from_origin, motion, shift, zero_vector, zero_wrench
 from vrx_mj.physics.tables import MARINE, RUDDER, VRX3, Record
 from vrx_mj.physics.thrust import servo_step, steering_target, thruster_wrench
-from vrx_mj.physics.vessel import vessel_loads, vessel_work
+from vrx_mj.physics.vessel import vessel_loads, vessel_work, wave_loads
 from vrx_mj.physics.wind import air_velocity, wind_at_hull, wind_on_hull, wind_step
 from vrx_mj.runtime.loop import hull_loads, update_force, water_at_hull, water_at_vessel
 from vrx_mj.runtime.loop_arrays import LoopArrays
@@ -72,7 +72,11 @@ def _loads(arrays: LoopArrays, hull: Record, body: Motion, air: tuple[float, flo
     vessel, work = arrays.vessels[hull["vessel"]], vessel_work(len(arrays.vertices))
     stream, orbital = water_at_vessel(vessel, body, *moving)
     loads = vessel_loads(hull, vessel, arrays.vertices, arrays.triangles, *weather, stream, orbital, body, time, work)
-    return {**loads._asdict(), "wind": wind_on_hull(hull, arrays.windage, body, here)}
+    made = wave_loads(
+        hull, vessel, arrays.memory, arrays.memory_state.copy(), arrays.diffraction, *weather, stream, orbital, body,
+        time, arrays.timestep,
+    )  # fmt: skip
+    return {**loads._asdict(), **made._asdict(), "wind": wind_on_hull(hull, arrays.windage, body, here)}
 
 
 def _address(arrays: LoopArrays, index: int) -> tuple[int, int]:

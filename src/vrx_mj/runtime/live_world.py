@@ -277,6 +277,8 @@ class LiveWorld:
             if pose is not None:
                 self.arrays.release(name)
             self.derive()
+        if pose is not None:
+            self.arrays.memory_state[self.arrays.memory_rows(self.world.boats.index(name))] = 0.0
 
     def set_object(self, name: str, pose: Six, velocity: Six) -> None:
         """Set the pose or the velocity of a floating object or dock, and let the water have it there."""

@@ -53,7 +53,7 @@ from vrx_mj.physics.thrust import (
     thrust_force,
     thruster_wrench,
 )
-from vrx_mj.physics.vessel import VesselWork, vessel_loads, vessel_work
+from vrx_mj.physics.vessel import VesselWork, vessel_loads, vessel_work, wave_loads
 from vrx_mj.physics.waves import surface_height
 from vrx_mj.physics.wind import air_velocity, wind_at_hull, wind_on_float, wind_on_hull, wind_step
 from vrx_mj.runtime.proximity import contact_free, touch_begins
@@ -180,6 +180,10 @@ def push_vessel(hull: Record, body: Motion, a: Views, work: VesselWork, air: Air
     loads = vessel_loads(hull, vessel, a.vertices, a.triangles, a.waves, a.sea[0], stream, orbital, body, time, work)
     blown = wind_on_hull(hull, a.windage, body, wind_at_hull(hull, a.air, air))
     wrench = add(add(add(loads.hydrostatics, loads.drag), loads.added_mass_bias), blown)
+    made = wave_loads(
+        hull, vessel, a.memory, a.memory_state, a.diffraction, a.waves, a.sea[0], stream, orbital, body, time, dt
+    )
+    wrench = add(wrench, add(made.radiation, made.diffraction))
     push = thrust(hull, body, a, time, dt)
     apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
 

@@ -1,5 +1,6 @@
 """The tables of the compiled loop for one world: parameters, state, and views of MuJoCo's arrays."""
 
+import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -27,7 +28,7 @@ from vrx_mj.runtime.views import ARRAYS, RUN, STATE, point
 from vrx_mj.sensors.displays import check_display_marks, display_marks, displays_of
 from vrx_mj.sensors.sea import sea_table, wave_table
 
-__all__ = ["LoopArrays", "drawing_model"]
+__all__ = ["LoopArrays", "drawing_model", "memories_of"]
 
 OPTIONS = ("timestep", "gravity", "wind", "density", "viscosity", "integrator", "solver", "iterations", "tolerance",
            "disableflags", "enableflags")  # fmt: skip
@@ -100,15 +101,26 @@ def _windage(own: Windage) -> list[dict[str, float]]:
 
 
 def _vessel_rows(kinds: Sequence[Vessel]) -> list[dict[str, Any]]:
-    """Rows of `tables.VESSEL`; the points and triangles of each follow those of the one before."""
-    rows, vertices, triangles = [], 0, 0
+    """Rows of `tables.VESSEL`; what each has in other tables follows what the one before has there."""
+    rows, vertices, triangles, memories, forces = [], 0, 0, 0, 0
     for kind in kinds:
-        row = dict(vars(kind))
+        row, table = dict(vars(kind)), kind.diffraction.forces if kind.diffraction else ()
+        del row["diffraction"]
         row |= {"vertex_start": vertices, "vertex_count": len(row.pop("vertices"))}
         row |= {"triangle_start": triangles, "triangle_count": len(row.pop("triangles"))}
+        row |= {"memory_start": memories, "memory_count": len(row.pop("memory"))}
+        row |= {"diffraction_start": forces, "diffraction_frequencies": len(table)}
+        row |= {"diffraction_angles": len(table[0]) if table else 0}
+        row |= {"diffraction_step": kind.diffraction.step if kind.diffraction else 0.0}
         vertices, triangles = vertices + len(kind.vertices), triangles + len(kind.triangles)
+        memories, forces = memories + len(kind.memory), forces + sum(map(len, table))
         rows.append(row)
     return rows
+
+
+def memories_of(hulls: Sequence[Hull]) -> list[int]:
+    """How many rows of `tables.MEMORY_STATE` each hull has."""
+    return [len(hull.vessel.memory) if hull.vessel else 0 for hull in hulls]
 
 
 class Run:
@@ -202,10 +214,12 @@ class LoopArrays:
         curves: list[Row] = []
         rows = []
         kinds = list(dict.fromkeys(hull.vessel for hull in hulls if hull.vessel))
-        for hull in hulls:
+        remembered = [0, *itertools.accumulate(memories_of(hulls))]
+        for hull, first in zip(hulls, remembered, strict=False):
             row, own = dict(vars(hull)), hull.windage
             del row["windage"]
             row["vessel"] = kinds.index(hull.vessel) if hull.vessel else NO_ROW
+            row["memory_start"] = first
             if own is not None and own not in starts:
                 curve = _windage(own)
                 starts[own] = len(curves), len(curve)
@@ -215,7 +229,15 @@ class LoopArrays:
             row |= {"windage_height": own.height if own else 0.0, "windage_offset": own.offset if own else 0.0}
             rows.append(self._whole_body(row))
         self.hulls, self.windage = tables.table(tables.HULL, rows), tables.table(tables.WINDAGE, curves)
+        self._vessels(kinds, remembered[-1])
+
+    def _vessels(self, kinds: Sequence[Vessel], memories: int) -> None:
+        """Tables of the models of hulls in profile `marine`, and so many numbers of their memory."""
         self.vessels = tables.table(tables.VESSEL, _vessel_rows(kinds))
+        self.memory = tables.table(tables.MEMORY, [vars(row) for kind in kinds for row in kind.memory])
+        self.memory_state = np.zeros(memories, tables.MEMORY_STATE)
+        forces = [row for kind in kinds if kind.diffraction for angles in kind.diffraction.forces for row in angles]
+        self.diffraction = np.array(forces, np.float64).reshape(-1, 12)
         self.vertices = np.array([point for kind in kinds for point in kind.vertices], np.float64).reshape(-1, 3)
         self.triangles = np.array([corner for kind in kinds for corner in kind.triangles], np.int64).reshape(-1, 3)
 
@@ -271,6 +293,12 @@ class LoopArrays:
         for index in range(self.model.neq):
             if self.model.equality(index).name == f"{LOCK}/{boat}":
                 self.data.eq_active[index] = 0
+
+    def memory_rows(self, row: int) -> slice:
+        """Rows of the memory of a hull's waves; what is put elsewhere has made none."""
+        hull = self.hulls[row]
+        first = int(hull["memory_start"])
+        return slice(first, first + int(self.vessels[hull["vessel"]]["memory_count"] if hull["vessel"] >= 0 else 0))
 
     def set_afloat(self, row: int, height: float) -> None:
         """Let the water, whose surface is at `height` [m] there, have the floating object of a row."""

@@ -21,7 +21,7 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.crowding import fitting
 from vrx_mj.runtime.live_world import LiveWorld, loop_arrays_of
-from vrx_mj.runtime.loop_arrays import MODEL_ARRAYS, OPTIONS, LoopArrays
+from vrx_mj.runtime.loop_arrays import MODEL_ARRAYS, OPTIONS, LoopArrays, memories_of
 from vrx_mj.runtime.views import ARRAYS, STATE
 from vrx_mj.sensors.displays import MARKS
 
@@ -32,7 +32,7 @@ MODEL_ROWS = {"body": "bodies", "jnt": "joints", "dof": "dofs", "qpos0": "qpos",
 ROWS = {
     "qacc_warmstart": "dofs", "qfrc_applied": "dofs", "xfrc_applied": "bodies", "thruster_state": "thrusters",
     "float_state": "floats", "element_state": "elements", "touches": "rivals", "follower_state": "followers",
-    "link_state": "links", "block_state": "blocks", "eq_active": "equalities",
+    "link_state": "links", "block_state": "blocks", "eq_active": "equalities", "memory_state": "memories",
 }  # fmt: skip
 """The same for other arrays; no row of those that are not listed belongs to anything that can leave."""
 DATA_ARRAYS = ("qacc_warmstart", "qfrc_applied", "xfrc_applied", "eq_active")
@@ -126,6 +126,7 @@ def _rows_staying(world: World, arrays: LoopArrays, left: str) -> dict[str, Bool
         "dofs": bodies[model.dof_bodyid],
         "qpos": np.repeat(joints, np.diff(model.jnt_qposadr, append=model.nq)),
         "equalities": bodies[model.eq_obj1id],
+        "memories": np.repeat(stay["hulls"], memories_of(world.parameters.hulls)),
         "sensed": sensed,
         "light_marks": np.repeat(stay["lights"], MARKS["light"]),
         "placard_marks": np.repeat(stay["placards"], MARKS["placard"]),

@@ -77,6 +77,10 @@ class Views(NamedTuple):
     """Points of the meshes of vessels, (n, 3) [m], body axes."""
     triangles: Annotated[IntArray, Array(np.int64, ndim=2)]
     """Their triangles, (m, 3)."""
+    memory: Annotated[Table, Array(tables.MEMORY)]
+    memory_state: Annotated[Table, Array(tables.MEMORY_STATE, use=STATE)]
+    diffraction: Annotated[FloatArray, Array(ndim=2)]
+    """Forces of diffraction on vessels, (n, 12): real parts [N/m, N], then imaginary ones."""
     stations: Annotated[Table, Array(tables.STATION)]
     thrusters: Annotated[Table, Array(tables.THRUSTER)]
     thruster_state: Annotated[Table, Array(tables.THRUSTER_STATE, use=STATE)]

@@ -93,7 +93,7 @@ def hull(**changes):
         "drag_linear": (51.3, 40.0, 500.0, 50.0, 50.0, 400.0),
         "drag_quadratic": (72.4, 0.0, 0.0, 0.0, 0.0, 0.0),
         "link_com": (0.0, 0.0, 0.12422907), "body_com": (-0.28629927, 0.0, 0.14556580), "mass": 258.0,
-        "wind": (0.5, 0.5, 0.33), "thruster_start": 0, "thruster_count": 0,
+        "wind": (0.5, 0.5, 0.33), "memory_start": 0, "thruster_start": 0, "thruster_count": 0,
         "windage_start": 0, "windage_count": 0, "windage_height": 0.0, "windage_offset": 0.0, "vessel": -1,
     }  # fmt: skip
     return table(tables.HULL, [row | changes])[0]

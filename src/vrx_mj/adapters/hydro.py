@@ -1,0 +1,170 @@
+"""Radiation and diffraction of a hull by Capytaine, a boundary element code: Ancellin and Dias (2019)."""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vrx_mj.adapters.pole_fit import Memory, fitted_memory
+from vrx_mj.arrays import FloatArray, IntArray
+from vrx_mj.config.hydro import FORMAT
+from vrx_mj.errors import VrxError
+from vrx_mj.packages import importing
+
+if TYPE_CHECKING:
+    import capytaine
+
+__all__ = ["PANELS", "hydro_of_hull", "panelled"]
+
+PANELS = 400
+"""Panels into which the wet hull is cut at least."""
+MOST_PANELS = 3000
+"""Time and memory grow with the square: 3000 panels take half an hour and 1 GB."""
+ANGLES = 36
+"""Directions of waves, over the circle."""
+SHORTEST = 5.0
+"""Shortest wave, in edges of panels."""
+MOTIONS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
+WET = 1e-9
+
+
+def hydro_of_hull(
+    corners: FloatArray,
+    waterline: float,
+    point: Sequence[float],
+    *,
+    density: float,
+    gravity: float,
+    frequencies: int = 40,
+    highest: float | None = None,
+    panels: int = PANELS,
+    progress: Callable[[int, int], None] = lambda done, whole: None,
+) -> dict[str, Any]:
+    """The content of a file for `hull: {hydro: ...}`.
+
+    Args:
+        corners: (n, 3, 3) closed triangles of the hull [m], axes of the base link.
+        waterline: height of the water in these [m].
+        point: to which the matrices belong [m].
+        density: of the water [kg/m3].
+        gravity: [m/s2]
+        frequencies: number of frequencies, evenly spread.
+        highest: of them [rad/s]; None: that of a wave of five panels' edges.
+        panels: into which the wet hull is cut at least.
+        progress: called with the number of frequencies done and of all.
+
+    Raises:
+        VrxError: no part of the hull is wet, its mesh is too fine, or its radiation is not that of a hull.
+        ModuleNotFoundError: Capytaine is not installed.
+    """
+    with importing("the radiation of a hull", "capytaine", "hydro"):
+        import capytaine
+
+    vertices, faces, edge = panelled(corners - (0.0, 0.0, waterline), panels)
+    top = highest or math.sqrt(gravity * 2.0 * math.pi / (SHORTEST * edge))
+    omegas: FloatArray = top / frequencies * np.arange(1.0, frequencies + 1.0)
+    capytaine.set_logging("ERROR")
+    mesh = capytaine.Mesh(vertices=vertices, faces=faces).immersed_part()
+    if mesh.nb_faces > MOST_PANELS:
+        raise VrxError(f"{mesh.nb_faces:,} wet panels, more than {MOST_PANELS:,}: simplify the mesh")
+    center = np.array([point[0], point[1], point[2] - waterline])
+    body = capytaine.FloatingBody(
+        mesh=mesh, lid_mesh=mesh.generate_lid(), dofs=capytaine.rigid_body_dofs(rotation_center=center), name="hull"
+    )
+    solver = _Solver(capytaine, body, density, gravity)
+    infinite = _symmetric(solver.radiation(math.inf)[0])
+    added, damping, scattered = [], [], []
+    for index, omega in enumerate(omegas):
+        progress(index, frequencies)
+        a, b = solver.radiation(omega)
+        added.append(a)
+        damping.append(b)
+        scattered.append(solver.diffraction(omega))
+    progress(frequencies, frequencies)
+    memory = fitted_memory(omegas, np.array(added), np.array(damping), infinite)
+    return _content(
+        memory,
+        program=f"Capytaine {capytaine.__version__}, {mesh.nb_faces} panels",
+        density=density,
+        gravity=gravity,
+        point=[float(value) for value in point],
+        frequencies=omegas.tolist(),
+        added_mass=_rounded(_symmetric(np.array(added))),
+        damping=_rounded(_symmetric(np.array(damping))),
+        added_mass_infinite=_rounded(infinite),
+        diffraction=_rounded(np.stack((np.real(scattered), np.imag(scattered)), axis=-1)),
+    )
+
+
+def _symmetric(matrices: FloatArray) -> FloatArray:
+    """The symmetric part of matrices (..., 6, 6)."""
+    found: FloatArray = 0.5 * (matrices + np.swapaxes(matrices, -1, -2))
+    return found
+
+
+def _content(memory: Memory, **more: object) -> dict[str, Any]:
+    poles, residues = memory.poles, memory.residues
+    return {
+        "format": FORMAT,
+        **more,
+        "poles": np.stack((poles.real, poles.imag), axis=-1).tolist(),
+        "residues": _rounded(np.stack((residues.real, residues.imag), axis=-1)),
+        "fit_error": round(memory.error, 6),
+    }
+
+
+def _rounded(values: object) -> Any:
+    """Nested lists with seven significant digits, and 0 for what is less than 1e-9 of the largest."""
+    array = np.asarray(values, np.float64)
+    least = 1e-9 * float(np.abs(array).max(initial=0.0))
+    flat = [0.0 if abs(value) <= least else float(f"{value:.7g}") for value in array.ravel().tolist()]
+    return np.array(flat).reshape(array.shape).tolist()
+
+
+def panelled(corners: FloatArray, panels: int) -> tuple[FloatArray, IntArray, float]:
+    """Vertices (n, 3), triangles (m, 3) and their mean edge [m] of a hull whose wet part has at least so many panels.
+
+    Raises:
+        VrxError: no part of it is under the water, which is at z = 0.
+    """
+    import trimesh
+
+    wet = corners[corners[:, :, 2].min(axis=1) < -WET]
+    if not len(wet):
+        raise VrxError("no part of the hull is under water; check --mass, and the mesh's unit (m)")
+    area = float(np.linalg.norm(np.cross(wet[:, 1] - wet[:, 0], wet[:, 2] - wet[:, 0]), axis=1).sum()) / 2.0
+    edge = math.sqrt(4.0 / math.sqrt(3.0) * area / panels)
+    points, index = np.unique(np.round(corners.reshape(-1, 3), 9), axis=0, return_inverse=True)
+    vertices, faces = trimesh.remesh.subdivide_to_size(points, index.reshape(-1, 3), 1.5 * edge, max_iter=20)
+    return np.asarray(vertices, np.float64), np.asarray(faces, np.int64), edge
+
+
+class _Solver:
+    """Capytaine for one hull."""
+
+    def __init__(self, package: Any, body: "capytaine.FloatingBody", density: float, gravity: float) -> None:
+        self._package = package
+        # with as many panels the added mass of a hemisphere is within 0.5 %, with the indirect method within 4 %
+        self._solver = package.BEMSolver(method="direct")
+        self._common = {"body": body, "rho": density, "g": gravity}
+
+    def radiation(self, omega: float) -> tuple[FloatArray, FloatArray]:
+        """Added mass and damping (6, 6) at a frequency [rad/s]."""
+        added, damping = np.zeros((6, 6)), np.zeros((6, 6))
+        for j, motion in enumerate(MOTIONS):
+            problem = self._package.RadiationProblem(omega=omega, radiating_dof=motion, **self._common)
+            found = self._solver.solve(problem)
+            for i, other in enumerate(MOTIONS):
+                added[i, j], damping[i, j] = found.added_masses[other], found.radiation_dampings[other]
+        return added, damping
+
+    def diffraction(self, omega: float) -> Any:
+        """Complex force (`ANGLES`, 6) of waves of a frequency [rad/s] toward angles from the bow on."""
+        found = np.zeros((ANGLES, 6), complex)
+        for index in range(ANGLES):
+            angle = 2.0 * math.pi * index / ANGLES
+            problem = self._package.DiffractionProblem(omega=omega, wave_direction=angle, **self._common)
+            forces = self._solver.solve(problem).forces
+            found[index] = [forces[motion] for motion in MOTIONS]
+        return found

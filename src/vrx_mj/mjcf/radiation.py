@@ -1,0 +1,70 @@
+"""The radiation and diffraction of a file, about the link's origin and in water of a density, as the loop has them."""
+
+import numpy as np
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.config.hydro import Hydro
+from vrx_mj.model.boats import Diffraction, Forces, Memory
+from vrx_mj.model.kinds import Six
+
+__all__ = ["about_origin", "diffraction_of", "memory_of", "six"]
+
+NIL = 1e-9
+"""Share of the largest residue [SI] below which all of a motion's at a pole are left out."""
+
+
+def about_origin(matrix: FloatArray, point: FloatArray) -> FloatArray:
+    """A (6, 6) matrix of forces over motions of a point [m], as one of those of the origin.
+
+    The point moves with v_p = v + w x p, and its force has the torque p x f about the origin: T' M T.
+    """
+    transform = _transform(point)
+    moved: FloatArray = transform.T @ matrix @ transform
+    return moved
+
+
+def _transform(point: FloatArray) -> FloatArray:
+    """The (6, 6) that takes motions of the origin to those of a point."""
+    x, y, z = point
+    transform = np.eye(6)
+    transform[:3, 3:] = -np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return transform
+
+
+def memory_of(hydro: Hydro, density: float) -> tuple[Memory, ...]:
+    """The memory of a hull in water of a density [kg/m3]: for each pole, that of each motion that makes waves."""
+    share, rows = density / hydro.density, list[Memory]()
+    least = NIL * float(np.abs(hydro.residues).max(initial=0.0))
+    for (real, imaginary), residue in zip(hydro.poles.tolist(), hydro.residues, strict=True):
+        a, b = (share * about_origin(residue[..., part], hydro.point) for part in (0, 1))
+        rows += [
+            Memory(motion=motion, pole=(real, imaginary), residue=six(of_real), residue_imaginary=six(of_imaginary))
+            for motion, (of_real, of_imaginary) in enumerate(zip(a.T, b.T, strict=True))
+            if max(np.abs(of_real).max(), np.abs(of_imaginary).max()) > least
+        ]
+    return tuple(rows)
+
+
+def diffraction_of(hydro: Hydro, density: float) -> Diffraction | None:
+    """The diffraction of a hull in water of a density [kg/m3], at even frequencies from 0 on, where it is none."""
+    n, angles = hydro.diffraction.shape[:2]
+    if not angles:
+        return None
+    at_origin = np.einsum("ji,nmjc->nmci", _transform(hydro.point), hydro.diffraction).reshape(n, -1)
+    frequencies = np.concatenate(([0.0], hydro.frequencies))
+    forces = np.concatenate((np.zeros((1, at_origin.shape[1])), at_origin)) * density / hydro.density
+    step = float(frequencies[-1]) / n
+    even = np.stack([np.interp(step * np.arange(n + 1), frequencies, column) for column in forces.T], axis=1)
+    table = even.reshape(n + 1, angles, 12).tolist()
+    return Diffraction(step=step, forces=tuple(tuple(_twelve(row) for row in rows) for rows in table))
+
+
+def _twelve(values: list[float]) -> Forces:
+    a, b, c, d, e, f, g, h, i, j, k, m = values
+    return a, b, c, d, e, f, g, h, i, j, k, m
+
+
+def six(values: FloatArray) -> Six:
+    """Six numbers as a compiled world has them."""
+    a, b, c, d, e, f = values.tolist()
+    return a, b, c, d, e, f

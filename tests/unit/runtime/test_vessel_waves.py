@@ -1,0 +1,216 @@
+"""Waves that hulls make and scatter, in whole simulations: against the equation of motion in frequency."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from vrx_mj import Batch, Simulation, compile_world
+from vrx_mj.errors import ConfigError
+
+G, RHO, MASS = 9.80665, 1025.0, 4100.0
+URDF = f"""<robot name="barge"><link name="base_link">
+<inertial><mass value="{MASS}"/><inertia ixx="1500" iyy="6000" izz="7000" ixy="0" ixz="0" iyz="0"/></inertial>
+<collision><geometry><box size="4 2 1"/></geometry></collision></link></robot>"""
+POLE, SHARE = -0.8 + 1.7j, 5000.0
+"""Memory of heave: a s / ((s - p) (s - p*)), whose residue is a p / (i Im p)."""
+INFINITE = np.diag((400.0, 1500.0, 3000.0, 900.0, 2500.0, 1800.0))
+DRAG = 3000.0
+"""Linear damping in heave [N s/m]."""
+FORCE = -900.0 - 1400.0j
+"""Diffraction in heave [N/m] at every frequency and angle."""
+STEPS = 24
+"""Frequencies of the file: 0.2 to 4.8 rad/s."""
+QUIET = pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
+
+
+@pytest.fixture(autouse=True)
+def _in_its_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def content(**changes):
+    residue = SHARE * POLE / (1j * POLE.imag)
+    residues = np.zeros((1, 6, 6, 2))
+    residues[0, 2, 2] = residue.real, residue.imag
+    forces = np.zeros((STEPS, 12, 6, 2))
+    forces[:, :, 2] = FORCE.real, FORCE.imag
+    none = np.zeros((STEPS, 6, 6)).tolist()
+    return {
+        "format": 1, "program": "by hand", "density": RHO, "gravity": G, "point": [0.0, 0.0, 0.0],
+        "frequencies": (0.2 * np.arange(1, STEPS + 1)).tolist(), "added_mass": none, "damping": none,
+        "added_mass_infinite": INFINITE.tolist(), "poles": [[POLE.real, POLE.imag]], "residues": residues.tolist(),
+        "fit_error": 0.0, "diffraction": forces.tolist(),
+    } | changes  # fmt: skip
+
+
+def barge(folder, scatters=True, **changes):
+    none = "[0, 0, 0, 0, 0, 0]"
+    keys = f"hydro: barge.json, diffraction: {str(scatters).lower()}, damping_linear: [0, 0, {DRAG}, 0, 0, 0]"
+    (folder / "barge.json").write_text(json.dumps(content(**changes)), encoding="utf-8")
+    (folder / "barge.urdf").write_text(URDF, encoding="utf-8")
+    (folder / "barge.yaml").write_text(
+        f"urdf: barge.urdf\nhull: {{{keys}, damping_quadratic: {none}}}\n", encoding="utf-8"
+    )
+    return "./barge.urdf"
+
+
+def bay(robot, **keys):
+    sea = keys.pop("sea", {"model": "none"})
+    return compile_world(
+        {"name": "bay", "physics": {"profile": "marine"}, "sea": sea, "spawn": {"robot": robot}} | keys
+    )
+
+
+def heave(sim, seconds):
+    found = []
+    for _ in range(round(seconds / 0.05)):
+        sim.step(duration=0.05)
+        found.append((sim.time, sim.data.qpos[0], sim.data.qpos[2]))
+    return np.array(found).T
+
+
+def kernel(omega):
+    at = 1j * omega
+    return SHARE * at / ((at - POLE) * (at - POLE.conjugate()))
+
+
+@QUIET
+@pytest.mark.slow
+@pytest.mark.parametrize("diffraction", [True, False])
+@pytest.mark.parametrize("period", [2.6, 3.4, 5.0])
+def test_heave_in_regular_waves_is_that_of_the_equation_in_frequency(tmp_path, period, diffraction):
+    """(C - w2 (m + A) + i w (K + D)) z = FK + F_D + i w D z_w; without F_D, (-w2 A + i w K) z_w takes its place.
+
+    z_w is the water's heave at the centre of buoyancy. With waves of e^(i (k x - w t)) i w is -i w, K its conjugate.
+    """
+    height, omega = 0.02, 2.0 * math.pi / period
+    sim = Simulation(bay(barge(tmp_path, diffraction), sea={"model": "regular", "height": height, "period": period}))
+    times, along, found = heave(sim, 16.0 * period)
+    late = slice(-round(4.0 * period / 0.05), None)
+    k = omega**2 / G
+    z = 2.0 * np.mean((found * np.exp(1j * (omega * times - k * along)))[late]) / (0.5 * height)  # it drifts a little
+    krylov = RHO * G * 8.0 * math.exp(-0.5 * k) * math.sin(2.0 * k) / (2.0 * k)
+    inert = -(omega**2) * INFINITE[2, 2] - 1j * omega * kernel(omega).conjugate()
+    drag = -1j * omega * DRAG
+    moved = FORCE if diffraction else inert * math.exp(-0.25 * k)
+    pushed = krylov + moved + drag * math.exp(-0.25 * k)
+    expected = pushed / (RHO * G * 8.0 - omega**2 * MASS + inert + drag)
+    ahead = np.exp(-1j * omega * sim.timestep)  # forces are of the time at which a step ends, the pose of its start
+    # half a step's lag of the memory, and the box of waves is met within (k a)^5 / 1057: 0.2 % with 2.6 s
+    assert z == pytest.approx(expected * ahead, abs=0.01 * abs(expected))
+
+
+@QUIET
+def test_a_state_remembers_the_waves_that_a_hull_made(tmp_path):
+    sim = Simulation(bay(barge(tmp_path)))
+    (boat,) = sim.boats
+    sim.set_boat(boat, pose=(0, 0, 0.2, 0, 0, 0))
+    sim.step(duration=1.0)
+    state = sim.get_state()
+    assert np.abs(sim.forces(boat)["radiation"][2]) > 100.0
+    sim.step(duration=1.0)
+    after = sim.get_state().sha256
+    sim.set_state(state)
+    sim.step(duration=1.0)
+    assert sim.get_state().sha256 == after
+
+
+@QUIET
+def test_a_hull_that_is_put_elsewhere_has_made_no_waves(tmp_path):
+    sim = Simulation(bay(barge(tmp_path)))
+    (boat,) = sim.boats
+    sim.step(duration=0.5)
+    sim.set_boat(boat, velocity=(0, 0, 1.0, 0, 0, 0))
+    sim.step(duration=1.0)
+    sim.set_boat(boat, pose=(0, 0, 0, 0, 0, 0), velocity=(0,) * 6)
+    assert sim.forces(boat)["radiation"] == pytest.approx(np.zeros(6), abs=1e-9)
+
+
+@QUIET
+def test_others_keep_their_memory_when_boats_come_and_go(tmp_path):
+    robot = barge(tmp_path)
+    sim = Simulation(bay(robot))
+    (first,) = sim.boats
+    sim.spawn("other", robot=robot, pose=(30, 0, 0, 0, 0, 0))
+    sim.spawn("third", robot=robot, pose=(60, 0, 0, 0, 0, 0))
+    for name, height in ((first, 0.1), ("other", 0.2), ("third", -0.1)):
+        x, y = sim.observe()[name].position[:2]
+        sim.set_boat(name, pose=(x, y, height, 0, 0, 0))
+    sim.step(duration=0.8)
+    before = sim.forces("third")["radiation"]
+    sim.remove("other")
+    assert sim.forces("third")["radiation"] == pytest.approx(before, rel=1e-12)
+
+
+@QUIET
+def test_batch_simulation_and_saved_world_are_bit_equal(tmp_path):
+    sea = {"model": "jonswap", "significant_height": 0.2, "peak_period": 3.0, "components": 20}
+    world = bay(barge(tmp_path), sea=sea, current={"speed": 0.2})
+    batch, single = Batch(world, 2), Simulation(world)
+    batch.reset(seed=4)
+    batch.step(duration=1.0)
+    single.reset(5)
+    single.step(duration=1.0)
+    assert batch.get_state(1).sha256 == single.get_state().sha256
+    again = type(world).load(world.save(tmp_path / "bay"))
+    assert again.parameters.hulls == world.parameters.hulls
+    assert again.sha256 == world.sha256
+
+
+@QUIET
+def test_the_file_s_point_and_density_are_those_of_its_matrices(tmp_path):
+    moved = bay(barge(tmp_path, point=[0.5, 0.0, -0.2], density=2050.0)).parameters.hulls[0].vessel
+    a = np.array(moved.added_mass)
+    assert np.diag(a)[:3] == pytest.approx(0.5 * np.diag(INFINITE)[:3])
+    assert a[2, 4] == pytest.approx(-0.5 * 0.5 * 3000.0)  # pitching down lifts what is ahead: v_z = -q x
+    heaving, pitching = moved.memory
+    assert (heaving.motion, pitching.motion) == (2, 4)
+    assert heaving.residue[4] == pytest.approx(-0.5 * heaving.residue[2])
+    assert moved.diffraction.step == pytest.approx(0.2)
+    first = moved.diffraction.forces[3][2]
+    assert (first[2], first[8]) == pytest.approx((0.5 * FORCE.real, 0.5 * FORCE.imag))
+    assert first[4] == pytest.approx(-0.5 * 0.5 * FORCE.real)
+    assert moved.diffraction.forces[0] == ((0.0,) * 12,) * 12
+
+
+HOLES = content()["diffraction"]
+HOLES[7][3][2][0] = None
+ODD = INFINITE.copy()
+ODD[0, 4] = 50.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"poles": [[0.1, 1.0]]},
+            "`poles[0]` is 0.1+1i: its real part has to be below 0, or the memory would grow",
+        ),
+        (
+            {"diffraction": HOLES},
+            "`diffraction[7][3][2][0]`: a finite number is needed; is a frequency or an angle missing?",
+        ),
+        (
+            {"diffraction": content()["diffraction"][:-1]},
+            "`diffraction`: 24 frequencies of 8 to 360 angles are needed, got 23 of 12",
+        ),
+        (
+            {"frequencies": [0.5, *content()["frequencies"][1:]]},
+            "`frequencies[1]`: rising numbers above 0 are needed, got 0.4",
+        ),
+        (
+            {"added_mass_infinite": ODD.tolist()},
+            "`added_mass_infinite` is not symmetric: [0][4] and [4][0] differ by 50",
+        ),
+        ({"density": 0.0}, "`density`: a number above 0 is needed, got 0"),
+        ({"format": 2}, "`format`: 1 is needed; `vrx-mj robot hydro --bem` writes such files"),
+        ({"residues": [[1.0]]}, "`residues`: numbers of shape (1, 6, 6, 2) are needed, got (1, 1)"),
+        ({"point": "here"}, "`point`: numbers of shape (3) are needed"),
+    ],
+)
+def test_files_that_cannot_be(tmp_path, changes, message):
+    with pytest.raises(ConfigError) as error:
+        bay(barge(tmp_path, **changes))
+    assert str(error.value).endswith(f"hull.hydro: hydro 'barge.json': {message}")
