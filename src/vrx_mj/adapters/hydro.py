@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,9 +11,6 @@ from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.hydro import FORMAT
 from vrx_mj.errors import VrxError
 from vrx_mj.packages import importing
-
-if TYPE_CHECKING:
-    import capytaine
 
 __all__ = ["PANELS", "hydro_of_hull", "panelled"]
 
@@ -52,7 +49,7 @@ def hydro_of_hull(
         frequencies: number of frequencies, evenly spread.
         highest: of them [rad/s]; None: that of a wave of five panels' edges.
         panels: into which the wet hull is cut at least.
-        progress: called with the number of frequencies done and of all.
+        progress: called with the number of frequencies that are done, and of all.
 
     Raises:
         VrxError: no part of the hull is wet, its mesh is too fine, or its radiation is not that of a hull.
@@ -61,40 +58,39 @@ def hydro_of_hull(
     with importing("the radiation of a hull", "capytaine", "hydro"):
         import capytaine
 
-    vertices, faces, edge = panelled(corners - (0.0, 0.0, waterline), panels)
+    capytaine.set_logging("ERROR")
+    mesh, edge = _wet_mesh(capytaine, corners - (0.0, 0.0, waterline), panels)
     top = highest or math.sqrt(gravity * 2.0 * math.pi / (SHORTEST * edge))
     omegas: FloatArray = top / frequencies * np.arange(1.0, frequencies + 1.0)
-    capytaine.set_logging("ERROR")
-    mesh = capytaine.Mesh(vertices=vertices, faces=faces).immersed_part()
+    solver = _Solver(capytaine, mesh, np.array([point[0], point[1], point[2] - waterline]), density, gravity)
+    infinite = _symmetric(solver.radiation(math.inf)[0])
+    added, damping, scattered = np.zeros((frequencies, 6, 6)), np.zeros((frequencies, 6, 6)), []
+    for index, omega in enumerate(omegas.tolist()):
+        progress(index, frequencies)
+        added[index], damping[index] = solver.radiation(omega)
+        scattered.append(solver.diffraction(omega))
+    return {
+        "format": FORMAT,
+        "program": f"Capytaine {capytaine.__version__}, {mesh.nb_faces} panels",
+        "density": density,
+        "gravity": gravity,
+        "point": list(map(float, point)),
+        "frequencies": omegas.tolist(),
+        "added_mass": _rounded(_symmetric(added)),
+        "damping": _rounded(_symmetric(damping)),
+        "added_mass_infinite": _rounded(infinite),
+        **_memory(fitted_memory(omegas, added, damping, infinite)),
+        "diffraction": _rounded(np.stack((np.real(scattered), np.imag(scattered)), axis=-1)),
+    }
+
+
+def _wet_mesh(package: Any, corners: FloatArray, panels: int) -> tuple[Any, float]:
+    """Capytaine's mesh of what is under z = 0, and the mean edge of its panels [m]."""
+    vertices, faces, edge = panelled(corners, panels)
+    mesh = package.Mesh(vertices=vertices, faces=faces).immersed_part()
     if mesh.nb_faces > MOST_PANELS:
         raise VrxError(f"{mesh.nb_faces:,} wet panels, more than {MOST_PANELS:,}: simplify the mesh")
-    center = np.array([point[0], point[1], point[2] - waterline])
-    body = capytaine.FloatingBody(
-        mesh=mesh, lid_mesh=mesh.generate_lid(), dofs=capytaine.rigid_body_dofs(rotation_center=center), name="hull"
-    )
-    solver = _Solver(capytaine, body, density, gravity)
-    infinite = _symmetric(solver.radiation(math.inf)[0])
-    added, damping, scattered = [], [], []
-    for index, omega in enumerate(omegas):
-        progress(index, frequencies)
-        a, b = solver.radiation(omega)
-        added.append(a)
-        damping.append(b)
-        scattered.append(solver.diffraction(omega))
-    progress(frequencies, frequencies)
-    memory = fitted_memory(omegas, np.array(added), np.array(damping), infinite)
-    return _content(
-        memory,
-        program=f"Capytaine {capytaine.__version__}, {mesh.nb_faces} panels",
-        density=density,
-        gravity=gravity,
-        point=[float(value) for value in point],
-        frequencies=omegas.tolist(),
-        added_mass=_rounded(_symmetric(np.array(added))),
-        damping=_rounded(_symmetric(np.array(damping))),
-        added_mass_infinite=_rounded(infinite),
-        diffraction=_rounded(np.stack((np.real(scattered), np.imag(scattered)), axis=-1)),
-    )
+    return mesh, edge
 
 
 def _symmetric(matrices: FloatArray) -> FloatArray:
@@ -103,11 +99,10 @@ def _symmetric(matrices: FloatArray) -> FloatArray:
     return found
 
 
-def _content(memory: Memory, **more: object) -> dict[str, Any]:
+def _memory(memory: Memory) -> dict[str, Any]:
+    """Poles and residues as the file has them."""
     poles, residues = memory.poles, memory.residues
     return {
-        "format": FORMAT,
-        **more,
         "poles": np.stack((poles.real, poles.imag), axis=-1).tolist(),
         "residues": _rounded(np.stack((residues.real, residues.imag), axis=-1)),
         "fit_error": round(memory.error, 6),
@@ -143,11 +138,13 @@ def panelled(corners: FloatArray, panels: int) -> tuple[FloatArray, IntArray, fl
 class _Solver:
     """Capytaine for one hull."""
 
-    def __init__(self, package: Any, body: "capytaine.FloatingBody", density: float, gravity: float) -> None:
-        self._package = package
+    def __init__(self, package: Any, mesh: Any, center: FloatArray, density: float, gravity: float) -> None:
+        """A mesh whose water is at z = 0, and the point to which its motions belong [m]."""
+        dofs = package.rigid_body_dofs(rotation_center=center)
+        body = package.FloatingBody(mesh=mesh, lid_mesh=mesh.generate_lid(), dofs=dofs, name="hull")
+        self._package, self._common = package, {"body": body, "rho": density, "g": gravity}
         # with as many panels the added mass of a hemisphere is within 0.5 %, with the indirect method within 4 %
         self._solver = package.BEMSolver(method="direct")
-        self._common = {"body": body, "rho": density, "g": gravity}
 
     def radiation(self, omega: float) -> tuple[FloatArray, FloatArray]:
         """Added mass and damping (6, 6) at a frequency [rad/s]."""
