@@ -216,6 +216,51 @@ def test_boats_of_the_guide_join_a_world_without_boats(packages, tmp_path, team,
         )
 
 
+TALKER = "#!/bin/sh\nexec rostopic pub -l /talk std_msgs/String hello\n"
+TALKS = '<node pkg="rxi" type="talker.sh" name="talker"/>'
+
+
+@pytest.fixture
+def edited(packages, team):
+    """A copy of `station_keeping.launch` with a world of its own, a second boat and another node, as teams edit it."""
+    text = (packages / "vrx_gazebo/launch/station_keeping.launch").read_text(encoding="utf-8")
+    world = "$(find vrx_gazebo)/worlds/stationkeeping_task.world"
+    assert world in text
+    boat = BOAT.format(**FLEET[0] | {"x": -512, "y": 170})
+    text = text.replace(world, "$(find vrx_gazebo)/worlds/wayfinding_task.world")
+    (team / "launch" / "mine.launch").write_text(
+        text.replace("</launch>", f"{boat.replace('$(arg urdf)', '$(find wamv_gazebo)/urdf/wamv_gazebo.urdf.xacro')}\n"
+                     f"{TALKS}\n</launch>"), encoding="utf-8",
+    )  # fmt: skip
+    (team / "scripts").mkdir()
+    (team / "scripts" / "talker.sh").write_text(TALKER, encoding="utf-8")
+    (team / "scripts" / "talker.sh").chmod(0o755)
+    return team / "launch" / "mine.launch"
+
+
+def test_a_copy_of_a_launch_file_is_edited_as_in_the_tutorials(packages, tmp_path, edited):
+    with launched(f"roslaunch rxi mine.launch x:=-530 {EXTRA}", tmp_path, packages) as one:
+        topics = one.topics("/wamv/cmd_vel", "/defender_a/cmd_vel", "/talk", "/vrx/wayfinding/waypoints")
+        assert one.boats() == {"wamv", "defender_a"}
+        assert "wayfinding_task: 1 boat, wamv" in one.text
+        assert "/defender_a/thrusters/lateral_thrust_cmd" in topics
+        assert "warning" not in one.text
+
+
+def test_a_launch_file_that_includes_one_of_vrx_adds_to_it(packages, tmp_path, team):
+    include = (
+        '<include file="$(find vrx_gazebo)/launch/station_keeping.launch"><arg name="namespace" value="cat"/>'
+        f'<arg name="extra_gazebo_args" value="{OPTIONS.replace("$BRIDGE", "$(env BRIDGE)")}"/></include>'
+    )
+    urdf = '<arg name="urdf" default="$(find wamv_gazebo)/urdf/wamv_gazebo.urdf.xacro"/>'
+    boat = BOAT.format(**FLEET[1] | {"x": -512, "y": 170})
+    text = f"<launch>{urdf}{include}{boat}</launch>"
+    (team / "launch" / "more.launch").write_text(text, encoding="utf-8")
+    with launched("roslaunch rxi more.launch", tmp_path, packages) as one:
+        one.topics("/cat/cmd_vel", "/defender_b/cmd_vel", "/vrx/station_keeping/goal")
+        assert one.boats() == {"cat", "defender_b"}
+
+
 def pressed(line, home, variables, keys, seconds):
     """What a command line prints on a terminal on which keys are pressed, and at last Ctrl-C."""
     own, others = pty.openpty()
