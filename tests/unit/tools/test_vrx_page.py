@@ -1,4 +1,4 @@
-"""docs/vrx.md names everything that a user of VRX sets or types: lists of VRX's own names, and our tables."""
+"""docs/vrx.md names all that a user of VRX sets or types, each in a row of its own: lists of VRX's, and our tables."""
 
 import csv
 import re
@@ -11,39 +11,67 @@ from vrx_mj.config.series.macros import MACROS
 
 REPO = Path(__file__).parents[3]
 PAGE = (REPO / "docs/vrx.md").read_text(encoding="utf-8")
-CODE = " ".join(re.findall(r"`([^`\n]+)`", PAGE))
-WORDS = set(re.findall(r"[\w.\-]+", CODE))
 
 
-def names(file):
+def listed(file):
     with (REPO / "tests/golden/vrx_names" / file).open(encoding="utf-8") as text:
-        return [row["name"] for row in csv.DictReader(line for line in text if not line.startswith("#"))]
+        return list(csv.DictReader(line for line in text if not line.startswith("#")))
 
 
-def section(title):
-    """The code of a section of the page."""
+def rows(title):
+    """Cells of the rows of the tables in a section of the page."""
     text = PAGE.partition(f"\n## {title}\n")[2].partition("\n## ")[0]
-    return " ".join(re.findall(r"`([^`\n]+)`", text))
+    assert text, f"no section '{title}'"
+    lines = (line for line in text.splitlines() if line.startswith("| "))
+    return [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]] for line in lines]
 
 
-def test_every_argument_of_a_launch_file_is_in_its_section():
-    """As `NAME:=`, or, of those with a table or a line of commands of their own, by name."""
-    given = set(re.findall(r"(\w+)(?::=|(?=`|$|\s|,))", section("Launch arguments") + " " + section("Commands")))
-    assert [name for name in names("launch_arguments.csv") if name not in given] == []
+def code(cell):
+    """The texts in code font of a cell."""
+    return re.findall(r"`([^`\n]+)`", cell)
 
 
-def test_every_variable_and_command_is_on_the_page():
-    assert [name for name in names("others.csv") if name not in CODE] == []
+def words(cell):
+    """The words in code font of a cell; of an argument its name."""
+    return {word.rstrip(":,").partition(":=")[0] for text in code(cell) for word in text.split()}
 
 
-def test_every_argument_of_the_stock_launch_files_is_on_the_page_and_in_the_list():
-    listed = set(names("launch_arguments.csv"))
+def first(*titles):
+    """The words in code font in the first column of the tables of some sections."""
+    return set().union(*(words(row[0]) for title in titles for row in rows(title)))
+
+
+def test_every_argument_of_a_launch_file_is_in_a_first_column():
+    given = first("Launch arguments", "Commands")
+    assert [row["name"] for row in listed("launch_arguments.csv") if row["name"] not in given] == []
+
+
+@pytest.mark.parametrize(("kind", "titles"), [
+    ("environment", ["Environment variables"]),
+    ("command", ["Commands", "Launch arguments", "Topics, services and tools of ROS", "Files"]),
+])  # fmt: skip
+def test_every_variable_and_command_is_in_a_first_column(kind, titles):
+    given = {name.partition("=")[0] for name in first(*titles)}
+    names = [row["name"] for row in listed("others.csv") if row["kind"] == kind]
+    assert [name for name in names if not set(name.split()) <= given] == []
+
+
+def test_there_are_no_other_kinds():
+    assert {row["kind"] for row in listed("others.csv")} == {"environment", "command"}
+
+
+def test_every_argument_of_the_stock_launch_files_is_in_a_first_column_and_in_the_list():
     ours = {argument for launch in STOCK_LAUNCHES.values() for argument in launch.arguments}
-    assert ours - WORDS == set()
-    assert {name for name in ours if not name.endswith("_enabled")} - listed == set()
+    assert ours - first("Launch arguments") == set()
+    assert ours - {row["name"] for row in listed("launch_arguments.csv")} == set()
+
+
+def test_every_launch_file_with_a_world_is_in_a_first_column():
+    assert set(STOCK_LAUNCHES) - first("Launch arguments") == set()
 
 
 @pytest.mark.parametrize("macro", sorted(MACROS))
-def test_every_macro_and_its_parameters_are_on_the_page(macro):
-    assert macro in WORDS
-    assert [name for name in MACROS[macro].defaults if name not in WORDS] == []
+def test_every_macro_has_a_row_with_its_parameters_and_blocks(macro):
+    (row,) = [row for row in rows("World macros") if macro in words(row[0])]
+    assert set(MACROS[macro].defaults) - words(row[2]) == set()
+    assert set(MACROS[macro].blocks) - words(row[2]) - words(row[0]) == set()

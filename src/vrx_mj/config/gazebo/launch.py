@@ -315,6 +315,8 @@ class _Run:
         elif "textfile" in element.attributes:
             path = self.worked_out(element, element.attributes["textfile"], scope)
             self.descriptions[name] = self.robot_file(element, path), {}
+        elif name == "/use_sim_time" and truth(element.attributes.get("value", "")):
+            self.report.note(element, "taken over", "time is always that of the simulation")
         else:
             self.report.note(element, "ignored", "a parameter; set it with `rosparam set` while `vrx-mj serve` runs")
 
