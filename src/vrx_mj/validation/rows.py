@@ -45,9 +45,10 @@ def near(
     quantity: str, unit: str, reference: float, ours: float, *, relative: float = 0.0, absolute: float = 0.0
 ) -> Row:
     """A row whose band is a share of the reference, or a distance from it in the row's unit."""
+    reference = float(reference)
     half = max(relative * abs(reference), absolute)
     words = f"± {100.0 * relative:g} %" if relative else f"± {absolute:g} {unit}".rstrip()
-    return Row(quantity, unit, float(reference), float(ours), reference - half, reference + half, words)
+    return Row(quantity, unit, reference, float(ours), reference - half, reference + half, words)
 
 
 def between(quantity: str, unit: str, low: float, high: float, ours: float) -> Row:

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from vrx_mj.validation.rows import at_most, between, equal, near
@@ -21,6 +22,12 @@ def test_a_negative_reference_has_a_band_too():
     row = near("trough", "m", -2.0, -2.01, relative=0.01)
     assert (row.low, row.high) == pytest.approx((-2.02, -1.98))
     assert row.inside
+
+
+def test_numbers_of_numpy_become_plain():
+    row = near("force", "N", np.float64(2.0), np.float64(2.0), relative=0.01)
+    assert {type(value) for value in (row.reference, row.ours, row.low, row.high)} == {float}
+    assert row.inside is True
 
 
 def test_a_band_may_be_a_distance():
