@@ -1,7 +1,7 @@
 """What a file is, by its name and how it begins, and which command takes it: for messages about wrong files."""
 
 import os.path
-from collections.abc import Iterable
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -69,6 +69,8 @@ MARKS = {
     "components": {"wamv_camera", "wamv_gps", "wamv_imu", "lidar", "wamv_ball_shooter", "wamv_pinger", "wamv_p3d"},
 }
 """Keys of files of one kind alone."""
+AXIS = {"steps", "macros"}
+"""Keys of every part of a file of axes."""
 USES = {
     "worlds": "a world, which commands take as WORLD",
     "fleets": "a fleet, which commands take with --fleet",
@@ -110,9 +112,11 @@ def wrong_kind(file: Path, wanted: str) -> str | None:
     return f"{found.name}, not {wanted}{f': {use}' if use else ''}" if found else None
 
 
-def other_kind(kind: str, keys: Iterable[str]) -> str | None:
-    """The message about the keys of a file of another kind; None: they may be of this kind."""
-    given = set(keys)
+def other_kind(kind: str, section: Mapping[str, object]) -> str | None:
+    """The message about the content of a file of another kind; None: it may be of this kind."""
+    given = set(section)
+    if given and all(isinstance(axis, Mapping) and set(axis) >= AXIS for axis in section.values()):
+        return "axes of a series of worlds, one of which commands take as WORLD, with its number: axes.yaml#0"
     if given & MARKS.get(kind, given):
         return None
     found = next(((name, key) for name, marks in MARKS.items() for key in sorted(given & marks)), None)

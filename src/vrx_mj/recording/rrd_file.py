@@ -25,11 +25,14 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, TypeAdapter
 
+from vrx_mj.config.kinds import wrong_kind
 from vrx_mj.errors import RecordError
 from vrx_mj.recording import rrd_parser
 
 __all__ = ["LONGEST", "Parsed", "Part", "allowance", "copy_without_views", "parsed_file", "whole_bytes"]
 
+MAGIC = b"RRF2"
+"""How a recording begins."""
 LEAST, RATIO = 64 << 20, 16
 """What a recording may become in memory [bytes]: this, and so many times its size."""
 SECONDS, BYTES_PER_SECOND = 5, 1 << 20
@@ -248,6 +251,16 @@ def ending(code: int) -> str:
     return f"rerun's reader ended with exit code {code}"
 
 
+def _unreadable(file: Path, source: Path) -> str:
+    """The message about a file that rerun cannot read."""
+    with source.open("rb") as stream:
+        begins = stream.read(len(MAGIC)) == MAGIC
+    if not begins and file.suffix.lower() != ".rrd" and (wrong := wrong_kind(source, "a recording")):
+        return f"'{file}' is {wrong}"
+    what = "it is damaged, or rerun has not finished it" if begins else "it does not begin as rerun's files do"
+    return f"'{file}' is not a recording of vrx_mj: {what}"
+
+
 def blocks_of(output: bytes, file: Path, source: Path) -> Parsed:
     """The parts in the blocks of the parser of `source`, which messages call `file`.
 
@@ -262,8 +275,7 @@ def blocks_of(output: bytes, file: Path, source: Path) -> Parsed:
             block = BLOCK.validate_json(bytes(view[place : place + length]))
             place += length
             if isinstance(block, Failure):
-                detail = block.error.replace(str(source), str(file))
-                raise RecordError(f"'{file}' is not a recording of vrx_mj: {detail}")
+                raise RecordError(_unreadable(file, source))
             if isinstance(block, End):
                 return Parsed(tuple(parts), block.end.footer, block.end.views)
             columns: dict[str, list[Cell]] = {}
@@ -322,7 +334,7 @@ def whole_bytes(file: Path) -> int:
     """Length of `file` up to the end of its last whole message; all of it if complete or no rrd file."""
     size = file.stat().st_size
     with file.open("rb") as stream:
-        if stream.read(4) != b"RRF2":
+        if stream.read(len(MAGIC)) != MAGIC:
             return size
         end = FILE_HEADER
         while end < size:

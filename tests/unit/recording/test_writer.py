@@ -176,7 +176,7 @@ def test_recording_cut_anywhere_reads_or_says_so(recording, tmp_path):
     cut.write_bytes(whole[:12])
     with pytest.raises(RecordError) as caught:
         read_record(cut)
-    assert str(caught.value) == f"'{cut}' is not a recording of vrx_mj: No recording store found in RRD file"
+    assert str(caught.value) == f"'{cut}' is not a recording of vrx_mj: it is damaged, or rerun has not finished it"
 
 
 def test_file_that_is_no_recording_is_an_error(tmp_path):
@@ -187,9 +187,14 @@ def test_file_that_is_no_recording_is_an_error(tmp_path):
     assert str(caught.value) == f"no recording '{missing}'"
     with pytest.raises(RecordError) as caught:
         read_record(text)
+    assert str(caught.value) == f"'{text}' is not a recording of vrx_mj: it does not begin as rerun's files do"
+    robot = tmp_path / "boat.urdf"
+    robot.write_text("<robot/>", encoding="utf-8")
+    with pytest.raises(RecordError) as caught:
+        read_record(robot)
     assert str(caught.value) == (
-        f"'{text}' is not a recording of vrx_mj: Failed to read RRD file at {text}: "
-        'Not an RRD file: expected FourCC header "RRF2", got "a te"'
+        f"'{robot}' is the description of a robot (URDF), not a recording: vrx-mj run example_course --fleet boat.urdf "
+        "sails it"
     )
 
 

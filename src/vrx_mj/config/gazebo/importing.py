@@ -27,6 +27,7 @@ from vrx_mj.config.gazebo.models import (
 from vrx_mj.config.gazebo.opening import joined
 from vrx_mj.config.gazebo.sdf_boats import is_boat, read_boat
 from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world
+from vrx_mj.config.kinds import wrong_kind
 from vrx_mj.config.loading import Loading, read_source, validated
 from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.robots import load_robot, robot_section
@@ -183,7 +184,8 @@ class _Writer:
         else:
             if not os.path.lexists(file):
                 raise VrxError(f"no file or folder '{shortened(file)}'")
-            raise VrxError(f"'{file}' cannot be imported: expected a file that ends in {', '.join(KINDS)}, or a folder")
+            wanted = f"a file to import, which ends in {', '.join(KINDS)}; or a folder"
+            raise VrxError(f"'{file}' is {wrong_kind(file, wanted) or f'not {wanted}'}")
 
     def add_world(self, file: Path, arguments: Mapping[str, str]) -> str:
         """Write a world and the objects that it brings, and return its path."""

@@ -169,7 +169,8 @@ def _only(root: Element) -> Element:
     """The model of a file; of several the first."""
     found = next((one for one in root.walk() if one.tag == "model"), None)
     if found is None:
-        raise root.fault("expected <sdf> with a <model>")
+        world = any(one.tag == "world" for one in root.walk())
+        raise root.fault("a world without a <model>; WORLD takes worlds" if world else "expected <sdf> with a <model>")
     return found
 
 

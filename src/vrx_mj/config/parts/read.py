@@ -3,7 +3,7 @@
 import math
 import re
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -257,7 +257,7 @@ def load_parts(path: Path | str, kind: Kind) -> PartsFile:
     file, reading = Path(path), _Reading(kind)
     said = wrong_kind(file, f"a {FILES[kind]}")
     section = None if said else _content(file)
-    said = said or _of_another_kind(kind, section or ())
+    said = said or _of_another_kind(kind, section or {})
     if said:
         raise ConfigError([Problem(display(file), None, None, "", said)])
     if section is not None:
@@ -273,10 +273,10 @@ def load_parts(path: Path | str, kind: Kind) -> PartsFile:
     return PartsFile(file, kind, tuple(part for _, part in reading.parts), tuple(map(str, reading.stops)))
 
 
-def _of_another_kind(kind: Kind, keys: Iterable[str]) -> str | None:
+def _of_another_kind(kind: Kind, section: Mapping[str, object]) -> str | None:
     """The message about the file of a world, a fleet or the like; of the other file of parts each key has its own."""
     parts = MARKS["thrusters"] | MARKS["components"]
-    return None if parts & set(keys) else other_kind(kind, keys)
+    return None if parts & set(section) else other_kind(kind, section)
 
 
 @dataclass
