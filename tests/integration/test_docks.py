@@ -244,10 +244,10 @@ def test_every_block_and_placard_moves_in_a_recording():
     place[root.path] = matrix(sim.data.qpos[root.qpos : root.qpos + 3], sim.data.qpos[root.qpos + 3 : root.qpos + 7])
     mujoco.mj_kinematics(sim.model, sim.data)
     for part in scene.parts:
-        if part.qpos is None:
+        if not part.joints:
             own = matrix(part.position, part.quaternion)
         else:
-            position, turn = part_poses(part, sim.data.qpos[[part.qpos]])
+            position, turn = part_poses(part, sim.data.qpos[None])
             own = matrix(position[0], turn[0])
         place[part.path] = place[part.path.rpartition("/")[0]] @ own
         name = part.path.rpartition("/")[2]

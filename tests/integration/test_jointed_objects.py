@@ -10,6 +10,9 @@ import pytest
 import vrx_mj
 from integration.jointed import DRAG, PENDULUM, RAFT, angle, place, simulation_of, write
 from vrx_mj.constants import WATER_DENSITY
+from vrx_mj.frames import quaternion_product, rotation_matrix
+from vrx_mj.recording.motion_chunks import part_poses
+from vrx_mj.recording.simulation_scene import scene_of
 
 HERE = (5.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 G = 9.8
@@ -263,3 +266,60 @@ def test_links_bump_into_boats_and_not_into_each_other(tmp_path):
     sim.step(duration=0.5)
     owners = {sim.model.body(sim.model.geom_bodyid[geom]).name for contact in sim.data.contact for geom in contact.geom}
     assert "raft/right" in owners
+
+
+def test_every_link_moves_in_a_recording(tmp_path):
+    """Poses of the entities, one on another, against those of MuJoCo's bodies; with joints of all types."""
+    mixed = copy.deepcopy(RAFT)
+    for name, kind, parent in (("tip", "ball", "left"), ("rail", "prismatic", "right")):
+        mixed["links"].append({"name": name, "pose": [0.2, 0.1, 1.0, 0.3, 0.2, 0.1], "mass": 1.0, "inertia": [1, 1, 1]})
+        ends = {"parent": parent, "child": name}
+        mixed["joints"].append({"name": name, "type": kind, **ends, "pose": [0, 0, -0.5, 0, 1, 0]})
+    sim = simulation_of(tmp_path, sea=SEA, raft=(mixed, HERE), crane=(PENDULUM, (20, 0, 0, 0, 0, 0.5)))
+    sim.data.qpos[:] += 0.2
+    sim.step(duration=1.0)
+    scene = scene_of(sim)
+    mujoco.mj_kinematics(sim.model, sim.data)
+    place = {}
+    for body in scene.bodies:
+        numbers = body.pose if body.qpos is None else sim.data.qpos[body.qpos : body.qpos + 7]
+        place[body.path] = np.array(numbers[:3]), np.array(numbers[3:])
+    for part in scene.parts:
+        (position,), (turn,) = part_poses(part, sim.data.qpos[None])
+        outer, around = place[part.path.rpartition("/links/")[0]]
+        place[part.path] = outer + rotation_matrix(around) @ position, quaternion_product(around, turn)
+        name = part.path.removeprefix("/world/objects/").partition("/")[0] + "/" + part.path.rpartition("/")[2]
+        body = sim.data.body(name)
+        assert place[part.path][0] == pytest.approx(body.xpos, abs=1e-9)
+        assert rotation_matrix(place[part.path][1]) == pytest.approx(body.xmat.reshape(3, 3), abs=1e-9)
+    assert [part.path.removeprefix("/world/objects/") for part in scene.parts] == [
+        "raft/links/left", "raft/links/right", "raft/links/left/links/tip", "raft/links/right/links/rail",
+        "crane/links/arm",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("left", ["crane", "raft"])
+def test_a_recording_gives_its_run_back_where_objects_came_and_went(tmp_path, left):
+    """What hangs on a fixed object has no free joint before it: its columns come first, or after those of another."""
+    places = {"raft": (RAFT, (20, 0, 0, 0, 0, 0)), "crane": (PENDULUM, HERE), "third": (RAFT, (60, 0, 0, 0, 0, 0))}
+    sim = simulation_of(tmp_path, sea=SEA, **places)
+    with vrx_mj.record(sim, tmp_path / "run.rrd"):
+        sim.step(duration=1.0)
+        sim.spawn_object("second", model=tmp_path / "raft.yaml", pose=[40, 0, 0, 0, 0, 0])
+        sim.step(duration=1.0)
+        sim.remove(left)
+        sim.step(duration=1.0)
+    record = vrx_mj.read_record(tmp_path / "run.rrd")
+    for name in ("second", "third"):
+        (body,) = [one for one in record.layout.bodies if one.name == name]
+        seen, start = sim.observe_object(name), record.layout.pose(body).start
+        assert record.rows[-1, start : start + 3] == pytest.approx(seen.position)
+        assert record.rows[-1, start + 7] == pytest.approx(angle(sim, f"{name}/port_hinge/axis"))
+
+
+def test_a_world_of_nothing_but_a_crane_is_recorded(tmp_path):
+    sim = simulation_of(tmp_path, fleet={"boats": []}, crane=(PENDULUM, HERE))
+    with vrx_mj.record(sim, tmp_path / "run.rrd"):
+        swung(sim, "crane/swing/axis", 0.3, 1.0)
+    record = vrx_mj.read_record(tmp_path / "run.rrd")
+    assert record.rows[-1, record.layout.qpos] == pytest.approx(sim.data.qpos)

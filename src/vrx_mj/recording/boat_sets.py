@@ -199,7 +199,7 @@ def joint_layout(layouts: Sequence[RowLayout]) -> RowLayout:
         for group, width in column_groups(layout).items():
             widths[group] = max(width, widths.get(group, 0))
     starts: dict[ColumnGroup, int] = {}
-    ends = {"qpos": 0, "dof": 0}
+    ends = {table: widths.pop((table, ""), 0) for table in ("qpos", "dof")}
     for (table, name), width in widths.items():
         if table in ends:
             starts[table, name] = ends[table]
@@ -224,6 +224,8 @@ def column_groups(layout: RowLayout) -> dict[ColumnGroup, int]:
     groups |= {(table, thruster): 1 for table in ("thrust", "angle") for thruster in layout.thrusters}
     for table, end in (("qpos", layout.nq), ("dof", layout.nv)):
         bodies = sorted((getattr(body, table), body.name) for body in layout.bodies)
+        anchored = bodies[0][0] if bodies else end  # on joints of what does not move, before all else
+        groups |= {(table, ""): anchored} if anchored else {}
         ends = [*(start for start, _ in bodies[1:]), end]
         groups |= {(table, name): after - start for (start, name), after in zip(bodies, ends, strict=False)}
     return groups | {("marks", ""): layout.display_marks}
@@ -338,8 +340,8 @@ def check_layout(name: str, layout: RowLayout) -> None:
             raise RecordError(f"{name}: layout.{key}: two of one name")
     groups = column_groups(layout)
     for table, total, least in (("qpos", layout.nq, 7), ("dof", layout.nv, 6)):
-        widths = [width for (own, _), width in groups.items() if own == table]
-        if sum(widths) != total or min(widths, default=least) < least:
+        widths = {name: width for (own, name), width in groups.items() if own == table}
+        if sum(widths.values()) != total or min((widths[name] for name in widths if name), default=least) < least:
             raise RecordError(f"{name}: layout.bodies: their places in qpos and qvel are not those of free joints")
 
 

@@ -159,10 +159,10 @@ class MovingChunks:
                 yield transforms(self._paths[body.name], rows[:, 0], pose[:, :3], pose[:, [4, 5, 6, 3]])
 
     def _parts(self, rows: FloatArray) -> Iterator[Chunk]:
-        """Blocks of docks, relative to those that they hang on."""
+        """Links of objects and blocks of docks, relative to those that they hang on."""
         for part in self._scene.parts:
-            if part.qpos is not None:
-                position, turn = part_poses(part, rows[:, self._layout.qpos.start + part.qpos])
+            if part.joints:
+                position, turn = part_poses(part, rows[:, self._layout.qpos])
                 yield transforms(part.path, rows[:, 0], position, turn[:, [1, 2, 3, 0]])
 
     def _displays(self, rows: FloatArray) -> Iterator[Chunk]:
@@ -374,16 +374,37 @@ def thrust_arrows(
     return Chunk.from_columns(f"{path}/thrust", [times(time)], columns.partition(lengths))
 
 
-def part_poses(part: RecordedPart, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+def part_poses(part: RecordedPart, qpos: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Positions (n, 3) [m] and quaternions (n, 4) (w, x, y, z) in the frame of what the part hangs on.
 
-    `angle` (n,) [rad] is the hinge's. A part on a hinge is not turned otherwise.
+    `qpos` (n, nq) are all positions of MuJoCo's.
     """
-    axis, anchor = np.array(part.axis), np.array(part.anchor)
-    sin, cos = np.sin(angle)[:, None], np.cos(angle)[:, None]
-    turned = anchor * cos + np.cross(axis, anchor) * sin + axis * (axis @ anchor) * (1.0 - cos)
-    half = 0.5 * angle[:, None]
-    return np.array(part.position) + anchor - turned, np.hstack([np.cos(half), np.sin(half) * axis])
+    position, turn = np.array([part.position] * len(qpos)), np.array([part.quaternion] * len(qpos))
+    for joint in part.joints:
+        value, axis = qpos[:, joint.qpos : joint.qpos + 1], np.array(joint.axis)
+        if joint.kind == "slide":
+            position = position + _turned(turn, axis * value)
+            continue
+        half = 0.5 * value
+        hinge = np.hstack([np.cos(half), np.sin(half) * axis])
+        place = position + _turned(turn, np.array(joint.anchor))
+        turn = _product(turn, hinge if joint.kind == "hinge" else qpos[:, joint.qpos : joint.qpos + 4])
+        position = place - _turned(turn, np.array(joint.anchor))
+    return position, turn
+
+
+def _turned(quaternion: FloatArray, vector: FloatArray) -> FloatArray:
+    """Vectors (3,) or (n, 3) turned by quaternions (n, 4)."""
+    w, axis = quaternion[:, :1], quaternion[:, 1:]
+    twice = 2.0 * np.cross(axis, vector)
+    return vector + w * twice + np.cross(axis, twice)
+
+
+def _product(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Products (n, 4) of quaternions: the rotation `other`, then `one`."""
+    v, w = one[:, 1:], other[:, 1:]
+    scalar = one[:, :1] * other[:, :1] - (v * w).sum(axis=1, keepdims=True)
+    return np.hstack([scalar, one[:, :1] * w + other[:, :1] * v + np.cross(v, w)])
 
 
 def engine(path: str, time: FloatArray, thruster: RecordedThruster, angle: FloatArray) -> Chunk:

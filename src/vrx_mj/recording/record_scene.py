@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +26,7 @@ __all__ = [
     "RecordScene",
     "RecordedBody",
     "RecordedDisplay",
+    "RecordedJoint",
     "RecordedPart",
     "RecordedSensor",
     "RecordedThruster",
@@ -91,21 +92,31 @@ class RecordedBody:
 
 
 @dataclass(frozen=True, eq=False)
+class RecordedJoint:
+    """A joint of a part, as MuJoCo has it."""
+
+    kind: Literal["hinge", "slide", "ball"]
+    """Whether the part turns about the axis, slides along it, or turns any way."""
+    anchor: Vec3
+    """Place of the joint in the part's own frame [m]."""
+    axis: Vec3
+    """Axis in the part's own frame, a unit vector."""
+    qpos: int
+    """First of the joint's numbers in qpos: an angle [rad], a position [m], or a quaternion (w, x, y, z)."""
+
+
+@dataclass(frozen=True, eq=False)
 class RecordedPart:
-    """What hangs on another body: a block of a floating dock on its hinge, or a placard on its block."""
+    """What hangs on another body: a link of an object, a block of a floating dock, or a placard on its block."""
 
     path: str
     """Its entity, under that of what it hangs on."""
     position: Vec3
-    """Position of its frame in the frame of what it hangs on [m], at the hinge's angle 0."""
+    """Position of its frame in the frame of what it hangs on [m], where its joints are at 0."""
     quaternion: tuple[float, ...]
-    """Quaternion (w, x, y, z) of its frame in the frame of what it hangs on, at the hinge's angle 0."""
-    anchor: Vec3
-    """Place of the hinge in the part's own frame [m]."""
-    axis: Vec3
-    """Axis of the hinge, a unit vector."""
-    qpos: int | None
-    """The hinge's number in qpos; None: it is fixed."""
+    """Quaternion (w, x, y, z) of its frame in the frame of what it hangs on, where its joints are at 0."""
+    joints: tuple[RecordedJoint, ...]
+    """Its joints, from what it hangs on outward; without any it is fixed."""
     surfaces: tuple[Surface, ...] = ()
 
 

@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import mujoco
 import numpy as np
@@ -27,6 +27,7 @@ from vrx_mj.recording.record_scene import (
     MovingBody,
     RecordedBody,
     RecordedDisplay,
+    RecordedJoint,
     RecordedPart,
     RecordedSensor,
     RecordedThruster,
@@ -326,8 +327,13 @@ def recorded_sensors(world: World, choices: Sequence[Choice]) -> Iterator[Record
 
 
 def part_paths(world: World, model: mujoco.MjModel) -> dict[str, str]:
-    """Entities by MuJoCo's bodies: those of floating docks, each under the one that it hangs on."""
+    """Entities by MuJoCo's bodies, of floating docks and objects with joints: each under the one that it hangs on."""
     paths: dict[str, str] = {}
+    for item in world.parameters.objects:
+        paths |= {item.body: _path("object", item.name)} if item.links else {}
+        for body in item.links:
+            parent = model.body(model.body_parentid[model.body(body).id]).name
+            paths[body] = f"{paths[parent]}/links/{body.rpartition('/')[2]}"
     for dock in world.parameters.docks:
         if not dock.dynamic:
             continue
@@ -341,22 +347,35 @@ def part_paths(world: World, model: mujoco.MjModel) -> dict[str, str]:
 
 
 def parts_of(world: World, model: mujoco.MjModel, looks: Mapping[str, Sequence[Surface]]) -> Iterator[RecordedPart]:
-    """The blocks, but for the roots, and the placards of all floating docks."""
-    paths = part_paths(world, model)
-    for dock in (dock for dock in world.parameters.docks if dock.dynamic):
-        for name in (*dock.bodies[1:], *dock.placards):
-            body = model.body(name).id
-            hinged = bool(model.body_jntnum[body])
-            joint = int(model.body_jntadr[body])
-            yield RecordedPart(
-                path=paths[name],
-                position=_three(model.body_pos[body]),
-                quaternion=tuple(float(value) for value in model.body_quat[body]),
-                anchor=_three(model.jnt_pos[joint]) if hinged else (0.0, 0.0, 0.0),
-                axis=_three(model.jnt_axis[joint]) if hinged else (0.0, 0.0, 1.0),
-                qpos=int(model.jnt_qposadr[joint]) if hinged else None,
-                surfaces=tuple(looks.get(name, ())),
-            )
+    """The links, blocks and placards of objects that have joints and of floating docks, but for the roots."""
+    floating = [dock for dock in world.parameters.docks if dock.dynamic]
+    roots = {dock.bodies[0] for dock in floating} | {item.body for item in world.parameters.objects}
+    for name, path in part_paths(world, model).items():
+        if name in roots:
+            continue
+        body = model.body(name).id
+        first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+        yield RecordedPart(
+            path=path,
+            position=_three(model.body_pos[body]),
+            quaternion=tuple(float(value) for value in model.body_quat[body]),
+            joints=tuple(_joint(model, joint) for joint in range(first, first + count)),
+            surfaces=tuple(looks.get(name, ())),
+        )
+
+
+def _joint(model: mujoco.MjModel, joint: int) -> RecordedJoint:
+    kinds: dict[int, Literal["hinge", "slide", "ball"]] = {
+        int(mujoco.mjtJoint.mjJNT_HINGE): "hinge",
+        int(mujoco.mjtJoint.mjJNT_SLIDE): "slide",
+        int(mujoco.mjtJoint.mjJNT_BALL): "ball",
+    }
+    return RecordedJoint(
+        kind=kinds[int(model.jnt_type[joint])],
+        anchor=_three(model.jnt_pos[joint]),
+        axis=_three(model.jnt_axis[joint]),
+        qpos=int(model.jnt_qposadr[joint]),
+    )
 
 
 def _three(vector: FloatArray) -> tuple[float, float, float]:

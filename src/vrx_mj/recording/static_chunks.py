@@ -122,7 +122,7 @@ def body_chunks(body: RecordedBody, begun: float | None) -> Iterator[Chunk]:
 
 def part_chunks(part: RecordedPart, begun: float | None) -> Iterator[Chunk]:
     """The looks of what hangs on a body, and its place if it is fixed there, from a time on likewise."""
-    if part.qpos is None:
+    if not part.joints:
         yield shown(begun, part.path, pose((*part.position, *part.quaternion)))
     if part.surfaces:
         yield shown(begun, f"{part.path}/shape", mesh(part.surfaces))

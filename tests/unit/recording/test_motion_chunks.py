@@ -28,7 +28,7 @@ from vrx_mj.recording.motion_chunks import (
     thrust_arrows,
     transforms,
 )
-from vrx_mj.recording.record_scene import RecordedPart, RecordedThruster
+from vrx_mj.recording.record_scene import RecordedJoint, RecordedPart, RecordedThruster
 from vrx_mj.recording.simulation_scene import scene_of
 
 STERN = RecordedThruster("stern", "a", (-2.0, 0.0, 0.1))
@@ -186,11 +186,17 @@ def test_a_recording_has_wakes_twice_a_second_and_none_without_a_sea():
 
 ANGLE = np.linspace(-1.2, 1.2, 7)
 ANCHOR, AXIS = np.array([0.5, -1.0, 0.25]), np.array([0.6, 0.0, 0.8])
-PART = RecordedPart("/block", (2.0, 0.5, 0.1), (1.0, 0.0, 0.0, 0.0), tuple(ANCHOR), tuple(AXIS), 7)
+HINGE = RecordedJoint("hinge", tuple(ANCHOR), tuple(AXIS), 7)
+PART = RecordedPart("/block", (2.0, 0.5, 0.1), (1.0, 0.0, 0.0, 0.0), (HINGE,))
+
+
+def at(angle):
+    """Rows of positions in which the hinge is at these angles."""
+    return np.column_stack([np.zeros((len(angle), 7)), angle])
 
 
 def test_a_part_turns_about_its_axis_counter_clockwise():
-    _, turns = part_poses(PART, ANGLE)
+    _, turns = part_poses(PART, at(ANGLE))
     across = np.array([0.0, 1.0, 0.0])
     for angle, turn in zip(ANGLE, turns, strict=True):
         matrix = rotation_matrix(turn)
@@ -199,5 +205,5 @@ def test_a_part_turns_about_its_axis_counter_clockwise():
 
 
 def test_the_hinge_stays_where_it_is():
-    for position, turn in zip(*part_poses(PART, ANGLE), strict=True):
+    for position, turn in zip(*part_poses(PART, at(ANGLE)), strict=True):
         assert position + rotation_matrix(turn) @ ANCHOR == pytest.approx(PART.position + ANCHOR)
