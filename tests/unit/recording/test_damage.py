@@ -186,7 +186,7 @@ def layout(**other):
         (layout(bodies=[body(), body()]), "layout.bodies: two of one name"),
         (layout(bodies=[body(qpos=1)]), "layout.bodies: their places in qpos and qvel are not those of free joints"),
         (layout(nv=5), "layout.bodies: their places in qpos and qvel are not those of free joints"),
-        (layout(bodies=[]), "layout.bodies: their places in qpos and qvel are not those of free joints"),
+        (layout(bodies=[body(qpos=7)]), "layout.bodies: their places in qpos and qvel are not those of free joints"),
         ({"sensors": [SENSOR, SENSOR]}, "sensors: two of one name"),
         ({"sensors": [SENSOR | {"type": "imu"}]}, "sensors: a gps: of type imu, configured as gps"),
         ({"sensors": [SENSOR | {"config": {}}]}, "sensors[0].config: type is required, but missing"),
