@@ -206,8 +206,9 @@ def touches_of(
 def thing_touches(objects: Sequence[PlacedObject], docks: Sequence[PlacedDock]) -> Iterator[Touch]:
     """What of objects and docks a boat may touch."""
     for item in objects:
-        if item.config.collisions:
-            yield Touch(item.name, f"{item.name}/{item.config.link}")
+        links = item.config.links
+        if item.config.collisions or any(link.collisions for link in links):
+            yield Touch(item.name, f"{item.name}/{item.config.link}", tree=bool(links))
     for dock in docks:
         yield Touch(dock.name, dock_entry(dock).bodies[0], tree=True)
 

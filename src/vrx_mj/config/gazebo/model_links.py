@@ -161,7 +161,7 @@ class _Tree:
         self.moving = (
             [joint for joint in map(self._joint, *zip(*links.joints, strict=True)) if joint] if links.joints else []
         )
-        self.names: set[str] = set()
+        self.names: dict[str, set[str]] = {"link": set(), "joint": set()}
         self.bodies: dict[int, Body] = {}
         self.joints: list[At] = []
 
@@ -227,15 +227,15 @@ class _Tree:
 
     def _root_name(self, root: int) -> str:
         first = next((name for number, (name, *_) in enumerate(self.links.all) if self._of(number) == root), WORLD)
-        return self._own(first)
+        return self._own("link", first)
 
-    def _own(self, name: str) -> str:
-        """A name as ours may be, which no other link or joint of the model has."""
+    def _own(self, kind: str, name: str) -> str:
+        """A name as ours may be, which no other link, or joint, of the model has."""
         own, count = safe_name(name), 1
-        while own in self.names:
+        while own in self.names[kind]:
             count += 1
             own = f"{safe_name(name)[:56]}_{count}"
-        self.names.add(own)
+        self.names[kind].add(own)
         return own
 
     def _grow(self, root: int, edges: dict[int, list[_Joint]]) -> None:
@@ -260,7 +260,7 @@ class _Tree:
         """Add a group at the far end of a joint."""
         number = joint.ends[0 if backward else 1]
         name, _, pose = self.links.all[number] if number < self.world else (WORLD, None, HERE)
-        body = self.bodies[far] = Body(self._own(name), pose)
+        body = self.bodies[far] = Body(self._own("link", name), pose)
         element, kind = joint.element, TYPES[joint.type]
         place = self.frames.joint(element, joint.scope)
         axes = [
@@ -272,7 +272,7 @@ class _Tree:
         if joint.type == "continuous":
             axes = [{key: value for key, value in axis.items() if key != "limits"} for axis in axes]
         content: Content = {
-            "name": self._own(element.attributes.get("name", "joint")),
+            "name": self._own("joint", element.attributes.get("name", "joint")),
             "type": kind,
             "parent": self.bodies[near].name,
             "child": body.name,

@@ -173,6 +173,13 @@ def test_a_joint_may_be_given_from_the_outer_link():
     assert (own["axis"]["xyz"], own["axis2"]["xyz"]) == ([0, -1, 0], [-1, 0, 0])
 
 
+def test_links_and_joints_may_share_names_but_not_with_their_likes():
+    body = link("arm") + link("a::b") + link("a__b") + joint("arm", "revolute", "arm", "a::b")
+    found, _ = read(body + joint("arm", "ball", "arm", "a__b", ""))
+    assert [one["name"] for one in found["links"]] == ["a__b", "a__b_2"]
+    assert [one["name"] for one in plain(found["joints"])] == ["arm", "arm_2"]
+
+
 def test_a_loop_of_joints_is_opened_once():
     body = link("a") + link("b") + link("c")
     body += joint("ab", "revolute", "a", "b") + joint("bc", "revolute", "b", "c") + joint("ca", "revolute", "c", "a")
