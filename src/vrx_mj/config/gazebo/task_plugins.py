@@ -1,13 +1,13 @@
 """The scoring plugins of both generations of VRX as a world's task."""
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from vrx_mj.config.base import COLORS
 from vrx_mj.config.gazebo.document import Element
 
-__all__ = ["kind_of", "marked", "task_of"]
+__all__ = ["kind_of", "marked", "task_of", "unread"]
 
 Content = dict[str, Any]
 
@@ -20,6 +20,27 @@ STATES = {
 """What a state lasts [s] where a plugin says nothing: VRX's scoring_plugin.cc, and ours."""
 BUFFER = 3.0
 """VRX's collision_buffer [s] where a plugin says nothing."""
+ALL_READ = {"vehicle", "task_name", *STATES, "collision_buffer", "markers"}
+"""Elements of all scoring plugins that are read."""
+READ: Mapping[str, set[str]] = {
+    "acousticperception": {"pinger_position", "goal_tolerance"},
+    "acoustictracking": {"pinger_model", "pinger_depth", "obstacle_penalty"},
+    "gymkhana": {"obstacle_penalty", "pinger_position"},
+    "navigation": {"course_name", "gates", "obstacle_penalty", "points_per_gate_crossed", "bonus"},
+    "perception": {"object_sequence", "loop_forever"},
+    "scandock": {"color_1", "color_2", "color_3", "enable_color_checker", "color_bonus_points", "dock_bonus_points",
+                 "correct_dock_bonus_points", "bays", "targets"},
+    "stationkeeping": {"goal_pose", "goal_pose_cart", "head_error_on"},
+    "wayfinding": {"waypoints"},
+    "wildlife": {"buoys", "engagement_distance", "time_bonus", "publication_frequency"},
+}  # fmt: skip
+"""Elements of each scoring plugin that are read besides."""
+WITHOUT_LOSS = {"release_joints", "per_plugin_exit_on_completion", "silent"}
+"""Elements that say what is the same here whatever they say: the task's own lock, and the end of a run."""
+TOPICS = ("_topic", "_service", "_topic_name", "robot_namespace")
+"""How elements end that name topics."""
+OURS = {"", "vrx", "wamv", "scan_dock", "scan_dock_deliver"}
+"""How the names of topics begin that are the same here."""
 PART_OF_GYMKHANA = ("navigation", "stationkeeping")
 """Plugins that a gymkhana brings along."""
 
@@ -40,6 +61,21 @@ def task_of(plugins: Sequence[Element], objects: Sequence[Mapping[str, Any]]) ->
     first = next((plugin for plugin in plugins if kind_of(plugin) == "gymkhana"), plugins[0])
     own = _TASKS[kind_of(first) or ""](first, plugins, objects)
     return first, _named(first, own) | _common(first, own) | own
+
+
+def unread(plugin: Element) -> Iterator[tuple[Element, str]]:
+    """The elements of a scoring plugin without effect here by which something is lost, each with the reason."""
+    read = ALL_READ | READ[kind_of(plugin) or ""] | WITHOUT_LOSS
+    for child in plugin.children:
+        text = child.own_text.strip("/")
+        if child.tag.endswith(TOPICS):
+            if text.partition("/")[0] not in OURS | {plugin.text("vehicle")}:
+                yield child, "topics have the names that VRX gives them"
+        elif child.tag == "frame":
+            if text not in {"", plugin.text("vehicle") or BOAT}:
+                yield child, "poses are relative to the boat"
+        elif child.tag not in read:
+            yield child, "no such element is read of this plugin"
 
 
 def marked(plugin: Element) -> Content | None:
@@ -111,7 +147,8 @@ def _object(thing: Element) -> Content:
 
 
 def _navigation(plugin: Element, _: object, __: object) -> Content:
-    by_points = plugin.child("points_per_gate_crossed") is not None or plugin.text("task_name") == "follow_path"
+    counted = any(plugin.child(tag) is not None for tag in ("points_per_gate_crossed", "bonus"))
+    by_points = counted or plugin.text("task_name") == "follow_path"
     kind = "follow_path" if by_points else "navigation_course"
     points = plugin.given("points_per_gate_crossed", "bonus") if by_points else {}
     return {"type": kind, **_channel(plugin), **points}

@@ -23,7 +23,7 @@ from vrx_mj.config.gazebo.models import (
 )
 from vrx_mj.config.gazebo.sdf_boats import is_boat
 from vrx_mj.config.gazebo.surroundings import georeference, published_sea, scene, view, wave_field, wind
-from vrx_mj.config.gazebo.task_plugins import kind_of, marked, task_of
+from vrx_mj.config.gazebo.task_plugins import kind_of, marked, task_of, unread
 from vrx_mj.config.loading import read_source
 from vrx_mj.config.search import WORLD_SUFFIXES, catalogue
 from vrx_mj.config.series.calls import BLOCK, SYMBOLS, At, Call, located, named_as, thing
@@ -440,6 +440,8 @@ class _Reader:
         plugin, task = task_of(self.scoring, named)
         markers = marked(plugin)
         self.add("task", plugin, {"task": task, **({"markers": markers} if markers else {})})
+        for element, reason in unread(plugin):
+            self.report.note(element, "ignored", reason)
         for other in self.scoring:
             if other is not plugin and task["type"] == "gymkhana":
                 self.report.note(other, "taken over", "part of the gymkhana")

@@ -1,8 +1,10 @@
 """Worlds of Gazebo: each plugin and macro of VRX, and what is noted of their parts."""
 
+import csv
 import math
 import warnings
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import pytest
 
@@ -195,6 +197,75 @@ def test_each_scoring_plugin_is_a_task(task, newer):
     world = said(body, "1.9" if newer else "1.6")
     assert losses(world) == []
     assert world.section["task"] == {"boat": "cat", "initial_state_duration": 5.0, **EXPECTED[task]}
+
+
+BLOCK = "<bay><name>a</name><symbol>red_cross</symbol></bay>"
+CHANNEL = f'<plugin filename="libnavigation_scoring_plugin.so">{TASKS["navigation"]}</plugin>'
+OTHERS = {
+    "goal_pose": "-33.7 150.6 1", "goal_pose_cart": "7 8 0.5", "head_error_on": "true", "vehicle": "cat",
+    "waypoints": "<waypoint><pose>-33.9 150.6 1</pose></waypoint>", "loop_forever": "true", "frame": "buoy",
+    "object_sequence": "<object><name>b</name><pose>1 2 3 0 0 0</pose></object>", "enable_color_checker": "true",
+    "gates": "<gate><left_marker>c</left_marker><right_marker>d</right_marker></gate>",
+    "color_1": "red", "color_2": "green", "color_3": "blue", "bays": BLOCK, "pinger_position": "7 8 -9",
+    "targets": "<target><topic>vrx/dock_2022_placard1_big_hole/contain</topic><bonus_points>7</bonus_points></target>",
+    "buoys": "<buoy><name>crocodile::link</name><goal>avoid</goal></buoy>", "markers": "<height>7</height>",
+    "release_joints": "<joint><name>a</name></joint>", "per_plugin_exit_on_completion": "false", "silent": "true",
+}  # fmt: skip
+"""What elements of scoring plugins say in the test, but for numbers, names and topics."""
+QUIET = {"release_joints", "per_plugin_exit_on_completion", "silent"}
+"""Elements that say nothing which could be another way here."""
+
+
+def elements():
+    """Every element of every scoring plugin, as VRX has them."""
+    file = Path(__file__).parents[3] / "golden/vrx_names/plugin_elements.csv"
+    lines = (line for line in file.read_text(encoding="utf-8").splitlines() if not line.startswith("#"))
+    for row in csv.DictReader(lines):
+        for plugin in SCORED if row["plugin"] == "all" else [row["plugin"]]:
+            yield plugin, row["element"]
+
+
+SCORED = {**TASKS, "gymkhana": "<pinger_position>1 2 0</pinger_position>"}
+
+
+def scored(plugin, own):
+    """A world with a scoring plugin, whose elements are its usual ones and others that take their places."""
+    tags = "".join(f"<{name}>{inside}</{name}>" for name, inside in (USUAL[plugin] | own).items())
+    dock = "<include><uri>model://dock_2018</uri></include>" if plugin == "scan_dock" else ""
+    channel = CHANNEL if plugin == "gymkhana" else ""
+    world = said(f'{dock}<plugin filename="lib{plugin}_scoring_plugin.so">{tags}</plugin>{channel}')
+    return world.section, losses(world)
+
+
+def inside(text):
+    """The elements of a text by their names."""
+    return {one.tag: "".join(map(_text, one)) or one.text or "" for one in ET.fromstring(f"<a>{text}</a>")}
+
+
+def _text(element):
+    return ET.tostring(element, encoding="unicode")
+
+
+USUAL = {plugin: inside(text) for plugin, text in SCORED.items()}
+
+
+@pytest.mark.parametrize(("plugin", "element"), list(elements()))
+def test_each_element_of_each_scoring_plugin_is_read_or_noted_or_without_loss(plugin, element):
+    colors = {key: OTHERS[key] for key in ("color_1", "color_2", "color_3")}
+    others = colors if element in colors else {}
+    before = scored(plugin, {**others, element: "yellow"} if others else {})
+    if element.endswith(("_topic", "_service", "_topic_name", "robot_namespace")):
+        assert scored(plugin, {element: "/vrx/other"}) == before
+        after = scored(plugin, {element: "/other/name"})
+        assert after[1] == [f"<{element}> ignored: topics have the names that VRX gives them"]
+    else:
+        after = scored(plugin, {**others, element: OTHERS.get(element, "12")})
+    assert (after == before) == (element in QUIET)
+
+
+def test_an_element_that_no_plugin_of_vrx_has_is_noted():
+    _, lost = scored("wayfinding", {"runing_state_duration": "60"})
+    assert lost == ["<runing_state_duration> ignored: no such element is read of this plugin"]
 
 
 def test_durations_that_a_plugin_does_not_give_are_those_of_vrx():
