@@ -1,4 +1,4 @@
-"""Runs of VRX's own code, sailed again: golden/oracle/trajectories says what made them.
+"""Runs of VRX's own code, sailed again: assets/validation/oracle/trajectories says what made them.
 
 The tolerance is `FACTOR` times how far VRX's own scheme moves when its step grows from 1 to 10 ms, which is our
 step: most runs differ from VRX's by exactly that. Lightly damped roll and pitch differ by up to 1.8 times as much,
@@ -11,14 +11,16 @@ import numpy as np
 import pytest
 
 import vrx_mj
-from integration.sailing import COEFFICIENTS, GOLDEN, edited, table
+from integration.sailing import COEFFICIENTS, edited, table
+from vrx_mj.resources import root
 from vrx_mj.runtime.observation import rotation_matrix
 
-FOLDER = GOLDEN / "oracle" / "trajectories"
+ORACLE = root() / "assets" / "validation" / "oracle"
+FOLDER = ORACLE / "trajectories"
 CASES = {row["case"]: row for row in table(FOLDER / "trajectory_cases.csv")}
 BUOYS = {row["case"]: row for row in table(FOLDER / "buoy_trajectory_cases.csv")}
-SETS = {row["dyn_set"]: row for row in table(GOLDEN / "oracle" / "dynamics_sets.csv")}
-SEAS = {row["wave_set"]: row for row in table(GOLDEN / "oracle" / "wave_sets.csv")}
+SETS = {row["dyn_set"]: row for row in table(ORACLE / "dynamics_sets.csv")}
+SEAS = {row["wave_set"]: row for row in table(ORACLE / "wave_sets.csv")}
 SPREAD = {row["case"]: row for row in table(FOLDER / "trajectory_integrator_spread.csv")}
 
 FACTOR = 3.0

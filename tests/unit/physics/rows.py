@@ -2,7 +2,6 @@
 
 import csv
 import math
-from pathlib import Path
 
 import numpy as np
 
@@ -10,8 +9,9 @@ from vrx_mj.physics import tables
 from vrx_mj.physics.motion import Motion
 from vrx_mj.physics.tables import table
 from vrx_mj.physics.waves import cwr_components, pms_components
+from vrx_mj.resources import root
 
-ORACLE = Path(__file__).parents[2] / "golden" / "oracle"
+ORACLE = root() / "assets" / "validation" / "oracle"
 
 FORCE_ERROR = 1e-3  # [N] or [N m], with 1e-6 of the value: VRX's 32-bit floats (README of the oracle)
 

@@ -1,0 +1,145 @@
+"""Profile `vrx` against VRX's own code: heights of its seas, and runs of its boat."""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.draw.chart import Chart, Series
+from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.validation.reference import rows
+from vrx_mj.validation.rows import Case, Findings, Row, at_most
+
+__all__ = ["CASES"]
+
+TABLES = "oracle"
+"""Folder of the tables that VRX's code has made; its README says how."""
+RUNS = (
+    "straight_100", "turn_L100_R50", "reverse_100", "decay_heave_p30", "decay_roll_p15", "decay_pitch_p8",
+    "drift_wind6_beam", "head_seas_W01", "head_seas_W02", "head_seas_W02_thrust70", "waves_wind_thrust",
+)  # fmt: skip
+COLUMNS = (
+    ("x_m", "dx_m", "x", "m"), ("y_m", "dy_m", "y", "m"), ("z_m", "dz_m", "z", "m"),
+    ("roll_rad", "droll_rad", "roll", "rad"), ("pitch_rad", "dpitch_rad", "pitch", "rad"),
+    ("yaw_rad", "dyaw_rad", "yaw", "rad"),
+)  # fmt: skip
+"""Columns of a run and of the spread, names and units."""
+FACTOR, FLOOR = 3.0, 2e-6
+"""Band of a run: so many times the spread, or what the files' eight digits leave [m], [rad]."""
+DESCRIBED = {
+    "scale": "scale", "angle": "angle_rad", "steepness": "steepness", "amplitude": "amplitude_m",
+    "period": "period_s", "tau": "tau_s", "gain": "gain",
+}  # fmt: skip
+
+
+@cache
+def _cases() -> dict[str, dict[str, str]]:
+    return {row["case"]: row for row in rows(f"{TABLES}/trajectories/trajectory_cases")}
+
+
+def _sea(name: str) -> dict[str, Any]:
+    """The keys of a sea of VRX's table."""
+    if name in {"calm", "none"}:
+        return {"model": "none"}
+    (row,) = (row for row in rows(f"{TABLES}/wave_sets") if row["wave_set"] == name)
+    numbers: dict[str, Any] = {key: float(row[column]) for key, column in DESCRIBED.items()}
+    direction = [float(row["dir_x"]), float(row["dir_y"])]
+    return {"model": row["model"].lower(), "number": int(row["number"]), "direction": direction, **numbers}
+
+
+def seas() -> Findings:
+    """Heights of VRX's seas."""
+    found: dict[str, list[dict[str, str]]] = {}
+    for row in rows(f"{TABLES}/wave_heights"):
+        found.setdefault(row["wave_set"], []).append(row)
+    rows_found: list[Row] = []
+    for name, points in found.items():
+        sim = Simulation(compile_world({"physics": {"profile": "vrx"}, "sea": _sea(name)}))
+        x, y, t, theirs = (np.array([float(row[key]) for row in points]) for key in ("x_m", "y_m", "t_s", "h_simple_m"))
+        apart = float(np.abs(sim.sea.height(x, y, t) - theirs).max())
+        rows_found.append(at_most(f"greatest difference of {len(points)} heights, sea {name}", "m", 1e-6, apart))
+    return Findings(tuple(rows_found))
+
+
+def _simulation(case: dict[str, str]) -> Simulation:
+    wind = {
+        "direction": float(case["wind_dir_deg"]),
+        "mean_velocity": float(case["wind_mean_m_s"]),
+        "var_gain": float(case["wind_gain"]),
+        "objects": [{"model": "wamv", "coefficients": [0.5, 0.5, 0.33]}],
+    }
+    pose = [float(case[key]) for key in ("x0", "y0", "z0", "roll0", "pitch0", "yaw0")]
+    spawn = {"pose": pose, "thrusters": "H", "sensors": "none"}
+    physics = {"profile": "vrx", "timestep": 0.01}
+    return Simulation(compile_world({"physics": physics, "sea": _sea(case["wave_set"]), "wind": wind, "spawn": spawn}))
+
+
+def _run(case: dict[str, str]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Times (n,), VRX's poses and ours (n, 6) of a case."""
+    golden = rows(f"{TABLES}/trajectories/{case['case']}")
+    theirs = np.array([[float(row[column]) for column, *_ in COLUMNS] for row in golden])
+    times = np.array([float(row["t_s"]) for row in golden])
+    sides = dict(part.split("=") for part in case["commands"].partition(":")[2].split())
+    commands = {"wamv": {"left": float(sides["L"]), "right": float(sides["R"])}}
+    sim, ours = _simulation(case), []
+    for time in times.tolist():
+        if time > sim.time:
+            sim.step(commands, duration=time - sim.time)
+        seen = sim.observe()["wamv"]
+        ours.append([*map(float, seen.position), seen.roll, seen.pitch, seen.heading])
+    found = np.array(ours)
+    found[:, 5] -= 2.0 * np.pi * np.round((found[:, 5] - theirs[:, 5]) / (2.0 * np.pi))  # whole turns are none
+    return times, theirs, found
+
+
+def runs() -> Findings:
+    """Runs of VRX's boat."""
+    spread = {row["case"]: row for row in rows(f"{TABLES}/trajectories/trajectory_integrator_spread")}
+    found: list[Row] = []
+    charts = []
+    for name in RUNS:
+        times, theirs, ours = _run(_cases()[name])
+        apart = np.abs(ours - theirs).max(axis=0)
+        for (_, column, quantity, unit), value in zip(COLUMNS, apart.tolist(), strict=True):
+            bound = max(FACTOR * float(spread[name][f"max_{column}"]), FLOOR)
+            found.append(at_most(f"{name}: greatest difference of {quantity}", unit, bound, value))
+        charts += _charts(name, times, theirs, ours)
+    return Findings(tuple(found), tuple(charts))
+
+
+def _charts(name: str, times: FloatArray, theirs: FloatArray, ours: FloatArray) -> list[Chart]:
+    if name == "turn_L100_R50":
+        series = Series("VRX", theirs[:, 0], theirs[:, 1], reference=True), Series("ours", ours[:, 0], ours[:, 1])
+        return [Chart("A turn with 100 and 50 % of power", "x [m]", "y [m]", series, equal=True)]
+    if name == "head_seas_W02":
+        series = Series("VRX", times, theirs[:, 2], reference=True), Series("ours", times, ours[:, 2])
+        return [Chart("Height of the boat in head seas", "time [s]", "height [m]", series)]
+    return []
+
+
+SOURCE = (
+    "VRX's own C++ (osrf/vrx, gazebo_classic, commit c9b9388), compiled unmodified: assets/validation/oracle, whose "
+    "README says how."
+)
+CASES = (
+    Case(
+        name="vrx-seas",
+        title="Profile vrx: heights of VRX's seas",
+        setup="Worlds of profile vrx with eight seas of VRX's two models, at 60 places and times each.",
+        source=SOURCE,
+        files=("physics/waves.py",),
+        run=seas,
+    ),
+    Case(
+        name="vrx-runs",
+        title="Profile vrx: runs of VRX's boat",
+        setup="A WAM-V in a world of profile vrx with a step of 10 ms: ahead, astern, in a turn, free decays, in "
+        "wind and in waves, 60 to 120 s.",
+        source=f"{SOURCE} It was integrated with Gazebo's scheme at 1 ms. The band is three times the difference "
+        "that its own results show between steps of 1 and 10 ms.",
+        files=("physics/hydrostatics.py", "physics/drag.py", "physics/thrust.py", "physics/wind.py", "runtime/loop.py"),
+        run=runs,
+    ),
+)
