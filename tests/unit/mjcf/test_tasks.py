@@ -5,8 +5,11 @@ import math
 import mujoco
 import pytest
 
+from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.mjcf.placement import PlacedObject
+from vrx_mj.mjcf.tasks import thing_touches
 from vrx_mj.model.world import tree_of
 from vrx_mj.runtime.physics_models import stepping_models
 
@@ -332,3 +335,13 @@ def test_the_shore_is_a_rival():
     world = compile_world({"extends": "sydney_regatta", "task": HERE})
     assert tree_of(world.parameters)["task"]["rivals"][-1] == "terrain"
     assert touched(world, pose=(-532.0, 154.0, 0.3)) == ["terrain"]
+
+
+def test_a_boat_touches_any_link_of_an_object_that_has_joints():
+    link = {"name": "arm", "mass": 1.0, "inertia": (1.0, 1.0, 1.0), "collisions": ({"type": "sphere", "radius": 1.0},)}
+    joint = {"name": "hinge", "type": "revolute", "parent": "post", "child": "arm"}
+    jointed = ObjectConfig.model_validate({"static": True, "link": "post", "links": (link,), "joints": (joint,)})
+    single = ObjectConfig.model_validate({"static": True, "collisions": link["collisions"]})
+    items = [PlacedObject(name, name, one, (0.0,) * 6) for name, one in (("crane", jointed), ("pole", single))]
+    found = [(touch.name, touch.body, touch.tree) for touch in thing_touches(items, [])]
+    assert found == [("crane", "crane/post", True), ("pole", "pole/link", False)]
