@@ -26,7 +26,7 @@ settings.load_profile("kernels")
 
 TESTS = Path(__file__).parent
 QUICK = tuple(TESTS / "unit" / name for name in ("physics", "config", "mjcf", "runtime"))
-LENGTHY = {"test_kernel.py", "test_text.py", "test_wamv_sensors.py", "test_xacro_bombs.py"}
+LENGTHY = {"test_kernel.py", "test_yaml_text.py", "test_wamv_sensors.py", "test_xacro_bombs.py"}
 """Files in those folders that take a quarter of their time."""
 LONGEST = (
     "[tutorial_one_boat.md]",
