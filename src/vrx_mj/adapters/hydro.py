@@ -36,6 +36,7 @@ def hydro_of_hull(
     frequencies: int = 40,
     highest: float | None = None,
     panels: int = PANELS,
+    angles: int = ANGLES,
     progress: Callable[[int, int], None] = lambda done, whole: None,
 ) -> dict[str, Any]:
     """The content of a file for `hull: {hydro: ...}`.
@@ -49,6 +50,7 @@ def hydro_of_hull(
         frequencies: number of frequencies, evenly spread.
         highest: of them [rad/s]; None: that of a wave of five panels' edges.
         panels: into which the wet hull is cut at least.
+        angles: directions of waves, even over the circle.
         progress: called with the number of frequencies that are done, and of all.
 
     Raises:
@@ -68,7 +70,7 @@ def hydro_of_hull(
     for index, omega in enumerate(omegas.tolist()):
         progress(index, frequencies)
         added[index], damping[index] = solver.radiation(omega)
-        scattered.append(solver.diffraction(omega))
+        scattered.append(solver.diffraction(omega, angles))
     return {
         "format": FORMAT,
         "program": f"Capytaine {capytaine.__version__}, {mesh.nb_faces} panels",
@@ -78,6 +80,7 @@ def hydro_of_hull(
         "frequencies": omegas.tolist(),
         "added_mass": _rounded(_symmetric(added)),
         "damping": _rounded(_symmetric(damping)),
+        "added_mass_zero": _rounded(_symmetric(solver.radiation(0.0)[0])),
         "added_mass_infinite": _rounded(infinite),
         **_memory(fitted_memory(omegas, added, damping, infinite)),
         "diffraction": _rounded(np.stack((np.real(scattered), np.imag(scattered)), axis=-1)),
@@ -131,7 +134,7 @@ def panelled(corners: FloatArray, panels: int) -> tuple[FloatArray, IntArray, fl
     area = float(np.linalg.norm(np.cross(wet[:, 1] - wet[:, 0], wet[:, 2] - wet[:, 0]), axis=1).sum()) / 2.0
     edge = math.sqrt(4.0 / math.sqrt(3.0) * area / panels)
     points, index = np.unique(np.round(corners.reshape(-1, 3), 9), axis=0, return_inverse=True)
-    vertices, faces = trimesh.remesh.subdivide_to_size(points, index.reshape(-1, 3), 1.5 * edge, max_iter=20)
+    vertices, faces = trimesh.remesh.subdivide_to_size(points, index.reshape(-1, 3), edge, max_iter=20)
     return np.asarray(vertices, np.float64), np.asarray(faces, np.int64), edge
 
 
@@ -156,11 +159,11 @@ class _Solver:
                 added[i, j], damping[i, j] = found.added_masses[other], found.radiation_dampings[other]
         return added, damping
 
-    def diffraction(self, omega: float) -> Any:
-        """Complex force (`ANGLES`, 6) of waves of a frequency [rad/s] toward angles from the bow on."""
-        found = np.zeros((ANGLES, 6), complex)
-        for index in range(ANGLES):
-            angle = 2.0 * math.pi * index / ANGLES
+    def diffraction(self, omega: float, angles: int) -> Any:
+        """Complex force (angles, 6) of waves of a frequency [rad/s] toward angles from the bow on."""
+        found = np.zeros((angles, 6), complex)
+        for index in range(angles):
+            angle = 2.0 * math.pi * index / angles
             problem = self._package.DiffractionProblem(omega=omega, wave_direction=angle, **self._common)
             forces = self._solver.solve(problem).forces
             found[index] = [forces[motion] for motion in MOTIONS]

@@ -28,7 +28,7 @@ LITTLE = 0.01
 """Share of the largest diagonal's peak that all are taken to have at least [SI]."""
 ORDERS = (4, 6, 8, 10)
 """Numbers of poles, tried in this order."""
-GOOD = 0.01
+GOOD = 0.005
 """Error with which a fit is taken."""
 CUTS = 40
 """Rounds in which the fit is bound to damp."""

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vrx_mj.bar import Bar
 from vrx_mj.cli.files import writing
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, shown
 
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from vrx_mj.arrays import FloatArray
     from vrx_mj.config.parts.catalogue import Parameter, PartsFile, PartType
     from vrx_mj.config.parts.compliance import PartVerdict, Point, Rules, Verdict
     from vrx_mj.mjcf.hull_sheet import HullSheet
@@ -187,10 +189,18 @@ def hydro(
     density: Annotated[float, typer.Option(help="Density of the water [kg/m3].")] = 1025.0,
     scale: Annotated[float, typer.Option(help="Factor of the mesh's lengths.")] = 1.0,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the sheet as JSON too.")] = None,
+    bem: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Write added mass, radiation and diffraction by Capytaine, for `hull: {hydro: FILE}`."
+        ),
+    ] = None,
+    frequencies: Annotated[int, typer.Option(help="Frequencies of --bem.")] = 40,
+    panels: Annotated[int, typer.Option(help="Panels of --bem under water, at least.")] = 400,
 ) -> None:
     """Print the hydrostatics of a hull: displacement, centres, metacentric heights, righting arms to 180 degrees.
 
-    The boat floats upright and without trim.
+    The boat floats upright and without trim. With --bem the mesh's axes are those of the robot's base link.
 
     Example: vrx-mj robot hydro hull.stl --mass 180 --center 0,0,0.15
     """
@@ -201,6 +211,9 @@ def hydro(
     for name, value in (("mass", mass), ("density", density), ("scale", scale)):
         if not 0.0 < value < LARGEST:
             raise CommandError(f"invalid --{name} {value:g}: a number above 0 is needed")
+    for name, count, (least, most) in (("frequencies", frequencies, (10, 500)), ("panels", panels, (50, 2000))):
+        if not least <= count <= most:
+            raise CommandError(f"invalid --{name} {count}: {least} to {most} are needed")
     data = read_mesh(mesh, (scale, scale, scale))
     whole = solid_of_mesh(mesh.name, data.points, data.triangles)
     for note in whole.notes:
@@ -211,6 +224,25 @@ def hydro(
     if output is not None:
         with writing("the sheet", output):
             output.write_text(json.dumps(asdict(sheet), indent=1) + "\n", encoding="utf-8", newline="\n")
+    if bem is not None:
+        _write_bem(bem, whole.corners, sheet, frequencies, panels)
+
+
+def _write_bem(file: Path, corners: "FloatArray", sheet: "HullSheet", frequencies: int, panels: int) -> None:
+    """Write the radiation and diffraction of a hull, about its centre of mass."""
+    from vrx_mj.adapters.hydro import hydro_of_hull
+
+    with Bar("frequencies", frequencies) as bar:
+        table = hydro_of_hull(
+            corners, sheet.waterline, sheet.center_of_mass, density=sheet.density, gravity=sheet.gravity,
+            frequencies=frequencies, panels=panels, progress=lambda done, _: bar.update(done),
+        )  # fmt: skip
+    with writing("radiation and diffraction", file):
+        file.write_text(json.dumps(table) + "\n", encoding="utf-8", newline="\n")
+    poles, error = len(table["poles"]), table["fit_error"]
+    typer.echo(
+        f"{file}: {table['program']}, to {table['frequencies'][-1]:.3g} rad/s; {poles} poles, off by {error:.1%}"
+    )
 
 
 def _coordinates(text: str) -> tuple[float, float, float]:

@@ -310,6 +310,8 @@ def test_a_mesh_that_is_open_or_inside_out_is_mended_and_said(cli, folder):
         (["--mass", "nan"], "invalid --mass nan: a number above 0 is needed"),
         (["--mass", "9", "--center", "a,b"], "invalid --center 'a,b': x,y,z [m] are needed, as 0,0,0.15"),
         (["--mass", "9", "--center", "0,0,nan"], "invalid --center '0,0,nan': numbers are needed"),
+        (["--mass", "9", "--frequencies", "5"], "invalid --frequencies 5: 10 to 500 are needed"),
+        (["--mass", "9", "--panels", "9000"], "invalid --panels 9000: 50 to 2000 are needed"),
     ],
 )
 def test_sheets_that_cannot_be(cli, folder, words, message):

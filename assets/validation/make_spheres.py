@@ -1,0 +1,46 @@
+"""Makes the spheres of the report: meshes, and their radiation and diffraction by Capytaine (extra `hydro`).
+
+    python assets/validation/make_spheres.py
+
+The benchmark of IEA OES (Wendt et al., 2019) has a sphere of 10 m, Kramer et al. (2021) one of 0.3 m.
+"""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from vrx_mj.adapters.hydro import hydro_of_hull
+
+FOLDER = Path(__file__).parent / "worlds"
+SPHERES = {
+    "iea_sphere": {"radius": 5.0, "center": -2.0, "density": 1000.0, "gravity": 9.81},
+    "kramer_sphere": {"radius": 0.15, "center": -0.0348, "density": 998.2, "gravity": 9.82},
+}
+
+
+def sphere(radius: float) -> trimesh.Trimesh:
+    """1280 triangles, half of them under z = 0, with the volume of a sphere."""
+    mesh = trimesh.creation.icosphere(subdivisions=3, radius=radius)
+    mesh.apply_scale((4.0 / 3.0 * np.pi * radius**3 / mesh.volume) ** (1.0 / 3.0))
+    return mesh
+
+
+def main() -> None:
+    """Write meshes and tables."""
+    for name, own in SPHERES.items():
+        mesh = sphere(own["radius"])
+        lines = [f"v {x:.7g} {y:.7g} {z:.7g}" for x, y, z in mesh.vertices]
+        lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in mesh.faces]
+        (FOLDER / name).mkdir(exist_ok=True)
+        (FOLDER / name / "sphere.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        table = hydro_of_hull(
+            np.array(mesh.triangles), 0.0, (0.0, 0.0, own["center"]), density=own["density"], gravity=own["gravity"],
+            frequencies=36, angles=12,
+        )  # fmt: skip
+        (FOLDER / name / "hydro.json").write_text(json.dumps(table, indent=None) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,184 @@
+"""Half-submerged spheres: free decay with the memory of their waves, heave in waves, and added mass."""
+
+import json
+import math
+
+import numpy as np
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.draw.chart import Chart, Series
+from vrx_mj.validation.reference import folder
+from vrx_mj.validation.rows import Case, Findings, Row, between, near
+from vrx_mj.validation.setups import packaged_simulation
+
+__all__ = ["CASES"]
+
+WORLD = "assets/validation/worlds"
+IEA_EXTREMES = (
+    ("first trough", 2.21, 2.23, -0.892, -0.868),
+    ("first crest", 4.37, 4.45, 0.631, 0.651),
+    ("second trough", 6.52, 6.63, -0.496, -0.466),
+)
+"""Times [s] and heights [m] after a drop of 1 m: five codes and CFD."""
+HEAVE = {3.0: (0.115, 0.118), 4.0: (0.99, 1.18), 4.4: (1.77, 1.88), 5.0: (1.42, 1.53), 6.0: (1.12, 1.16),
+         8.0: (1.03, 1.03), 11.0: (1.01, 1.01)}  # fmt: skip
+"""Heave over the amplitude of the wave by its period [s]: lowest and highest of the codes."""
+RELATIVE = {4.4: 1.56, 5.0: 1.41, 11.0: 1.00}
+"""The same without diffraction, in the relative form, in the frequency domain."""
+
+
+def _decay(world: str, drop: float, until: float) -> tuple[FloatArray, FloatArray]:
+    """Times [s] and heights [m] of a sphere that is let go at a height."""
+    sim = packaged_simulation(world)
+    (boat,) = sim.boats
+    sim.set_boat(boat, pose=(0.0, 0.0, drop, 0.0, 0.0, 0.0))
+    heights = [drop]
+    for _ in range(round(until / sim.timestep)):
+        sim.advance(1)
+        heights.append(float(sim.observe()[boat].position[2]))
+    return np.arange(len(heights), dtype=np.float64) * sim.timestep, np.array(heights, np.float64)
+
+
+def _extremes(times: FloatArray, heights: FloatArray) -> list[tuple[float, float]]:
+    """Times and heights of crests and troughs after the start: of the parabola through three samples."""
+    found = []
+    for i in range(1, len(heights) - 1):
+        before, here, after = heights[i - 1 : i + 2]
+        if (here - before) * (after - here) <= 0.0 and here != after:
+            shift = 0.5 * (before - after) / (before - 2.0 * here + after)
+            top = here - 0.25 * (before - after) * shift
+            found.append((float(times[i] + shift * (times[1] - times[0])), float(top)))
+    return found
+
+
+def decay() -> Findings:
+    """The benchmark of IEA OES."""
+    times, heights = _decay("iea_sphere", 1.0, 12.0)
+    rows: list[Row] = []
+    for (name, early, late, low, high), (time, height) in zip(IEA_EXTREMES, _extremes(times, heights), strict=False):
+        rows += [between(f"{name}, height", "m", low, high, height), between(f"{name}, time", "s", early, late, time)]
+    middles = [(0.5 * (early + late), 0.5 * (low + high)) for _, early, late, low, high in IEA_EXTREMES]
+    at, of = np.array(middles).T
+    chart = Chart(
+        "Height of the sphere",
+        "time [s]",
+        "height [m]",
+        (Series("five codes and CFD", at, of, kind="points", reference=True), Series("ours", times, heights)),
+    )
+    return Findings(tuple(rows), (chart,))
+
+
+def tank_decay() -> Findings:
+    """The tests of Kramer et al."""
+    rows, series, crests = [], [], []
+    for drop in (0.03, 0.09, 0.15):
+        times, heights = _decay("kramer_sphere", drop, 2.0)
+        series.append(Series(f"{1000.0 * drop:g} mm", times, heights / drop))
+        crests.append(_extremes(times, heights)[1])
+    time, height = crests[0]
+    rows = [
+        between("next crest after 30 mm, time", "s", 0.757, 0.770, time),
+        between("next crest after 30 mm, share of the drop", "", 0.63, 0.65, height / 0.03),
+        *(
+            between(f"next crest after {name} mm, later than before", "s", 1e-4, 0.1, crests[i + 1][0] - crests[i][0])
+            for i, name in enumerate((90, 150))
+        ),
+    ]
+    chart = Chart("Height over the drop", "time [s]", "height / drop", tuple(series))
+    return Findings(tuple(rows), (chart,))
+
+
+def _heave(period: float, world: str) -> float:
+    """Heave over the amplitude of a low wave of a period [s], when what the start left has faded."""
+    height, step = 0.1, 0.05
+    sea = {"model": "regular", "height": height, "period": period, "density": 1000.0}
+    sim = packaged_simulation(world, sea=sea)
+    (boat,) = sim.boats
+    seen = []
+    for _ in range(round(30.0 * period / step)):
+        sim.step(duration=step)
+        x, _, z = sim.observe()[boat].position
+        seen.append((sim.time, float(x), float(z)))
+    times, x, z = np.array(seen[-round(5.0 * period / step) :]).T
+    omega = 2.0 * math.pi / period
+    turned = z * np.exp(1j * (omega * times - omega**2 / 9.81 * x))  # it drifts with the waves
+    return float(2.0 * abs(turned.mean()) / (0.5 * height))
+
+
+def heave_in_waves() -> Findings:
+    """Heave with diffraction, and in the relative form."""
+    rows, ours, relative = [], [], []
+    for period, (low, high) in HEAVE.items():
+        found = _heave(period, "iea_sphere")
+        rows.append(between(f"heave at {period:g} s", "", 0.98 * low, 1.02 * high, found))
+        ours.append(found)
+    for period, reference in RELATIVE.items():
+        found = _heave(period, "iea_sphere_relative")
+        rows.append(near(f"heave at {period:g} s, relative form", "", reference, found, relative=0.05))
+        relative.append(found)
+    periods, middle = np.array(list(HEAVE)), np.array([0.5 * sum(pair) for pair in HEAVE.values()])
+    chart = Chart(
+        "Heave over the wave's amplitude",
+        "period [s]",
+        "heave / amplitude",
+        (
+            Series("codes", periods, middle, kind="points", reference=True),
+            Series("ours, with diffraction", periods, np.array(ours)),
+            Series("ours, relative form", np.array(list(RELATIVE)), np.array(relative), kind="points"),
+        ),
+    )
+    return Findings(tuple(rows), (chart,))
+
+
+def added_mass() -> Findings:
+    """Added mass in heave of the sphere's file at both ends of the frequencies."""
+    table = json.loads((folder() / "worlds" / "iea_sphere" / "hydro.json").read_text(encoding="utf-8"))
+    displaced = table["density"] * 2.0 / 3.0 * math.pi * 5.0**3
+    return Findings(
+        (
+            near("A33 / (rho V), frequency 0", "", 0.831, table["added_mass_zero"][2][2] / displaced, relative=0.03),
+            near("A33 / (rho V), infinite", "", 0.5, table["added_mass_infinite"][2][2] / displaced, relative=0.03),
+        )
+    )
+
+
+MEMORY = ("physics/radiation.py", "physics/vessel.py", "adapters/pole_fit.py", "adapters/hydro.py")
+CASES = (
+    Case(
+        name="sphere-decay",
+        title="Free decay of a sphere that makes waves",
+        setup=f"{WORLD}/iea_sphere.yaml: radius 5 m, 261.8 t, half under water of 1000 kg/m3, let go 1 m too high. "
+        "Added mass and memory are from Capytaine: make_spheres.py.",
+        source="Wendt et al. (2019), benchmark of IEA OES: lowest and highest of five codes and CFD.",
+        files=MEMORY,
+        run=decay,
+    ),
+    Case(
+        name="sphere-tank",
+        title="Free decay of a sphere in a tank",
+        setup=f"{WORLD}/kramer_sphere.yaml: diameter 0.3 m, 7.056 kg, water of 998.2 kg/m3, g 9.82 m/s2, let go at "
+        "30, 90 and 150 mm.",
+        source="Kramer et al. (2021), Highly accurate experimental heave decay tests with a floating sphere.",
+        files=MEMORY,
+        run=tank_decay,
+    ),
+    Case(
+        name="sphere-heave",
+        title="Heave of a sphere in regular waves",
+        setup=f"{WORLD}/iea_sphere.yaml in waves of 0.1 m, for 30 periods, with the forces of diffraction in its file; "
+        "in iea_sphere_relative.yaml without, by the relative form.",
+        source="Wendt et al. (2019): lowest and highest of the codes, within 2 %. Relative form: (C_FK - omega2 A + i "
+        "omega B) of the water's motion at the centre of buoyancy, in the frequency domain.",
+        files=MEMORY,
+        run=heave_in_waves,
+        quick=False,
+    ),
+    Case(
+        name="hemisphere",
+        title="Added mass of a hemisphere",
+        setup=f"{WORLD}/iea_sphere/hydro.json, which Capytaine computed with 656 panels.",
+        source="Hulme (1982): 0.831 of the displaced mass at frequency 0, 0.5 at infinite frequency.",
+        files=("adapters/hydro.py",),
+        run=added_mass,
+    ),
+)

@@ -1,0 +1,65 @@
+"""Radiation and diffraction by Capytaine: a small sphere, and what cannot be computed."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+import trimesh
+
+from needs import CAPYTAINE, needs
+from vrx_mj.adapters.hydro import hydro_of_hull, panelled
+from vrx_mj.config.hydro import read_hydro
+from vrx_mj.errors import VrxError
+
+BALL = trimesh.creation.icosphere(subdivisions=2, radius=1.0)
+SPHERE = np.array(BALL.triangles) * (4.0 / 3.0 * math.pi / BALL.volume) ** (1.0 / 3.0)
+BOX = np.array(trimesh.creation.box((4.0, 2.0, 1.0)).triangles)
+
+
+def test_a_coarse_hull_is_cut_into_panels():
+    vertices, faces, edge = panelled(BOX, 300)
+    corners = vertices[faces]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2.0
+    wet = corners[:, :, 2].mean(axis=1) < 0.0
+    assert wet.sum() >= 300
+    assert area.sum() == pytest.approx(28.0)
+    assert math.sqrt(area.max() * 4.0 / math.sqrt(3.0)) < 2.0 * edge
+
+
+def test_a_hull_in_the_air_has_no_panels():
+    with pytest.raises(VrxError) as error:
+        panelled(np.add(BOX, (0.0, 0.0, 3.0)), 300)
+    assert str(error.value) == "no part of the hull is under water; check --mass, and the mesh's unit (m)"
+
+
+@needs(CAPYTAINE)
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_a_hemisphere(tmp_path, monkeypatch):
+    """Added mass 0.831 and 0.5 of the displaced mass (Hulme, 1982); Haskind's relation of damping and forces."""
+    monkeypatch.chdir(tmp_path)
+    found = hydro_of_hull(SPHERE, 0.0, (0, 0, 0), density=1000.0, gravity=9.81, frequencies=20, panels=150, angles=8)
+    displaced = 1000.0 * 2.0 / 3.0 * math.pi
+    assert found["added_mass_zero"][2][2] / displaced == pytest.approx(0.831, rel=0.03)
+    assert found["added_mass_infinite"][2][2] / displaced == pytest.approx(0.5, rel=0.03)
+    (tmp_path / "sphere.json").write_text(json.dumps(found), encoding="utf-8")
+    table = read_hydro("sphere.json", tmp_path)
+    assert table.fit_error < 0.03
+    omega, forces = table.frequencies, table.diffraction[:, 0, 2] @ (1.0, 1j)
+    k = omega**2 / 9.81
+    # Froude-Krylov on a hemisphere in heave, by quadrature over rings of its surface
+    polar = (np.arange(400) + 0.5) * math.pi / 800
+    rings = np.array([_ring(kk, polar) for kk in k])
+    excited = np.abs(1000.0 * 9.81 * rings + forces)
+    haskind = k * excited**2 / (4.0 * 1000.0 * 9.81 * (9.81 / omega / 2.0) * 1.0)
+    assert table.damping[3:12, 2, 2] == pytest.approx(haskind[3:12], rel=0.03)
+
+
+def _ring(k, polar):
+    """Integral of e^(k z) cos(k x) n_z over a hemisphere of 1 m."""
+    azimuth = (np.arange(64) + 0.5) * 2.0 * math.pi / 64
+    x = np.sin(polar)[:, None] * np.cos(azimuth)
+    z = -np.cos(polar)[:, None]
+    weight = (np.cos(polar) * np.sin(polar))[:, None] * (math.pi / 800) * (2.0 * math.pi / 64)
+    return float((np.exp(k * z) * np.cos(k * x) * weight).sum())
