@@ -62,11 +62,10 @@ def hydro_of_hull(
 
     capytaine.set_logging("ERROR")
     mesh, edge = _wet_mesh(capytaine, corners - (0.0, 0.0, waterline), panels)
-    top = highest or math.sqrt(gravity * 2.0 * math.pi / (SHORTEST * edge))
-    omegas: FloatArray = top / frequencies * np.arange(1.0, frequencies + 1.0)
-    solver = _Solver(capytaine, mesh, np.array([point[0], point[1], point[2] - waterline]), density, gravity)
-    infinite = _symmetric(solver.radiation(math.inf)[0])
-    added, damping, scattered = np.zeros((frequencies, 6, 6)), np.zeros((frequencies, 6, 6)), []
+    omegas = np.linspace(0.0, highest or math.sqrt(gravity * 2.0 * math.pi / (SHORTEST * edge)), frequencies + 1)[1:]
+    solver = _Solver(capytaine, mesh, np.subtract(point, (0.0, 0.0, waterline)), density, gravity)
+    zero, infinite = (_symmetric(solver.radiation(omega)[0]) for omega in (0.0, math.inf))
+    (added, damping), scattered = np.zeros((2, frequencies, 6, 6)), []
     for index, omega in enumerate(omegas.tolist()):
         progress(index, frequencies)
         added[index], damping[index] = solver.radiation(omega)
@@ -80,7 +79,7 @@ def hydro_of_hull(
         "frequencies": omegas.tolist(),
         "added_mass": _rounded(_symmetric(added)),
         "damping": _rounded(_symmetric(damping)),
-        "added_mass_zero": _rounded(_symmetric(solver.radiation(0.0)[0])),
+        "added_mass_zero": _rounded(zero),
         "added_mass_infinite": _rounded(infinite),
         **_memory(fitted_memory(omegas, added, damping, infinite)),
         "diffraction": _rounded(np.stack((np.real(scattered), np.imag(scattered)), axis=-1)),
