@@ -14,9 +14,9 @@ import numpy.typing as npt
 __all__ = [
     "AIR", "AIR_STATE", "BLOCK", "BOX", "CURRENT", "CURRENT_STATE", "CYLINDER", "ELEMENT", "ELEMENT_STATE", "FLOAT",
     "FLOAT_STATE", "FOLLOWER", "FOLLOWER_STATE", "GLF", "GUST_BAND", "HULL", "LAYER", "LINEAR", "MARINE", "MATRIX",
-    "MEMORY", "MEMORY_STATE", "MESH", "MOORING", "NEWTONS", "ROPE", "RUDDER", "SEA", "SPHERE", "STATION", "THRUSTER",
-    "THRUSTER_STATE", "VESSEL", "VRX", "VRX3", "WAVE", "WAYPOINT", "WIND", "WINDAGE", "WIND_STATE",
-    "Record", "Table", "columns_of", "table",
+    "MEMORY", "MEMORY_STATE", "MESH", "MOORING", "NEWTONS", "PROPELLER", "PROPELLER_POINT", "PROPELLER_STATE", "ROPE",
+    "RUDDER", "SEA", "SPHERE", "STATION", "THRUSTER", "THRUSTER_STATE", "VESSEL", "VRX", "VRX3", "WAVE", "WAYPOINT",
+    "WIND", "WINDAGE", "WIND_STATE", "Record", "Table", "columns_of", "table",
 ]  # fmt: skip
 
 Table = npt.NDArray[np.void]
@@ -212,6 +212,27 @@ THRUSTER = np.dtype(
     align=True,
 )
 
+PROPELLER = np.dtype(
+    [
+        ("dead_zone", _f),  # commands up to this size give exactly 0 N
+        ("time_constant", _f),  # of the thrust [s]; <= 0: no lag
+        ("vanishing_speed", _f),  # through the water, at which full thrust vanishes [m/s]; infinite: never
+        ("radius", _f),  # of its disc [m]
+        ("full_ahead", _f),  # largest thrust at rest [N]
+        ("full_astern", _f),  # [N], at most 0
+        ("full_power", _f),  # electric, at full thrust at rest [W]
+    ],
+    align=True,
+)
+
+PROPELLER_POINT = np.dtype(
+    [
+        ("command", _f),  # -1..1
+        ("thrust", _f),  # at rest [N]
+    ],
+    align=True,
+)
+
 FLOAT = np.dtype(
     [
         ("body", _i),
@@ -364,6 +385,14 @@ THRUSTER_STATE = np.dtype(
         ("thrust", _f),  # applied in the last step [N]
         ("applied", _f),  # the command that `thrust` belongs to
         ("fresh", _i),  # 0 until `thrust` has been computed once
+    ],
+    align=True,
+)
+
+PROPELLER_STATE = np.dtype(
+    [
+        ("thrust", _f),  # at rest, after the lag [N]
+        ("energy", _f),  # electric, drawn so far [J]
     ],
     align=True,
 )

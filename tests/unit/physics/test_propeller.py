@@ -1,0 +1,131 @@
+"""Propellers of profile marine: each effect against its closed form."""
+
+import math
+
+import numpy as np
+import pytest
+
+from vrx_mj.physics import tables
+from vrx_mj.physics.propeller import advance_thrust, disc_share, measured_thrust, propeller_power, propeller_step
+from vrx_mj.physics.tables import table
+
+WAMV = ((0.3, 9.0), (0.4, 53.0), (0.5, 85.0), (0.6, 120.0), (0.7, 157.0), (0.8, 182.0), (0.9, 219.0), (1.0, 240.0))
+"""Bollard pull of a WAM-V 16: Sarda et al., Ocean Engineering 127, 2016."""
+CURVE = ((-1.0, -100.0), (-0.4, -20.0), (0.0, 0.0), *WAMV)
+DEEP = 10.0
+
+
+def propeller(**changes):
+    row = {
+        "dead_zone": 0.0, "time_constant": 0.0, "vanishing_speed": math.inf, "radius": 0.15, "full_ahead": 240.0,
+        "full_astern": -100.0, "full_power": 2000.0,
+    }  # fmt: skip
+    return table(tables.PROPELLER, [row | changes])[0]
+
+
+def points(pairs=CURVE):
+    return table(tables.PROPELLER_POINT, [{"command": command, "thrust": thrust} for command, thrust in pairs])
+
+
+def fresh():
+    return np.zeros(1, tables.PROPELLER_STATE)[0]
+
+
+@pytest.mark.parametrize(("command", "thrust"), WAMV)
+def test_measured_commands_give_the_measured_thrust(command, thrust):
+    assert measured_thrust(propeller(), points(), command) == thrust
+
+
+def test_thrust_between_measurements_is_that_of_numpy():
+    commands = np.linspace(-1.2, 1.2, 241)
+    found = [measured_thrust(propeller(), points(), command) for command in commands]
+    assert found == pytest.approx(np.interp(commands, *zip(*CURVE, strict=True)), abs=1e-12)
+    assert (np.diff(found) >= 0.0).all()
+
+
+def test_the_dead_zone_gives_exactly_nothing_up_to_its_end():
+    own = propeller(dead_zone=0.25)
+    assert [measured_thrust(own, points(), command) for command in (-0.25, -0.1, 0.0, 0.1, 0.25)] == [0.0] * 5
+    assert measured_thrust(own, points(), 0.26) == pytest.approx(9.0 * 0.26 / 0.3)
+
+
+def test_no_command_gives_exactly_nothing_whatever_the_table():
+    assert measured_thrust(propeller(), points(((-1.0, -90.0), (1.0, 100.0))), 0.0) == 0.0
+
+
+@pytest.mark.parametrize(("thrust", "full"), [(240.0, 240.0), (60.0, 240.0), (-100.0, 100.0), (-25.0, 100.0)])
+def test_thrust_falls_in_a_straight_line_to_nothing(thrust, full):
+    own = propeller(vanishing_speed=6.0)
+    end = math.copysign(6.0 * math.sqrt(abs(thrust) / full), thrust)
+    assert advance_thrust(own, thrust, 0.0) == thrust
+    assert advance_thrust(own, thrust, 0.5 * end) == pytest.approx(0.5 * thrust)
+    assert advance_thrust(own, thrust, end) == pytest.approx(0.0, abs=1e-12)
+    assert advance_thrust(own, thrust, 2.0 * end) == 0.0
+    assert advance_thrust(own, thrust, -0.5 * end) == pytest.approx(1.5 * thrust)
+
+
+def test_thrust_at_speed_is_that_of_a_straight_open_water_curve():
+    density, diameter, a, b = 1000.0, 0.3, 0.4, 0.5
+    full_rate = math.sqrt(240.0 / (density * diameter**4 * a))  # [1/s]
+    own = propeller(vanishing_speed=a * diameter * full_rate / b)
+    for share, speed in ((1.0, 1.0), (0.5, 0.3), (0.2, 0.1)):
+        rate = share * full_rate
+        open_water = density * diameter**4 * rate**2 * (a - b * speed / (rate * diameter))
+        assert advance_thrust(own, 240.0 * share**2, speed) == pytest.approx(open_water)
+
+
+def test_without_a_vanishing_speed_thrust_stays():
+    assert advance_thrust(propeller(), 60.0, 20.0) == 60.0
+
+
+@pytest.mark.parametrize("depth", [-0.3, -0.15, -0.1, -0.02, 0.0, 0.05, 0.14, 0.15, 2.0])
+def test_the_share_under_water_is_that_of_a_sum_over_the_disc(depth):
+    middles = (np.arange(200_000) + 0.5) / 200_000 * 0.3 - 0.15  # heights over the centre
+    widths = 2.0 * np.sqrt(0.15**2 - middles**2)
+    assert disc_share(0.15, depth) == pytest.approx(widths[middles < depth].sum() / widths.sum(), abs=2e-5)
+
+
+def test_the_share_of_a_disc_is_all_half_and_nothing():
+    assert [disc_share(0.2, depth) for depth in (0.2, 0.0, -0.2)] == pytest.approx([1.0, 0.5, 0.0], abs=1e-15)
+    assert disc_share(0.2, -5.0) == 0.0
+
+
+def test_power_goes_with_thrust_to_one_and_a_half():
+    own = propeller()
+    assert propeller_power(own, 240.0, 1.0) == pytest.approx(2000.0)
+    assert propeller_power(own, 60.0, 1.0) == pytest.approx(2000.0 / 8.0)
+    assert propeller_power(own, -25.0, 0.5) == pytest.approx(2000.0 / 16.0)
+    assert propeller_power(own, 0.0, 1.0) == 0.0
+
+
+@pytest.mark.parametrize("dt", [0.01, 0.25, 1.0])
+def test_the_lag_is_exact_at_any_step(dt):
+    own, state = propeller(time_constant=0.4), fresh()
+    for _ in range(round(1.0 / dt)):
+        thrust = propeller_step(own, state, points(), 1.0, 0.0, DEEP, dt)
+    assert thrust == pytest.approx(240.0 * (1.0 - math.exp(-1.0 / 0.4)))
+
+
+def test_energy_is_power_times_time():
+    own, state = propeller(), fresh()
+    for _ in range(500):
+        propeller_step(own, state, points(), 1.0, 0.0, DEEP, 0.01)
+    assert state["energy"] == pytest.approx(2000.0 * 5.0)
+
+
+def test_a_propeller_half_out_of_the_water_pushes_and_draws_half():
+    own, state = propeller(), fresh()
+    assert propeller_step(own, state, points(), 1.0, 0.0, 0.0, 0.1) == pytest.approx(120.0)
+    assert state["energy"] == pytest.approx(100.0)
+
+
+def test_speed_takes_thrust_but_no_state():
+    own, state = propeller(vanishing_speed=5.0), fresh()
+    assert propeller_step(own, state, points(), 1.0, 1.0, DEEP, 0.01) == pytest.approx(0.8 * 240.0)
+    assert state["thrust"] == 240.0
+
+
+def test_at_rest_without_a_command_it_does_exactly_nothing():
+    own, state = propeller(time_constant=0.4, vanishing_speed=5.0), fresh()
+    assert [propeller_step(own, state, points(), 0.0, 2.0, depth, 0.01) for depth in (DEEP, 0.0)] == [0.0, 0.0]
+    assert state.tolist() == (0.0, 0.0)
