@@ -302,10 +302,7 @@ class Graph:
 
     def register(self, kind: str, name: str, node: str, type_name: str, *, latched: bool = False) -> None:
         """Register a publisher or subscriber of a node of this process; CommandError: there are too many."""
-        self._registered(kind, name, type_name, node)
-        self.local.add(node)
-        if latched:
-            self._latched.setdefault(name, {})
+        self._registered(kind, name, type_name, node, latched=latched)
 
     def provide(self, name: str, service: Service) -> None:
         """Register a service of a node of this process; CommandError: there are too many."""
@@ -446,9 +443,12 @@ class Graph:
     def _simulated(self, name: str) -> Callable[[Message, str, Answer], None]:
         return lambda request, caller, answer: self.inbox.call(name, request, caller, answer)
 
-    def _registered(self, kind: str, name: str, type_name: str, node: str = "") -> None:
+    def _registered(self, kind: str, name: str, type_name: str, node: str = "", *, latched: bool = False) -> None:
         self._note_type(kind, name, type_name)
         self.registrations.add(kind, name, node or self.node, self.uri)
+        self.local.add(node or self.node)  # before wires hear of it: they ask whose it is
+        if latched:
+            self._latched.setdefault(name, {})
         self._local_types[name] = type_name
         self._notify(kind, name)
 
