@@ -101,7 +101,7 @@ def _thrusts(arrays: LoopArrays, hull: Record, body: Motion, time: float) -> dic
             state["angle"], state["rate"] = servo_step(thruster, state["angle"], state["rate"], target, arrays.timestep)
         else:
             state["angle"] = arrays.data.qpos[thruster["qpos"]]
-        update_force(thruster, state, states, body, time)
+        update_force(hull, thruster, state, states, body, time)
         name = "rudder" if thruster["mapping"] == RUDDER else "thrust"
         push = thruster_wrench(thruster, hull, body, state["thrust"], state["angle"])
         wrenches[name] = add(wrenches.get(name, zero_wrench()), push)

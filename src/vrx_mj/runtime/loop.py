@@ -295,7 +295,7 @@ def thrust(hull: Record, body: Motion, a: Views, time: float, dt: float) -> Wren
             a.qfrc_applied[thruster.dof] = servo_torque(thruster, own.angle, own.rate, target, dt)
         elif own.angle != target or own.rate != 0.0:
             own.angle, own.rate = servo_step(thruster, own.angle, own.rate, target, dt)
-        update_force(thruster, own, a.thruster_state, body, time)
+        update_force(hull, thruster, own, a.thruster_state, body, time)
         if thruster.dof >= 0:
             apply(a.xfrc_applied, thruster.body, engine_wrench(thruster, body, own.thrust, own.angle))
         else:
@@ -304,15 +304,20 @@ def thrust(hull: Record, body: Motion, a: Views, time: float, dt: float) -> Wren
 
 
 @kernel
-def update_force(thruster: Record, own: Record, state: Table, body: Motion, time: float) -> None:
-    """Bring a thruster's or rudder's force [N] up to date; a propeller's comes before its rudder's."""
+def update_force(hull: Record, thruster: Record, own: Record, state: Table, body: Motion, time: float) -> None:
+    """Bring a thruster's or rudder's force [N] up to date; a propeller's comes before its rudder's.
+
+    A propeller at rest pushes nothing, but in VRX's own profiles, where its curve may.
+    """
     if thruster.mapping == RUDDER:
         race = state[thruster.race].thrust if thruster.race >= 0 else 0.0
         own.thrust = rudder_force(thruster, body, own.angle, race)
         return
     command = effective_command(own, time)
     if command != own.applied or own.fresh == 0:
-        own.applied, own.thrust, own.fresh = command, thruster.gain * thrust_force(thruster, command), 1
+        at_rest = hull.profile == MARINE and command == 0.0
+        force = 0.0 if at_rest else thruster.gain * thrust_force(thruster, command)
+        own.applied, own.thrust, own.fresh = command, force, 1
 
 
 @inlined_kernel
