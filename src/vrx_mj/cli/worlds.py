@@ -8,7 +8,7 @@ import typer
 
 from vrx_mj.bar import Bar
 from vrx_mj.cli.files import writing
-from vrx_mj.errors import VrxError
+from vrx_mj.errors import VrxError, shortened
 
 if TYPE_CHECKING:
     from vrx_mj.config.series.worlds import SeriesWorld
@@ -42,11 +42,14 @@ def generate(
 
     Example: vrx-mj worlds generate wind_and_waves.yaml -o my_worlds
     """
+    from vrx_mj.config.kinds import wrong_kind
     from vrx_mj.config.loading import file_of
     from vrx_mj.config.series.axes import read_series
     from vrx_mj.config.series.worlds import series_world, side_text, world_text
     from vrx_mj.config.world import load_world
 
+    if other := wrong_kind(Path(file), "an axes file"):
+        raise VrxError(f"'{shortened(file)}' is {other}")
     series = read_series(file_of("worlds", file))
     made = [series_world(series, number) for number in range(series.count)]
     texts: dict[Path, str] = {}

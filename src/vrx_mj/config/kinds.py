@@ -45,6 +45,8 @@ FORMATS = {
     ".db3": FileKind("a bag of ROS 2", _BAG),
     ".mcap": FileKind("a bag", _BAG),
     ".rrd": FileKind("a recording of rerun", "vrx-mj replay FILE opens it"),
+    ".zip": FileKind("an archive", "unpack it, then vrx-mj run takes the folder"),
+    ".csv": FileKind("a table of numbers", "vrx-mj validate --data FILE compares a boat with what it measures"),
     ".png": FileKind("a picture"),
     ".jpg": FileKind("a picture"),
     ".py": FileKind("a program in Python", "--control module:function takes a controller"),

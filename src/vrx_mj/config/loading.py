@@ -277,8 +277,9 @@ def referenced(kind: str, text: str, folder: Path | None, skip: Path | None = No
 
 
 def _of_format(kind: str, text: str, file: Path, folder: Path) -> Path:
-    """The file, unless it is XML where YAML or a drawing is needed, or a world of Gazebo."""
-    if file.name.lower().endswith((*WORLD_SUFFIXES, *(() if kind == "robots" else XML_SUFFIXES))):
+    """The file, unless it is text where YAML is needed, XML where YAML or a drawing is, or a world of Gazebo."""
+    others = (*(() if kind == "docks" else (".txt",)), *(() if kind == "robots" else XML_SUFFIXES))
+    if file.name.lower().endswith((*WORLD_SUFFIXES, *others)):
         refuse_foreign(kind, text, folder, catalogue(kind))
     return file
 

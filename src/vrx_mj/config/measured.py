@@ -11,12 +11,13 @@ from pydantic import Field, model_validator
 
 from vrx_mj.config.base import Config, Folder, NonNegative, Pose, Positive, Seed, faults
 from vrx_mj.config.dynamics import Six
+from vrx_mj.config.kinds import wrong_kind
 from vrx_mj.config.loading import Loading, validated
 from vrx_mj.config.search import ReadingError, display, read_limited
 from vrx_mj.config.tree import File
 from vrx_mj.config.wording import shown
 from vrx_mj.config.yaml_text import parse, read_lines
-from vrx_mj.errors import VrxError
+from vrx_mj.errors import ConfigError, Problem, VrxError
 
 __all__ = ["SIGNALS", "CommandsConfig", "MeasuredCaseConfig", "Measurements", "read_case", "read_measurements"]
 
@@ -103,6 +104,8 @@ def read_case(path: Path) -> MeasuredCaseConfig:
     Raises:
         ConfigError: it is not one; the error lists every problem with its place.
     """
+    if other := wrong_kind(path, "a case"):
+        raise ConfigError([Problem(display(path), None, None, "", other)])
     section = parse(File(display(path), path.absolute().parent, read_lines(path)))
     return validated(MeasuredCaseConfig, section, Loading())
 
