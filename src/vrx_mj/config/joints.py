@@ -41,6 +41,12 @@ def _with_a_length(value: tuple[float, float, float]) -> tuple[float, float, flo
     return value
 
 
+def _parallel(one: tuple[float, float, float], other: tuple[float, float, float]) -> bool:
+    """Whether two directions are within half a degree of each other, or of their opposites."""
+    a, b = ([value / math.hypot(*axis) for value in axis] for axis in (one, other))
+    return abs(sum(x * y for x, y in zip(a, b, strict=True))) > math.cos(math.radians(0.5))
+
+
 class AxisConfig(Config):
     """An axis of a joint, about which the child link turns, or along which it slides."""
 
@@ -95,6 +101,10 @@ class JointConfig(Config):
             raise faults((("axis2",), f"required for a {self.type} joint"))
         if count < 2 and self.axis2 is not None:
             raise faults((("axis2",), f"not allowed for a {self.type} joint"))
+        if self.axis2 is not None and _parallel(self.axis.xyz, self.axis2.xyz):
+            raise faults(
+                (("axis2", "xyz"), "must not be parallel to the first axis: a universal joint turns about two")
+            )
         if self.type == "continuous" and self.axis.limits is not None:
             raise faults((("axis", "limits"), "not allowed for a continuous joint; write `type: revolute`"))
         if self.type == "ball" and (keys := self.axis.model_fields_set - {"damping"}):

@@ -108,6 +108,10 @@ def test_joints_make_a_tree(here, joints, links, expected):
         ({"axis2": {}}, "axis2: not allowed for a revolute joint"),
         ({"type": "universal"}, "axis2: required for a universal joint"),
         (
+            {"type": "universal", "axis": {"xyz": [0.0, 2.0, 0.0]}, "axis2": {"xyz": [0.0, -1.0, 0.001]}},
+            "axis2.xyz: must not be parallel to the first axis: a universal joint turns about two",
+        ),
+        (
             {"type": "continuous", "axis": {"limits": [0, 1]}},
             "axis.limits: not allowed for a continuous joint; write `type: revolute`",
         ),
