@@ -175,7 +175,9 @@ def test_a_file_that_is_no_object_or_dock(here):
 def test_an_object_in_sdf_is_a_model(here):
     (here / "my.sdf").write_text(SDF, encoding="utf-8")
     (here / "mine.yaml").write_text("objects: [{name: a, model: ./my.sdf}]", encoding="utf-8")
-    assert message(lambda: load_world("mine.yaml")) == "my.sdf:2:1: <sdf>: expected <sdf> with a <model>"
+    assert (
+        message(lambda: load_world("mine.yaml")) == "my.sdf:2:1: <sdf>: a world without a <model>; WORLD takes worlds"
+    )
 
 
 def test_a_file_of_another_kind_is_called_by_its_kind(here):
