@@ -48,8 +48,14 @@ def importing(what: str, package: str, extra: str) -> Iterator[None]:
         raise ModuleNotFoundError(needs_extra(what, package, extra), name=error.name) from None
 
 
+def _ansi_c(char: str) -> str:
+    """A character of a word in $'...', which bash and others expand."""
+    plain = char.isprintable() and char not in "'\\"
+    return char if plain else "".join(f"\\x{byte:02x}" for byte in os.fsencode(char))
+
+
 def shell_word(word: str) -> str:
     """A word of a command, as the shell of this system takes it."""
     if os.name != "nt":
-        return shlex.quote(word)
+        return shlex.quote(word) if word.isprintable() else f"$'{''.join(map(_ansi_c, word))}'"
     return word if PLAIN.fullmatch(word) else f'"{word}"'

@@ -145,8 +145,10 @@ def foreign_file(kind: str, text: str, folder: Path, known: Container[str]) -> s
 
 
 def near_names(file: Path) -> str:
-    """The file beside it that a path which leads nowhere may mean, as the end of a message; nothing without one."""
+    """What a path which leads nowhere may mean, as the end of a message: a file beside it; nothing without one."""
     try:
+        if file.is_symlink():
+            return f"; it is a link to '{shortened(file.readlink())}'"
         names = [entry.name for entry in sorted(file.parent.iterdir())[:MOST_NAMES]]
     except (OSError, ValueError):
         return f"; there is no folder '{display(file.parent)}'" if file.parent != Path() else ""

@@ -84,7 +84,8 @@ class Imported:
     def table(self) -> str:
         """The table, as Markdown."""
         notes = sorted(dict.fromkeys(self.notes), key=lambda note: (note.place.file.name, note.place.line or 0))
-        cells = ((f"{note.place.file.name}:{note.place.line or 1}", note.what, note.fate, note.ours) for note in notes)
+        places = (f"{shortened(note.place.file.name)}:{note.place.line or 1}" for note in notes)
+        cells = ((place, note.what, note.fate, note.ours) for place, note in zip(places, notes, strict=True))
         rows = [f"| {' | '.join(map(_cell, row))} |" for row in cells]
         head = [TITLE, "| file | part | | here |", "|---|---|---|---|"]
         failed = ["", "# Files that were not read", "", *(f"- {message}" for message in self.failed)]

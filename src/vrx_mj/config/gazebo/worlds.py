@@ -31,7 +31,7 @@ from vrx_mj.config.series.macros import MACROS, made
 from vrx_mj.config.series.pieces import Piece, assembled, base_objects
 from vrx_mj.config.tree import Entry, Place, Section
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning, nearest
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning, nearest, shortened
 
 __all__ = ["GazeboWorld", "gazebo_world", "is_gazebo_world", "warn_of_losses"]
 
@@ -161,7 +161,7 @@ class _Reader:
         self.report.settle()
         place = self.root.place
         name = self.root.attributes.get("name") or self.file.name.partition(".")[0]
-        section = assembled({"description": f"{self.file.name}, a world of Gazebo"}, place, self.pieces)
+        section = assembled({"description": f"{shortened(self.file.name)}, a world of Gazebo"}, place, self.pieces)
         return GazeboWorld(safe_name(name), section, tuple(self.report.notes), self.fleet(safe_name(name)))
 
     def fleet(self, name: str) -> Section | None:
