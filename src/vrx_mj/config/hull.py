@@ -5,14 +5,29 @@ from typing import Annotated, Literal, Self
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import Config, Folder, Positive, Switch, Vec3, fault, faults, numbers
+from vrx_mj.config.base import (
+    Config,
+    Coordinate,
+    Folder,
+    NonNegative,
+    NotEmpty,
+    Positive,
+    Switch,
+    Vec3,
+    fault,
+    faults,
+    numbers,
+)
 from vrx_mj.config.dynamics import Six
 from vrx_mj.config.hydro import read_hydro
 from vrx_mj.config.loading import check
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.wording import shown
 
-__all__ = ["MarineHullConfig", "SixBySix"]
+__all__ = ["MOST_STRIPS", "CrossFlowConfig", "MarineHullConfig", "SixBySix"]
+
+MOST_STRIPS = 200
+"""Strips that a hull may have."""
 
 Row = Annotated[tuple[float, float, float, float, float, float], numbers("surge sway heave roll pitch yaw")]
 OF_MATRIX = ("restoring", "displacement", "waterline")
@@ -31,6 +46,43 @@ def _six_rows(value: object) -> object:
 
 SixBySix = Annotated[tuple[Row, Row, Row, Row, Row, Row], BeforeValidator(_six_rows)]
 """Six rows of six numbers, or the six of the diagonal: surge, sway, heave, roll, pitch, yaw."""
+
+
+def _along(value: object) -> object:
+    """One number as the list that is the same from stern to bow."""
+    if isinstance(value, (list, tuple)):
+        return value
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise fault(f"expected a number, or a list of those from stern to bow, got {shown(value)}")
+    return (value,)
+
+
+Along = Annotated[tuple[NonNegative, ...], Field(max_length=100), NotEmpty, BeforeValidator(_along)]
+"""A number, or those at even distances from stern to bow, with straight lines between them."""
+
+
+class CrossFlowConfig(Config):
+    """Drag of the flow across a hull, by strips along it: that of a cylinder for each strip's own velocity."""
+
+    stern: Coordinate
+    """x of its end astern [m]."""
+    bow: Coordinate
+    """x of its end ahead [m]."""
+    draft: Along
+    """Draft [m]: one number, or those at even distances from stern to bow."""
+    coefficient: Along
+    """Drag coefficient over the lateral area, of all hulls of a boat together: one number, or those from stern to
+    bow."""
+    strips: Annotated[int, Field(ge=1, le=MOST_STRIPS)] = 20
+    """Number of strips of equal length."""
+    height: Coordinate | None = None
+    """z at which the drag acts [m]; by default half the mean draft below the water at rest."""
+
+    @model_validator(mode="after")
+    def _has_length(self) -> Self:
+        if self.bow <= self.stern:
+            raise faults((("bow",), f"expected a bow ahead of the stern, at {self.stern:g}, got {self.bow:g}"))
+        return self
 
 
 class MarineHullConfig(Config):
@@ -54,6 +106,8 @@ class MarineHullConfig(Config):
     """Linear damping [N s/m, N s, N m s], six rows of six, or the diagonal."""
     damping_quadratic: Six | None = None
     """Quadratic damping [N s2/m2, N m s2]."""
+    crossflow: CrossFlowConfig | None = None
+    """Drag of the flow across the hull by strips; with it, quadratic damping of sway and yaw is 0 unless given."""
     restoring: SixBySix | None = None
     """Stiffness at rest, of `hydrostatics: matrix` [N/m, N, N m], six rows of six, or the diagonal."""
     displacement: Positive | None = None

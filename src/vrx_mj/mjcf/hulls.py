@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.hull import MarineHullConfig
+from vrx_mj.config.hull import CrossFlowConfig, MarineHullConfig
 from vrx_mj.config.hydro import read_hydro
 from vrx_mj.config.solids import solid
 from vrx_mj.errors import VrxError, VrxWarning
@@ -16,7 +16,7 @@ from vrx_mj.mjcf.derive import displaced, floating_level, hull_corners
 from vrx_mj.mjcf.masses import MassProperties, boat_mass, push_center
 from vrx_mj.mjcf.panels import panels_of
 from vrx_mj.mjcf.radiation import about_origin, diffraction_of, memory_of, six
-from vrx_mj.model.boats import MOST_TRIANGLES, Vessel
+from vrx_mj.model.boats import MOST_TRIANGLES, Strip, Vessel
 from vrx_mj.model.kinds import Six
 from vrx_mj.physics.tables import MATRIX, MESH
 
@@ -47,15 +47,38 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
     else:
         added = moved(config.added_mass, water.added_mass)
     _check_mass(boat, added, body)
+    matrix = config.hydrostatics == "matrix"
+    level, carried = _stiffness(config, body, point) if matrix else _mesh(boat, config, point, density)
     return Vessel(
         added_mass=_six(added),
         munk=1 if config.munk else 0,
         damping=_six(moved(config.damping_linear, water.drag_linear)),
-        damping_quadratic=config.damping_quadratic or water.drag_quadratic,
+        damping_quadratic=_quadratic(config, water.drag_quadratic),
+        strips=_strips(config.crossflow, level, density) if config.crossflow else (),
         memory=memory_of(hydro, density) if hydro else (),
         diffraction=diffraction_of(hydro, density) if hydro and config.diffraction else None,
-        **(_stiffness(config, body, point) if config.hydrostatics == "matrix" else _mesh(boat, config, point, density)),
+        **carried,
     )
+
+
+def _quadratic(config: MarineHullConfig, derived: Six) -> Six:
+    """Quadratic damping; strips take the place of what a hull would else have in sway and yaw."""
+    if config.damping_quadratic or not config.crossflow:
+        return config.damping_quadratic or derived
+    surge, _, heave, roll, pitch, _ = derived
+    return surge, 0.0, heave, roll, pitch, 0.0
+
+
+def _strips(config: CrossFlowConfig, level: float, density: float) -> tuple[Strip, ...]:
+    """Strips along a hull that floats with the water at a `level` [m], by the middle of each."""
+    length = (config.bow - config.stern) / config.strips
+    share = (np.arange(config.strips) + 0.5) / config.strips
+    draft, coefficient = (np.interp(share, np.linspace(0.0, 1.0, len(values)), values)
+                          for values in (config.draft, config.coefficient))  # fmt: skip
+    z = level - 0.5 * float(draft.mean()) if config.height is None else config.height
+    drag = 0.5 * density * length * draft * coefficient
+    middles = config.stern + share * (config.bow - config.stern)
+    return tuple(Strip(x=x, z=z, drag=k) for x, k in zip(middles.tolist(), drag.tolist(), strict=True))
 
 
 def _check_mass(boat: Boat, added: FloatArray, body: MassProperties) -> None:
@@ -77,9 +100,9 @@ def _check_mass(boat: Boat, added: FloatArray, body: MassProperties) -> None:
         )
 
 
-def _stiffness(config: MarineHullConfig, body: MassProperties, point: FloatArray) -> dict[str, Any]:
-    """What a vessel has of a published model's restoring forces."""
-    return {
+def _stiffness(config: MarineHullConfig, body: MassProperties, point: FloatArray) -> tuple[float, dict[str, Any]]:
+    """The height of the water at rest [m], and what a vessel has of a published model's restoring forces."""
+    return config.waterline, {
         "hydrostatics": MATRIX,
         "restoring": _six(about_origin(np.array(config.restoring), point)),
         "displacement": config.displacement or body.mass,
@@ -89,8 +112,8 @@ def _stiffness(config: MarineHullConfig, body: MassProperties, point: FloatArray
     }
 
 
-def _mesh(boat: Boat, config: MarineHullConfig, point: FloatArray, density: float) -> dict[str, Any]:
-    """What a vessel has of a mesh, which carries the boat."""
+def _mesh(boat: Boat, config: MarineHullConfig, point: FloatArray, density: float) -> tuple[float, dict[str, Any]]:
+    """The height of the water at rest [m], and what a vessel has of a mesh, which carries the boat."""
     body = boat_mass(boat)
     corners = _surface(boat, config, body.mass / density)
     whole = displaced(corners, float(corners[:, :, 2].max())).volume * density if len(corners) else 0.0
@@ -106,7 +129,7 @@ def _mesh(boat: Boat, config: MarineHullConfig, point: FloatArray, density: floa
         )
     level = floating_level(corners, body.mass / density)
     points, triangles = panels_of(corners)
-    return {
+    return level, {
         "hydrostatics": MESH,
         "vertices": tuple(_three(row) for row in points),
         "triangles": tuple((a, b, c) for a, b, c in triangles.tolist()),

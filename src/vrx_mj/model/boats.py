@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from vrx_mj.config.hull import MOST_STRIPS
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.model.kinds import (
     LEFT_OUT,
@@ -68,6 +69,19 @@ class Windage:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Strip:
+    """A piece of a hull's lateral area, in body axes."""
+
+    __pydantic_config__ = STRICT
+    x: Real
+    """Of its middle [m]."""
+    z: Real
+    """Height at which its drag acts [m]."""
+    drag: NonNegative
+    """Force over the square of its velocity across the water [N s2/m2]."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Memory:
     """A damped oscillation of the waves that a hull makes by one of its motions: about the link's origin, body axes."""
 
@@ -127,6 +141,8 @@ class Vessel:
     """Height of the water then [m]."""
     buoyancy: Vec3
     """Centre of buoyancy at rest, where the water's motion counts [m]; with a matrix, where that mass is carried."""
+    strips: Annotated[tuple[Strip, ...], Field(max_length=MOST_STRIPS)] = field(default=(), metadata=LEFT_OUT)
+    """Lateral area by strips, on which the flow across the hull acts."""
     memory: Annotated[tuple[Memory, ...], Field(max_length=500)] = field(default=(), metadata=LEFT_OUT)
     """Memory of the waves that it makes."""
     diffraction: Diffraction | None = field(default=None, metadata=LEFT_OUT)

@@ -15,8 +15,8 @@ __all__ = [
     "AIR", "AIR_STATE", "BLOCK", "BOX", "CURRENT", "CURRENT_STATE", "CYLINDER", "ELEMENT", "ELEMENT_STATE", "FLOAT",
     "FLOAT_STATE", "FOLLOWER", "FOLLOWER_STATE", "GLF", "GUST_BAND", "HULL", "LAYER", "LINEAR", "MARINE", "MATRIX",
     "MEMORY", "MEMORY_STATE", "MESH", "MOORING", "NEWTONS", "PROPELLER", "PROPELLER_POINT", "PROPELLER_STATE", "ROPE",
-    "RUDDER", "SEA", "SPHERE", "STATION", "THRUSTER", "THRUSTER_STATE", "VESSEL", "VRX", "VRX3", "WAVE", "WAYPOINT",
-    "WIND", "WINDAGE", "WIND_STATE", "Record", "Table", "columns_of", "table",
+    "RUDDER", "SEA", "SPHERE", "STATION", "STRIP", "THRUSTER", "THRUSTER_STATE", "VESSEL", "VRX", "VRX3", "WAVE",
+    "WAYPOINT", "WIND", "WINDAGE", "WIND_STATE", "Record", "Table", "columns_of", "table",
 ]  # fmt: skip
 
 Table = npt.NDArray[np.void]
@@ -139,12 +139,23 @@ VESSEL = np.dtype(
         ("displacement", _f),  # mass at which the water is at `waterline`, with a matrix [kg]
         ("waterline", _f),  # [m]
         ("buoyancy", *_vector),  # centre of buoyancy at rest, or where a matrix carries that mass [m], body axes
+        ("strip_start", _i),  # its strips are consecutive
+        ("strip_count", _i),
         ("memory_start", _i),  # its rows of MEMORY are consecutive
         ("memory_count", _i),
         ("diffraction_start", _i),  # the rows of its diffraction are consecutive, by frequency, then by angle
         ("diffraction_frequencies", _i),  # 0: it has none, and feels the water's acceleration with its added mass
         ("diffraction_angles", _i),
         ("diffraction_step", _f),  # between its frequencies [rad/s]
+    ],
+    align=True,
+)
+
+STRIP = np.dtype(
+    [
+        ("x", _f),  # of its middle, body axes [m]
+        ("z", _f),  # where its drag acts [m]
+        ("drag", _f),  # rho / 2 C_d T dx [N s2/m2]
     ],
     align=True,
 )

@@ -10,6 +10,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics.added_mass import added_mass_bias
+from vrx_mj.physics.crossflow import crossflow_drag
 from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.kinematics import Orbital, surface_slope
 from vrx_mj.physics.motion import (
@@ -73,7 +74,7 @@ def vessel_work(points: int) -> VesselWork:
 
 @kernel
 def vessel_loads(
-    hull: Record, vessel: Record, vertices: FloatArray, triangles: IntArray, waves: Table, sea: Record,
+    hull: Record, vessel: Record, vertices: FloatArray, triangles: IntArray, strips: Table, waves: Table, sea: Record,
     stream: Vector, orbital: Orbital, body: Motion, t: float, work: VesselWork,
 ) -> VesselLoads:  # fmt: skip
     """Return what water does to a hull.
@@ -83,6 +84,7 @@ def vessel_loads(
         vessel: its row of `tables.VESSEL`.
         vertices: of all meshes, (n, 3) [m], body axes.
         triangles: of all meshes, (m, 3).
+        strips: `tables.STRIP`.
         waves: `tables.WAVE`.
         sea: a row of `tables.SEA`.
         stream: the current [m/s], world axes.
@@ -102,9 +104,9 @@ def vessel_loads(
         bias = added_mass_bias(vessel, relative_motion(body, stream), zero_vector())
     else:
         bias = added_mass_bias(vessel, through, (orbital.du, orbital.dv, orbital.dw))
-    return VesselLoads(
-        _placed(pressed, hull, body), _placed(damping_of_vessel(vessel, through), hull, body), _placed(bias, hull, body)
-    )
+    own = strips[vessel.strip_start : vessel.strip_start + vessel.strip_count]
+    drag = add(damping_of_vessel(vessel, through), crossflow_drag(own, through))
+    return VesselLoads(_placed(pressed, hull, body), _placed(drag, hull, body), _placed(bias, hull, body))
 
 
 @kernel

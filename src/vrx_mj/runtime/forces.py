@@ -71,7 +71,9 @@ def _loads(arrays: LoopArrays, hull: Record, body: Motion, air: tuple[float, flo
         return hull_loads(hull, arrays.stations, arrays.windage, *weather, here, water, body, time)._asdict()
     vessel, work = arrays.vessels[hull["vessel"]], vessel_work(len(arrays.vertices))
     stream, orbital = water_at_vessel(vessel, body, *moving)
-    loads = vessel_loads(hull, vessel, arrays.vertices, arrays.triangles, *weather, stream, orbital, body, time, work)
+    loads = vessel_loads(
+        hull, vessel, arrays.vertices, arrays.triangles, arrays.strips, *weather, stream, orbital, body, time, work
+    )
     made = wave_loads(
         hull, vessel, arrays.memory, arrays.memory_state.copy(), arrays.diffraction, *weather, stream, orbital, body,
         time, arrays.timestep,

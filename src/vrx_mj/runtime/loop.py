@@ -177,7 +177,9 @@ def push_vessel(hull: Record, body: Motion, a: Views, work: VesselWork, air: Air
     """Let water, wind and its thrusters push a hull that has a model of its own."""
     vessel = a.vessels[hull.vessel]
     stream, orbital = water_at_vessel(vessel, body, a.waves, a.sea[0], a.current, a.current_state, a.layers, time)
-    loads = vessel_loads(hull, vessel, a.vertices, a.triangles, a.waves, a.sea[0], stream, orbital, body, time, work)
+    loads = vessel_loads(
+        hull, vessel, a.vertices, a.triangles, a.strips, a.waves, a.sea[0], stream, orbital, body, time, work
+    )
     blown = wind_on_hull(hull, a.windage, body, wind_at_hull(hull, a.air, air))
     wrench = add(add(add(loads.hydrostatics, loads.drag), loads.added_mass_bias), blown)
     made = wave_loads(

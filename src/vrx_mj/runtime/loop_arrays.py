@@ -102,18 +102,20 @@ def _windage(own: Windage) -> list[dict[str, float]]:
 
 def _vessel_rows(kinds: Sequence[Vessel]) -> list[dict[str, Any]]:
     """Rows of `tables.VESSEL`; what each has in other tables follows what the one before has there."""
-    rows, vertices, triangles, memories, forces = [], 0, 0, 0, 0
+    rows, vertices, triangles, strips, memories, forces = [], 0, 0, 0, 0, 0
     for kind in kinds:
         row, table = dict(vars(kind)), kind.diffraction.forces if kind.diffraction else ()
         del row["diffraction"]
         row |= {"vertex_start": vertices, "vertex_count": len(row.pop("vertices"))}
         row |= {"triangle_start": triangles, "triangle_count": len(row.pop("triangles"))}
+        row |= {"strip_start": strips, "strip_count": len(row.pop("strips"))}
         row |= {"memory_start": memories, "memory_count": len(row.pop("memory"))}
         row |= {"diffraction_start": forces, "diffraction_frequencies": len(table)}
         row |= {"diffraction_angles": len(table[0]) if table else 0}
         row |= {"diffraction_step": kind.diffraction.step if kind.diffraction else 0.0}
         vertices, triangles = vertices + len(kind.vertices), triangles + len(kind.triangles)
-        memories, forces = memories + len(kind.memory), forces + sum(map(len, table))
+        strips, memories = strips + len(kind.strips), memories + len(kind.memory)
+        forces += sum(map(len, table))
         rows.append(row)
     return rows
 
@@ -234,6 +236,7 @@ class LoopArrays:
     def _vessels(self, kinds: Sequence[Vessel], memories: int) -> None:
         """Tables of the models of hulls in profile `marine`, and so many numbers of their memory."""
         self.vessels = tables.table(tables.VESSEL, _vessel_rows(kinds))
+        self.strips = tables.table(tables.STRIP, [vars(row) for kind in kinds for row in kind.strips])
         self.memory = tables.table(tables.MEMORY, [vars(row) for kind in kinds for row in kind.memory])
         self.memory_state = np.zeros(memories, tables.MEMORY_STATE)
         forces = [row for kind in kinds if kind.diffraction for angles in kind.diffraction.forces for row in angles]

@@ -77,6 +77,7 @@ class Views(NamedTuple):
     """Points of the meshes of vessels, (n, 3) [m], body axes."""
     triangles: Annotated[IntArray, Array(np.int64, ndim=2)]
     """Their triangles, (m, 3)."""
+    strips: Annotated[Table, Array(tables.STRIP)]
     memory: Annotated[Table, Array(tables.MEMORY)]
     memory_state: Annotated[Table, Array(tables.MEMORY_STATE, use=STATE)]
     diffraction: Annotated[FloatArray, Array(ndim=2)]

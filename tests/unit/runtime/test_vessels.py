@@ -97,6 +97,36 @@ class TestMesh:
         assert np.diff(crossings).mean() == pytest.approx(period, rel=2e-3)
         assert heights[-200:].max() == pytest.approx(0.05, rel=0.02)
 
+    @pytest.mark.parametrize("strips", [1, 20])
+    def test_drag_across_slows_a_boat(self, tmp_path, strips):
+        """(m + A22) v' = -k v|v| with k = rho / 2 C_d T L: v = v0 / (1 + k v0 t / (m + A22))."""
+        across = f"crossflow: {{stern: -2, bow: 2, draft: 0.5, coefficient: 0.9, strips: {strips}, height: 0}}"
+        hull = f"{{added_mass: [0, 3000, 0, 0, 0, 0], damping_linear: {NONE}, damping_quadratic: {NONE}, {across}}}"
+        sim = Simulation(world_of(barge(tmp_path, hull)))
+        (boat,) = sim.boats
+        sim.set_boat(boat, pose=(0, 0, 0, 0, 0, 0), velocity=(0, 1.2, 0, 0, 0, 0))
+        sim.step(duration=5.0)
+        k = 0.5 * RHO * 0.9 * 0.5 * 4.0
+        assert sim.data.qvel[1] == pytest.approx(1.2 / (1.0 + k * 1.2 * 5.0 / 7100.0), rel=2e-3)
+        assert sim.data.qvel[[0, 5]] == pytest.approx(0.0, abs=1e-9)
+
+    def test_drag_across_takes_the_current_and_its_place_in_the_water(self, tmp_path):
+        """A boat held in a current of 0.5 m/s from the side; at half the draft under the water at rest by default."""
+        across = "crossflow: {stern: -1, bow: 2, draft: [0.2, 0.4], coefficient: [1.0, 2.0, 1.0]}"
+        hull = f"{{damping_linear: {NONE}, {across}}}"
+        world = world_of(barge(tmp_path, hull), current={"speed": 0.5, "direction": 90.0})
+        vessel = world.parameters.hulls[0].vessel
+        assert vessel.damping_quadratic[1] == vessel.damping_quadratic[5] == 0.0
+        assert [strip.z for strip in vessel.strips] == pytest.approx([-0.15] * 20)
+        x = np.array([strip.x for strip in vessel.strips])
+        drag = 0.5 * RHO * 3.0 / 20 * (0.2 + 0.2 * (x + 1.0) / 3.0) * (2.0 - np.abs(x - 0.5) / 1.5)
+        assert [strip.drag for strip in vessel.strips] == pytest.approx(drag)
+        sim = Simulation(world)
+        found = loads(sim, (0, 0, 0, 0, 0, 0), ("drag",))
+        assert found[1] == pytest.approx(0.25 * drag.sum())
+        assert found[5] == pytest.approx(0.25 * (drag * x).sum())
+        assert found[3] == pytest.approx(0.15 * 0.25 * drag.sum())
+
     def test_an_undamped_boat_keeps_its_speed(self, tmp_path):
         hull = f"{{added_mass: [900, 0, 0, 0, 0, 0], damping_linear: {NONE}, damping_quadratic: {NONE}}}"
         sim = Simulation(world_of(barge(tmp_path, hull)))
@@ -185,6 +215,26 @@ class TestMatrix:
         (
             "{added_mass: [1, 2, 3]}",
             "hull.added_mass: expected six rows of six numbers, or the six of the diagonal, got 3",
+        ),
+        (
+            "{crossflow: {stern: 2, bow: -2, draft: 1, coefficient: 1}}",
+            "hull.crossflow.bow: expected a bow ahead of the stern, at 2, got -2",
+        ),
+        (
+            "{crossflow: {stern: -2, bow: 2, draft: [], coefficient: -1, strips: 1000}}",
+            (
+                "hull.crossflow.draft: must not be empty\n"
+                "barge.yaml:2:63: hull.crossflow.coefficient: must be at least 0, got -1\n"
+                "barge.yaml:2:75: hull.crossflow.strips: must be at most 200, got 1000"
+            ),
+        ),
+        (
+            "{crossflow: {stern: -2, bow: 2, draft: [1, 2, -3], coefficient: x}}",
+            (
+                "hull.crossflow.draft[2]: must be at least 0, got -3\n"
+                "barge.yaml:2:71: hull.crossflow.coefficient: expected a number, or a list of those from stern to bow, "
+                "got 'x'"
+            ),
         ),
         ("{hydrostatics: panels}", "hull.hydrostatics: expected mesh or matrix, got 'panels'"),
     ],
