@@ -208,10 +208,11 @@ def replay(
     Example: vrx-mj replay run.rrd --video run.mp4 --boat wamv2 --speed 2
     """
     from vrx_mj.recording import open_viewer
+    from vrx_mj.recording.rrd_file import no_recording
     from vrx_mj.recording.video import Shot, draw_video, parse_size
 
     if not recording.is_file():
-        raise RecordError(f"no recording '{recording}'")
+        raise RecordError(no_recording(recording))
     if video is None:
         raise SystemExit(open_viewer(recording, follow=boat))
     typer.echo(draw_video(recording, video, Shot(view, boat, parse_size(size), fps, speed, begin, end)))

@@ -68,6 +68,7 @@ MARKS = {
     "objects": {"mass", "inertia", "buoyancy", "collisions", "visuals", "static"},
     "robots": {"urdf", "hydrodynamics", "suites", "layouts", "rudders"},
     "thrusters": {"engine"},
+    "cases": {"signals"},
     "components": {"wamv_camera", "wamv_gps", "wamv_imu", "lidar", "wamv_ball_shooter", "wamv_pinger", "wamv_p3d"},
 }
 """Keys of files of one kind alone."""
@@ -79,6 +80,7 @@ USES = {
     "objects": "an object, which a world names in `objects` as `model`",
     "robots": "a robot, which a fleet or a world's `spawn` names as `robot`",
     "thrusters": "thrusters, which a fleet names as `thrusters`, vrx-mj robot with --thrusters",
+    "cases": "a case, which vrx-mj validate takes with --case",
     "components": "components, which a fleet names as `components`, vrx-mj robot with --components",
 }
 """What a file is, and where it is named."""

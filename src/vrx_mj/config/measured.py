@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from vrx_mj.config.base import Config, Folder, NonNegative, Pose, Positive, Seed, faults
 from vrx_mj.config.dynamics import Six
-from vrx_mj.config.kinds import wrong_kind
+from vrx_mj.config.kinds import other_kind, wrong_kind
 from vrx_mj.config.loading import Loading, validated
 from vrx_mj.config.search import ReadingError, display, read_limited
 from vrx_mj.config.tree import File
@@ -107,6 +107,8 @@ def read_case(path: Path) -> MeasuredCaseConfig:
     if other := wrong_kind(path, "a case"):
         raise ConfigError([Problem(display(path), None, None, "", other)])
     section = parse(File(display(path), path.absolute().parent, read_lines(path)))
+    if other := other_kind("cases", section):
+        raise ConfigError([Problem(display(path), None, None, "", other)])
     return validated(MeasuredCaseConfig, section, Loading())
 
 

@@ -68,13 +68,13 @@ def _built(order: Order, config: RobotConfig) -> Boat:
     arguments, wanted = _equipment(order, config)
     urdf, text = _sdf_boat(order, config) if config.is_sdf else _urdf_boat(order, config, arguments)
     try:
-        boat = assembled(urdf, read_gazebo(urdf), config, _drive(order, profile))
+        boat = replace(assembled(urdf, read_gazebo(urdf), config, _drive(order, profile)), name=order.robot)
     except ConfigError as error:
         raise located(error, robot_section(order.robot, order.folder)) from None
     boat, derived = _in_water(boat, config, profile)
     sensors = _chosen(_rearmed(boat, profile), wanted, config)
     remarks = (*boat.warnings, *derived, _unassembled(boat, order, config))
-    boat = replace(boat, contact=profile.contact or config.contact, sensors=sensors, name=order.robot, description=text)
+    boat = replace(boat, contact=profile.contact or config.contact, sensors=sensors, description=text)
     if notes := [note for note in (*remarks, *_names_for_ros(boat)) if note]:
         warnings.warn(_listed(order.robot, notes), VrxWarning, stacklevel=2)
     return boat

@@ -294,7 +294,7 @@ def boat_box(boat: Boat) -> tuple[Corner, Corner]:
         if corners:
             low, high = zip(*((min(axis), max(axis)) for axis in zip(*corners, strict=True)), strict=True)
             return low, high
-    raise VrxError(f"robot {boat.name}: no shape gives its length and width")
+    raise VrxError(f"robot {boat.name}: no shape gives its length and width; give a link <collision> or <visual>")
 
 
 def _corners(part: Part, shape: Shape) -> list[Corner]:

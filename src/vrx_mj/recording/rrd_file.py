@@ -29,7 +29,7 @@ from vrx_mj.config.kinds import wrong_kind
 from vrx_mj.errors import RecordError
 from vrx_mj.recording import rrd_parser
 
-__all__ = ["LONGEST", "Parsed", "Part", "allowance", "copy_without_views", "parsed_file", "whole_bytes"]
+__all__ = ["LONGEST", "Parsed", "Part", "allowance", "copy_without_views", "no_recording", "parsed_file", "whole_bytes"]
 
 MAGIC = b"RRF2"
 """How a recording begins."""
@@ -308,11 +308,17 @@ def reading(file: Path) -> Iterator[None]:
         raise RecordError(f"cannot read the recording '{file}': {error.strerror or error}") from error
 
 
+def no_recording(file: Path) -> str:
+    """The message about a path where there is no file."""
+    wrong = wrong_kind(file, "a recording")
+    return f"'{file}' is {wrong}" if wrong else f"no recording '{file}'"
+
+
 @contextlib.contextmanager
 def whole_file(file: Path) -> Iterator[Path]:
     """`file`, or a copy without its last message where that was cut in the middle."""
     if not file.is_file():
-        raise RecordError(f"no recording '{file}'")
+        raise RecordError(no_recording(file))
     whole, size = whole_bytes(file), file.stat().st_size
     if whole == size:
         yield file

@@ -25,6 +25,7 @@ FILES = {
     "thrusters.yaml": "engine:\n- {prefix: left}\n",
     "components.yaml": "wamv_gps:\n- {name: gps}\n",
     "axes.yaml": AXES,
+    "case.yaml": "source: a tank\nworld: ocean\nsignals: {x: {tolerance: 1}}\n",
     "dock.txt": "X X\nXXX\n",
     "notes.txt": "two boats\n",
     "cut.rrd": "no record",
@@ -49,6 +50,9 @@ OTHERS = ["boats.zip", "nothing", "meshes"]
 COMMANDS = {
     "WORLD": ("compile FILE -o out", {"bay.world", "bay.sdf", "bay.world.xacro", "world.yaml"}),
     "--fleet": ("compile example_course --fleet FILE -o out", {"fleet.yaml"}),
+    "run": ("run FILE --duration 0.1", {"bay.world", "bay.sdf", "bay.world.xacro", "world.yaml"}),
+    "trial": ("trial turning FILE -o out", set()),
+    "build": ("robot build --components FILE -o boat2.urdf", {"components.yaml", "empty.yaml", "empty"}),
     "map": ("map FILE -o map.png", {"bay.world", "bay.sdf", "bay.world.xacro", "world.yaml"}),
     "import": (
         "import FILE -o out",
@@ -65,7 +69,7 @@ COMMANDS = {
     "hull": ("robot hydro FILE --mass 180 --center 0,0,0.15", set()),
 }
 """A command line, and the files that it takes."""
-MODELS = {"--fleet": {"model.sdf"}}
+MODELS = {"--fleet": {"model.sdf"}, "trial": {"model.sdf"}}
 """Models that are read as boats, with the messages of boats."""
 QUOTED = re.compile(r"RRF2|FourCC|RRD|Errno|Traceback|Exception|UnicodeDecode|trimesh|pydantic")
 """Words of libraries, which no message has."""
@@ -80,7 +84,19 @@ WHOLE = [
         "'world.yaml' is not a recording of vrx_mj: it does not begin as rerun's files do",
     ),
     ("replay", "cut.rrd", "'cut.rrd' is not a recording of vrx_mj: it does not begin as rerun's files do"),
-    ("replay", "nothing", "no recording 'nothing'"),
+    ("replay", "nothing", "'nothing' is a folder, not a recording: name a file in it"),
+    ("score", "meshes", "'meshes' is a folder, not a recording: name a file in it"),
+    (
+        "case",
+        "fleet.yaml",
+        "fleet.yaml: the file of a fleet, which commands take with --fleet: it has the key 'positions'",
+    ),
+    ("case", "axes.yaml", SERIES),
+    (
+        "WORLD",
+        "case.yaml",
+        "case.yaml: the file of a case, which vrx-mj validate takes with --case: it has the key 'signals'",
+    ),
     (
         "score",
         "boats.zip",

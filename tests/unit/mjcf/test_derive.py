@@ -80,7 +80,7 @@ def test_a_guess_is_a_hull():
 def test_a_boat_without_a_shape_is_refused():
     with pytest.raises(VrxError) as caught:
         guess()
-    assert str(caught.value) == "robot boat: no shape gives its length and width"
+    assert str(caught.value) == "robot boat: no shape gives its length and width; give a link <collision> or <visual>"
 
 
 # Floats that lift as the volume does: each against the closed form of its shape

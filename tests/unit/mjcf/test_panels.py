@@ -25,7 +25,7 @@ def test_a_divided_barge_is_closed_and_the_same(size):
     assert set(counts.values()) == {1}
     assert all((b, a) in counts for a, b in counts)
     assert displaced(points[triangles], 100.0).volume == pytest.approx(np.prod(size))
-    assert 80 <= len(triangles) <= 4 * FEWEST
+    assert FEWEST <= len(triangles) <= 5 * FEWEST  # 224 to 832 of 4000 that were drawn
     lengths = np.linalg.norm(points[triangles] - points[np.roll(triangles, 1, axis=1)], axis=2)
     assert lengths.max() <= 0.35 * max(size)
 

@@ -90,7 +90,7 @@ def test_a_file_that_grew_a_bad_message_keeps_what_was_whole(recording, tmp_path
 
 
 def test_a_folder_is_no_recording(tmp_path):
-    assert refusal(read_record, tmp_path) == f"no recording '{tmp_path}'"
+    assert refusal(read_record, tmp_path) == f"'{tmp_path}' is a folder, not a recording: name a file in it"
 
 
 # The archive
