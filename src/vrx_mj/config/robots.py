@@ -27,6 +27,7 @@ from vrx_mj.config.gazebo.models import file_in_folder, is_gazebo_model, model_f
 from vrx_mj.config.hull import MarineHullConfig
 from vrx_mj.config.loading import Loading, read_source, referenced, validated
 from vrx_mj.config.profiles import NEWER
+from vrx_mj.config.propeller import PropellerConfig
 from vrx_mj.config.search import contained
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.tree import Section
@@ -198,6 +199,10 @@ class RobotConfig(Config):
     """Thrusters by the names that commands have."""
     rudders: dict[Name, RudderEntry] = Field(default_factory=dict)
     """Rudders by the names that commands have."""
+    propellers: dict[Name, PropellerConfig] = Field(default_factory=dict)
+    """Measured propellers by the names of their thrusters, in worlds of profile `marine`.
+
+    In a robot with layouts those of thrusters that a boat does not have do nothing."""
     wind: Vec3 | None = None
     """Wind coefficients along x and y and about z [N s2/m2, N s2/m], in worlds that list none for it."""
     windage: WindageConfig | None = None
@@ -217,6 +222,8 @@ class RobotConfig(Config):
         for name, rudder in self.rudders.items():
             if name in self.thrusters:
                 found.append((("rudders", name), "duplicate name: it is the name of a thruster"))
+            if name in self.propellers:
+                found.append((("propellers", name), "not allowed for a rudder; remove it"))
             if rudder.propeller is not None and self.thrusters and rudder.propeller not in self.thrusters:
                 known = ", ".join(self.thrusters)
                 found.append((("rudders", name, "propeller"), f"no thruster {shown(rudder.propeller)}; known: {known}"))

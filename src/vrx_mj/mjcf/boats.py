@@ -11,6 +11,7 @@ from typing import Any
 
 from vrx_mj.config.dynamics import ContactConfig, HydrodynamicsConfig, ServoConfig, ThrusterConfig
 from vrx_mj.config.hull import MarineHullConfig
+from vrx_mj.config.propeller import PropellerConfig
 from vrx_mj.config.robots import RobotConfig
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.shapes import Shape, Visual
@@ -76,6 +77,8 @@ class AssembledThruster:
     parts: tuple[Part, ...]
     """All that turns, in the hinge's frame."""
     rudder: Rudder | None = None
+    measured: PropellerConfig | None = None
+    """Its propeller in profile `marine`."""
 
 
 @dataclass(frozen=True)
@@ -194,16 +197,18 @@ def _engines(
     tree: Tree, thrusters: Mapping[str, UrdfThruster], config: RobotConfig, hinges: Mapping[str, Joint]
 ) -> Iterator[AssembledThruster]:  # fmt: skip
     for name, item in thrusters.items():
-        entry = config.thrusters.get(name)
+        entry, measured = config.thrusters.get(name), config.propellers.get(name)
         given = entry.servo if entry is not None and "servo" in entry.model_fields_set else None
         if name in hinges:
-            yield _steered(tree, name, item, hinges[name], given)
+            yield replace(_steered(tree, name, item, hinges[name], given), measured=measured)
             continue
         servo = given or ServoConfig(kp=item.kp, kd=item.kd, effort=10.0, velocity=10.0)
         where = tree.pose(item.propeller_link, tree.urdf.root)
         link = tree.urdf.local(item.propeller_link)
         fixed = item.drive.model_copy(update={"max_angle": 0.0})
-        yield AssembledThruster(name, link, None, where, (0.0, 0.0, 0.0), item.axis, fixed, servo, ())
+        yield AssembledThruster(
+            name, link, None, where, (0.0, 0.0, 0.0), item.axis, fixed, servo, (), measured=measured
+        )
 
 
 def _steered(tree: Tree, name: str, item: UrdfThruster, hinge: Joint, given: ServoConfig | None) -> AssembledThruster:

@@ -21,6 +21,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.config.dynamics import ContactConfig
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.profiles import CLASSIC, MARINE
+from vrx_mj.config.propeller import PropellerConfig
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.config.wind import WindConfig
 from vrx_mj.config.world import PhysicsConfig
@@ -44,7 +45,7 @@ from vrx_mj.mjcf.pieces import PREFIX, Piece
 from vrx_mj.mjcf.templates import Geom, geoms, meshes
 from vrx_mj.mjcf.wind import boat_wind, boat_windage
 from vrx_mj.model.boats import Boat as Entry
-from vrx_mj.model.boats import Hull, Sensor, Station, Thruster, Vessel
+from vrx_mj.model.boats import Hull, Propeller, Sensor, Station, Thruster, Vessel
 from vrx_mj.model.kinds import LONGEST_DESCRIPTION
 from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER
 from vrx_mj.physics.thrust import normal_slope
@@ -364,6 +365,12 @@ class Fitted:
         return self._vessels[density]
 
     @cached_property
+    def measured(self) -> Sequence[Thruster]:
+        """Rows of the thrusters with their measured propellers, as in profile `marine`."""
+        pairs = zip(self.thrusters, self.boat.thrusters, strict=True)
+        return [_with_propeller(row, item.measured) for row, item in pairs]
+
+    @cached_property
     def outline(self) -> FloatArray:
         """Corners (4, 2) seen from above, in its own axes [m]."""
         return outline(self.boat)
@@ -416,11 +423,19 @@ def boat_rows(
         stations=[*fit.stations],
         thrusters=[
             replace(_named(item, boat.name), hull=hull, race=item.race + start if item.race >= 0 else -1)
-            for item in fit.thrusters
+            for item in (fit.measured if physics.profile == MARINE else fit.thrusters)
         ],
         sensors=[replace(_named(sensor, boat.name), boat=boat.name) for sensor in fit.sensors],
         boats=[Entry(life=life, description=_kept(fit.boat.description), **{key: getattr(boat, key) for key in SAME})],
     )
+
+
+def _with_propeller(row: Thruster, config: PropellerConfig | None) -> Thruster:
+    """A thruster's row with its measured propeller."""
+    if config is None:
+        return row
+    own = Propeller(**config.model_dump())
+    return replace(row, measured=own, max_forward=own.full_ahead, max_reverse=own.full_astern)
 
 
 def _kept(description: str) -> str:

@@ -79,13 +79,16 @@ def read_hinges(tree: Tree, thrusters: Mapping[str, UrdfThruster], config: Robot
 
     Raises:
         ConfigError: a joint cannot steer, or steers two things, or hangs on another that steers; a rudder has the
-            name of a thruster, or is in the race of one that does not exist.
+            name of a thruster, or is in the race of one that does not exist; a propeller is that of none.
     """
     urdf = tree.urdf
     wanted = {name: item.engine_joint for name, item in thrusters.items()}
     for name, entry in config.rudders.items():
         _check_rudder(urdf, name, entry.propeller, thrusters)
         wanted[name] = known(urdf, "joint", entry.joint, f"rudders.{name}.joint")
+    for name in config.propellers:
+        if name not in thrusters and not config.layouts:
+            raise own_problem(urdf, f"propellers.{name}", str(UnknownNameError("thruster", name, thrusters)))
     _check_commands(urdf, wanted)
     hinges: dict[str, Joint] = {}
     notes: list[str] = []

@@ -34,8 +34,8 @@ from vrx_mj.model.kinds import (
 )
 
 __all__ = [
-    "Boat", "Diffraction", "Hull", "Memory", "Sensor", "Spawn", "Station", "Thruster", "Vessel", "WindCoefficients",
-    "Windage",
+    "Boat", "Diffraction", "Hull", "Memory", "Propeller", "Sensor", "Spawn", "Station", "Thruster", "Vessel",
+    "WindCoefficients", "Windage",
 ]  # fmt: skip
 
 
@@ -208,6 +208,35 @@ class Station:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Propeller:
+    """A propeller whose thrust was measured, in profile `marine`."""
+
+    __pydantic_config__ = STRICT
+    thrust: Annotated[tuple[tuple[Annotated[float, Field(ge=-1.0, le=1.0)], Real], ...], Field(max_length=1000)]
+    """Rising commands, and the thrust at rest that each gives [N]."""
+    diameter: Positive
+    """Diameter [m]."""
+    vanishing_speed: Positive | None
+    """Speed through the water at which full thrust vanishes [m/s]; None: it never does."""
+    time_constant: NonNegative
+    """Time constant of thrust at rest [s]."""
+    dead_zone: Share
+    """Commands up to this, either way, give no thrust."""
+    power: NonNegative
+    """Electric power at full thrust at rest [W]."""
+
+    @property
+    def full_ahead(self) -> float:
+        """Largest thrust ahead [N]."""
+        return max(0.0, *(thrust for _, thrust in self.thrust))
+
+    @property
+    def full_astern(self) -> float:
+        """Largest thrust astern [N], at most 0."""
+        return min(0.0, *(thrust for _, thrust in self.thrust))
+
+
+@dataclass(frozen=True, kw_only=True)
 class Thruster:
     """An engine and its propeller, or a rudder; `position` and `rotation` are those of its hinge in the hull."""
 
@@ -264,6 +293,8 @@ class Thruster:
     """Area of that propeller's disc [m2]."""
     race_share: Share
     """Share of the blade that the race covers."""
+    measured: Propeller | None = field(default=None, metadata=LEFT_OUT)
+    """Its propeller in profile `marine`, instead of `mapping`."""
 
     @property
     def in_newtons(self) -> bool:

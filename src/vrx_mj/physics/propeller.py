@@ -3,15 +3,26 @@
 Thrust at rest is a table over the command, with a first-order lag. Speed through the water takes thrust as in open
 water, where K_T falls in a straight line with the advance ratio J = u / (n D): T = rho D^4 n^2 (a - b J). With u_0 the
 speed at which full thrust T_full vanishes, and n^2 going with the thrust T_0 at rest, that is
-T = T_0 (1 - u / (u_0 sqrt(T_0 / T_full))).
+T = T_0 (1 - u / (u_0 sqrt(T_0 / T_full))). Waves and current are in the speed, and the waves in the depth.
 """
 
 import math
 
+from vrx_mj.physics.current import current_velocity
 from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.kinematics import orbital_motion
+from vrx_mj.physics.motion import Motion, Vector, relative_motion, rotate
 from vrx_mj.physics.tables import Record, Table
+from vrx_mj.physics.thrust import effective_command, force_direction, force_point
+from vrx_mj.physics.waves import surface_height
 
-__all__ = ["advance_thrust", "disc_share", "measured_thrust", "propeller_power", "propeller_step"]
+__all__ = [
+    "advance_speed", "advance_thrust", "disc_share", "measured_thrust", "propeller_power", "propeller_step",
+    "update_propeller",
+]  # fmt: skip
+
+STEADY = 1e-9
+"""Thrust [N] this near to its target is there: so a propeller comes to rest, and rests."""
 
 
 @kernel
@@ -67,7 +78,7 @@ def propeller_power(propeller: Record, thrust: float, share: float) -> float:
     full = propeller.full_ahead if thrust >= 0.0 else -propeller.full_astern
     if full <= 0.0:
         return 0.0
-    return float(propeller.full_power * share * (abs(thrust) / full) ** 1.5)
+    return float(propeller.power * share * (abs(thrust) / full) ** 1.5)
 
 
 @kernel
@@ -86,10 +97,76 @@ def propeller_step(
         dt: length of the step [s].
     """
     target = measured_thrust(propeller, points, command)
-    if propeller.time_constant > 0.0:
+    if propeller.time_constant > 0.0 and abs(target - state.thrust) > STEADY:
         state.thrust += -math.expm1(-dt / propeller.time_constant) * (target - state.thrust)
     else:
         state.thrust = target
-    share = disc_share(propeller.radius, depth)
+    share = disc_share(0.5 * propeller.diameter, depth)
     state.energy += dt * propeller_power(propeller, state.thrust, share)
     return float(share * advance_thrust(propeller, state.thrust, advance))
+
+
+@kernel
+def advance_speed(thruster: Record, through: Motion, angle: float) -> float:
+    """Return the speed [m/s] through the water at a propeller, along its axis at a steering `angle` [rad].
+
+    `through` is the hull's motion through the water that is at the propeller.
+    """
+    x, y, z = force_point(thruster, angle)
+    d = force_direction(thruster, angle)
+    u = through.u + through.q * z - through.r * y
+    v = through.v + through.r * x - through.p * z
+    w = through.w + through.p * y - through.q * x
+    return d[0] * u + d[1] * v + d[2] * w
+
+
+@kernel
+def update_propeller(
+    hull: Record, thruster: Record, own: Record, propellers: Table, points: Table, states: Table, waves: Table,
+    sea: Record, current: Table, current_state: Table, layers: Table, body: Motion, time: float, dt: float,
+) -> None:  # fmt: skip
+    """Advance a thruster that has a measured propeller by `dt` [s]: its force `own.thrust` [N].
+
+    Args:
+        hull: a row of `tables.HULL`.
+        thruster: a row of `tables.THRUSTER`.
+        own: its row of `tables.THRUSTER_STATE`.
+        propellers: `tables.PROPELLER`.
+        points: `tables.PROPELLER_POINT`.
+        states: `tables.PROPELLER_STATE`.
+        waves: `tables.WAVE`.
+        sea: a row of `tables.SEA`.
+        current: `tables.CURRENT`.
+        current_state: `tables.CURRENT_STATE`.
+        layers: `tables.LAYER`.
+        body: motion of the hull's link.
+        time: time [s].
+        dt: length of the step [s].
+    """
+    propeller, state = propellers[thruster.measured], states[thruster.measured]
+    curve = points[propeller.point_start : propeller.point_start + propeller.point_count]
+    command = effective_command(own, time)
+    share = command / thruster.max_command
+    own.applied, own.fresh, own.thrust = command, 1, 0.0
+    if state.thrust == 0.0 and measured_thrust(propeller, curve, share) == 0.0:
+        return  # at rest: no need to look at the water
+    p = force_point(thruster, own.angle)
+    lever = rotate(body, p[0], p[1], p[2])
+    x, y, z = body.x + lever[0], body.y + lever[1], body.z + lever[2]
+    depth = surface_height(waves, sea, x, y, time) + hull.level - z
+    advance = 0.0
+    if propeller.vanishing_speed < math.inf:
+        water = _water_velocity(waves, sea, current, current_state, layers, (x, y, z), time)
+        advance = advance_speed(thruster, relative_motion(body, water), own.angle)
+    own.thrust = thruster.gain * propeller_step(propeller, state, curve, share, advance, depth, dt)
+
+
+@kernel
+def _water_velocity(
+    waves: Table, sea: Record, current: Table, state: Table, layers: Table, place: Vector, time: float
+) -> Vector:
+    """Return the water's velocity [m/s, world] at a place [m, world]: the current's and the waves'."""
+    x, y, z = place
+    east, north = current_velocity(current, state, layers, sea.level - z, time)
+    orbital = orbital_motion(waves, sea, x, y, z, time)
+    return east + orbital.u, north + orbital.v, orbital.w

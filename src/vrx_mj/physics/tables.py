@@ -219,6 +219,7 @@ THRUSTER = np.dtype(
         ("race", _i),  # row of the thruster in whose race a rudder is; -1: none
         ("race_area", _f),  # of that propeller's disc [m2]
         ("race_share", _f),  # share of the blade that the race covers
+        ("measured", _i),  # row of PROPELLER, and of its state; -1: `mapping` gives the force
     ],
     align=True,
 )
@@ -228,10 +229,12 @@ PROPELLER = np.dtype(
         ("dead_zone", _f),  # commands up to this size give exactly 0 N
         ("time_constant", _f),  # of the thrust [s]; <= 0: no lag
         ("vanishing_speed", _f),  # through the water, at which full thrust vanishes [m/s]; infinite: never
-        ("radius", _f),  # of its disc [m]
+        ("diameter", _f),  # [m]
         ("full_ahead", _f),  # largest thrust at rest [N]
         ("full_astern", _f),  # [N], at most 0
-        ("full_power", _f),  # electric, at full thrust at rest [W]
+        ("power", _f),  # electric, at full thrust at rest [W]
+        ("point_start", _i),  # its rows of PROPELLER_POINT are consecutive, by rising command
+        ("point_count", _i),
     ],
     align=True,
 )

@@ -16,6 +16,7 @@ from vrx_mj.physics.tables import LINEAR, NEWTONS, Record
 __all__ = [
     "effective_command",
     "engine_wrench",
+    "force_direction",
     "force_point",
     "normal_slope",
     "race_speed",
@@ -118,6 +119,12 @@ def force_point(thruster: Record, angle: float) -> Vector:
     """Return where the force acts at a steering `angle` [rad]: hull axes from the link's origin [m]."""
     p = _from_hinge(thruster, thruster.propeller, math.cos(angle), math.sin(angle))
     return thruster.position[0] + p[0], thruster.position[1] + p[1], thruster.position[2] + p[2]
+
+
+@kernel
+def force_direction(thruster: Record, angle: float) -> Vector:
+    """Return the direction of the force at a steering `angle` [rad]: unit vector, hull axes."""
+    return _from_hinge(thruster, thruster.direction, math.cos(angle), math.sin(angle))
 
 
 @kernel

@@ -12,7 +12,8 @@ from vrx_mj.physics.added_mass import added_inertia_of_vessel
 from vrx_mj.physics.current import current_step
 from vrx_mj.physics.drag import added_inertia
 from vrx_mj.physics.motion import Motion, Wrench, add, from_origin, motion, shift, zero_vector, zero_wrench
-from vrx_mj.physics.tables import MARINE, RUDDER, VRX3, Record
+from vrx_mj.physics.propeller import update_propeller
+from vrx_mj.physics.tables import MARINE, RUDDER, VRX3, Record, Table
 from vrx_mj.physics.thrust import servo_step, steering_target, thruster_wrench
 from vrx_mj.physics.vessel import vessel_loads, vessel_work, wave_loads
 from vrx_mj.physics.wind import air_velocity, wind_at_hull, wind_on_hull, wind_step
@@ -48,34 +49,37 @@ def boat_forces(arrays: LoopArrays, index: int, time: float) -> Forces:
     gusts, turned = arrays.wind_state.copy(), arrays.air_state.copy()
     wind_step(arrays.wind[0], gusts[0], arrays.gust_bands, arrays.air, turned, arrays.timestep)
     air = air_velocity(arrays.wind[0], gusts[0], turned)
-    loads = _loads(arrays, hull, body, air, then)
+    stream = arrays.current_state.copy()
+    if len(stream):
+        current_step(arrays.current, stream, arrays.timestep)
+    loads = _loads(arrays, hull, body, air, stream, then)
     outside = {
         "gravity": mass * np.array([*arrays.model.opt.gravity, 0.0, 0.0, 0.0]),
         **{name: about_center(wrench) for name, wrench in loads.items() if name != "added_mass_bias"},
-        **{name: about_center(wrench) for name, wrench in _thrusts(arrays, hull, body, then).items()},
+        **{name: about_center(wrench) for name, wrench in _thrusts(arrays, hull, body, stream, then).items()},
         "contact": _contacts(arrays, int(hull["body"]), center + np.array(body[:3])),
     }
     return Forces(outside, {"added_mass": about_center(_added_mass(arrays, hull, body, loads["added_mass_bias"]))})
 
 
-def _loads(arrays: LoopArrays, hull: Record, body: Motion, air: tuple[float, float], time: float) -> dict[str, Wrench]:
-    """What water and wind do to a boat, about `link_com`."""
+def _loads(
+    arrays: LoopArrays, hull: Record, body: Motion, air: tuple[float, float], stream: Table, time: float
+) -> dict[str, Wrench]:
+    """What water and wind do to a boat, about `link_com`; `stream` is the current's state."""
     here, weather = wind_at_hull(hull, arrays.air, air), (arrays.waves, arrays.sea[0])
     if hull["profile"] != MARINE:
         return hull_loads(hull, arrays.stations, arrays.windage, *weather, here, zero_vector(), body, time)._asdict()
-    state = arrays.current_state.copy()
-    current_step(arrays.current, state, arrays.timestep)
-    moving = (*weather, arrays.current, state, arrays.layers, time)
+    moving = (*weather, arrays.current, stream, arrays.layers, time)
     if hull["vessel"] < 0:
         water = water_at_hull(hull, body, *moving)
         return hull_loads(hull, arrays.stations, arrays.windage, *weather, here, water, body, time)._asdict()
     vessel, work = arrays.vessels[hull["vessel"]], vessel_work(len(arrays.vertices))
-    stream, orbital = water_at_vessel(vessel, body, *moving)
+    water, orbital = water_at_vessel(vessel, body, *moving)
     loads = vessel_loads(
-        hull, vessel, arrays.vertices, arrays.triangles, arrays.strips, *weather, stream, orbital, body, time, work
+        hull, vessel, arrays.vertices, arrays.triangles, arrays.strips, *weather, water, orbital, body, time, work
     )
     made = wave_loads(
-        hull, vessel, arrays.memory, arrays.memory_state.copy(), arrays.diffraction, *weather, stream, orbital, body,
+        hull, vessel, arrays.memory, arrays.memory_state.copy(), arrays.diffraction, *weather, water, orbital, body,
         time, arrays.timestep,
     )  # fmt: skip
     return {**loads._asdict(), **made._asdict(), "wind": wind_on_hull(hull, arrays.windage, body, here)}
@@ -91,10 +95,10 @@ def _turned(body: Motion, vector: npt.ArrayLike) -> FloatArray:
     return turned
 
 
-def _thrusts(arrays: LoopArrays, hull: Record, body: Motion, time: float) -> dict[str, Wrench]:
+def _thrusts(arrays: LoopArrays, hull: Record, body: Motion, stream: Table, time: float) -> dict[str, Wrench]:
     """What the thrusters do, and the rudders if there are any, about `link_com`."""
     wrenches = {"thrust": zero_wrench()}
-    states = arrays.thruster_state.copy()
+    states, propellers = arrays.thruster_state.copy(), arrays.propeller_state.copy()
     start = int(hull["thruster_start"])
     for row in range(start, start + int(hull["thruster_count"])):
         thruster, state = arrays.thrusters[row], states[row]
@@ -103,7 +107,13 @@ def _thrusts(arrays: LoopArrays, hull: Record, body: Motion, time: float) -> dic
             state["angle"], state["rate"] = servo_step(thruster, state["angle"], state["rate"], target, arrays.timestep)
         else:
             state["angle"] = arrays.data.qpos[thruster["qpos"]]
-        update_force(hull, thruster, state, states, body, time)
+        if thruster["measured"] >= 0:
+            update_propeller(
+                hull, thruster, state, arrays.propellers, arrays.propeller_points, propellers, arrays.waves,
+                arrays.sea[0], arrays.current, stream, arrays.layers, body, time, arrays.timestep,
+            )  # fmt: skip
+        else:
+            update_force(hull, thruster, state, states, body, time)
         name = "rudder" if thruster["mapping"] == RUDDER else "thrust"
         push = thruster_wrench(thruster, hull, body, state["thrust"], state["angle"])
         wrenches[name] = add(wrenches.get(name, zero_wrench()), push)

@@ -1,6 +1,6 @@
 """What a boat is, as a controller's author knows it: its hull, its rudders, and its thrusters with their commands."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -8,11 +8,13 @@ import mujoco
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.physics.tables import NEWTONS, RUDDER, THRUSTER, Record
+from vrx_mj.errors import CommandError
+from vrx_mj.physics.propeller import measured_thrust
+from vrx_mj.physics.tables import NEWTONS, PROPELLER, PROPELLER_POINT, RUDDER, THRUSTER, Record
 from vrx_mj.physics.thrust import force_point, race_speed, thrust_force
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
-__all__ = ["Hull", "Propeller", "Rudder", "hull_of", "thrusters"]
+__all__ = ["Hull", "Propeller", "Rudder", "energy_of", "hull_of", "thrusters"]
 
 
 Six = tuple[float, float, float, float, float, float]
@@ -121,6 +123,7 @@ def _rudder(name: str, row: Record) -> Rudder:
 
 SAMPLES = 401
 """Commands at which the mapping is tabulated."""
+Tabulated = tuple[FloatArray, FloatArray, FloatArray]
 DRIVE = ("mapping", "max_command", "max_forward", "max_reverse")
 """Fields of a thruster's row that its mapping depends on."""
 
@@ -159,16 +162,31 @@ class Propeller:
 
 def thrusters(arrays: LoopArrays, rows: dict[str, int]) -> dict[str, Propeller]:
     """A boat's propellers by name; `rows` are those of its thrusters and rudders in the arrays' table."""
-    return {name: _thruster(name, arrays.thrusters[row]) for name, row in rows.items() if not _is_rudder(arrays, row)}
+    return {name: _thruster(name, arrays, row) for name, row in rows.items() if not _is_rudder(arrays, row)}
+
+
+def energy_of(arrays: LoopArrays, boat: str, rows: Iterable[int]) -> float:
+    """Electric energy that a boat's propellers have drawn since the reset [J]; `rows` are those of its thrusters.
+
+    Raises:
+        CommandError: the power of none of its propellers is known.
+    """
+    measured = [row for row in arrays.thrusters["measured"][list(rows)].tolist() if row >= 0]
+    if not arrays.propellers["power"][measured].any():
+        raise CommandError(
+            f"no energy of {boat}: none of its thrusters has a `power`; it belongs to the `propellers` of its robot, "
+            "which act in worlds of profile marine"
+        )
+    return float(arrays.propeller_state["energy"][measured].sum())
 
 
 def _is_rudder(arrays: LoopArrays, row: int) -> bool:
     return bool(arrays.thrusters["mapping"][row] == RUDDER)
 
 
-def _thruster(name: str, row: Record) -> Propeller:
-    drive = {field: row[field].item() for field in DRIVE}
-    commands, forces, spread = _tabulated(**drive)
+def _thruster(name: str, arrays: LoopArrays, number: int) -> Propeller:
+    row = arrays.thrusters[number]
+    commands, forces, spread = _at_rest(arrays, row)
     toward = row["rotation"] @ row["direction"]
     x, y, z = (float(value) for value in force_point(row, 0.0))
     return Propeller(
@@ -184,14 +202,37 @@ def _thruster(name: str, row: Record) -> Propeller:
     )
 
 
+def _at_rest(arrays: LoopArrays, row: Record) -> Tabulated:
+    """The same three of a thruster at rest in the water."""
+    if row["measured"] < 0:
+        return _tabulated(**{field: row[field].item() for field in DRIVE})
+    own = arrays.propellers[row["measured"]]
+    first = own["point_start"]
+    points = arrays.propeller_points[first : first + own["point_count"]]
+    return _measured(float(row["max_command"]), float(own["dead_zone"]), tuple(points.tolist()))
+
+
 @lru_cache(maxsize=64)
-def _tabulated(**drive: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _tabulated(**drive: float) -> Tabulated:
     """Commands, the forces [N] that they give, and the same forces with a slope where they do not change."""
     row = np.zeros(1, THRUSTER)[0]
     for name, value in drive.items():
         row[name] = value
     commands = np.linspace(-drive["max_command"], drive["max_command"], SAMPLES)
-    forces = np.maximum.accumulate([thrust_force(row, float(command)) for command in commands])
+    return _spread(commands, [thrust_force(row, float(command)) for command in commands])
+
+
+@lru_cache(maxsize=64)
+def _measured(max_command: float, dead_zone: float, curve: tuple[tuple[float, float], ...]) -> Tabulated:
+    """The same of a propeller with these commands and thrusts."""
+    own, points = np.zeros(1, PROPELLER)[0], np.array([*curve], PROPELLER_POINT)
+    own["dead_zone"] = dead_zone
+    shares = np.linspace(-1.0, 1.0, SAMPLES)
+    return _spread(max_command * shares, [measured_thrust(own, points, float(share)) for share in shares])
+
+
+def _spread(commands: FloatArray, given: Sequence[float]) -> Tabulated:
+    forces: FloatArray = np.maximum.accumulate(given)
     spread = forces + 1e-9 * np.arange(SAMPLES)  # where the force does not change, the smallest command
     for array in (commands, forces, spread):
         array.setflags(write=False)  # all thrusters of a kind have the same

@@ -41,6 +41,7 @@ from vrx_mj.physics.motion import (
     zero_vector,
     zero_wrench,
 )  # fmt: skip
+from vrx_mj.physics.propeller import update_propeller
 from vrx_mj.physics.raft import block_load, moor, raft_drag
 from vrx_mj.physics.tables import MARINE, RUDDER, VRX3, Record, Table
 from vrx_mj.physics.thrust import (
@@ -168,7 +169,7 @@ def push_hulls(a: Views, work: VesselWork | None, air: Air, time: float, dt: flo
         here = wind_at_hull(hull, a.air, air)
         loads = hull_loads(hull, a.stations, a.windage, a.waves, a.sea[0], here, water, body, time)
         wrench = add(add(add(loads.hydrostatics, loads.drag), loads.added_mass_bias), loads.wind)
-        push = thrust(hull, body, a, time, dt)
+        push = thrust(hull, body, a, work, time, dt)
         apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
 
 
@@ -186,7 +187,7 @@ def push_vessel(hull: Record, body: Motion, a: Views, work: VesselWork, air: Air
         hull, vessel, a.memory, a.memory_state, a.diffraction, a.waves, a.sea[0], stream, orbital, body, time, dt
     )
     wrench = add(wrench, add(made.radiation, made.diffraction))
-    push = thrust(hull, body, a, time, dt)
+    push = thrust(hull, body, a, work, time, dt)
     apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
 
 
@@ -283,7 +284,7 @@ def inertia_of_water(hull: Record, body: Motion, a: Views, work: VesselWork | No
 
 
 @inlined_kernel
-def thrust(hull: Record, body: Motion, a: Views, time: float, dt: float) -> Wrench:
+def thrust(hull: Record, body: Motion, a: Views, work: VesselWork | None, time: float, dt: float) -> Wrench:
     """Steer the hull's engines and rudders and push with them; returns the wrench on the hull about `link_com`.
 
     A hinged engine is pushed itself, and steered through its joint; the hull feels it through the hinge.
@@ -297,7 +298,13 @@ def thrust(hull: Record, body: Motion, a: Views, time: float, dt: float) -> Wren
             a.qfrc_applied[thruster.dof] = servo_torque(thruster, own.angle, own.rate, target, dt)
         elif own.angle != target or own.rate != 0.0:
             own.angle, own.rate = servo_step(thruster, own.angle, own.rate, target, dt)
-        update_force(hull, thruster, own, a.thruster_state, body, time)
+        if work is not None and thruster.measured >= 0:
+            update_propeller(
+                hull, thruster, own, a.propellers, a.propeller_points, a.propeller_state, a.waves, a.sea[0],
+                a.current, a.current_state, a.layers, body, time, dt,
+            )  # fmt: skip
+        else:
+            update_force(hull, thruster, own, a.thruster_state, body, time)
         if thruster.dof >= 0:
             apply(a.xfrc_applied, thruster.body, engine_wrench(thruster, body, own.thrust, own.angle))
         else:

@@ -1,6 +1,7 @@
 """The tables of the compiled loop for one world: parameters, state, and views of MuJoCo's arrays."""
 
 import itertools
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -13,7 +14,7 @@ from vrx_mj.config.sensors import BallShooterConfig
 from vrx_mj.errors import CompileError, StateError
 from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.mjcf.world import World
-from vrx_mj.model.boats import Hull, Vessel, Windage
+from vrx_mj.model.boats import Hull, Propeller, Thruster, Vessel, Windage
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics import tables
 from vrx_mj.physics.noise import stream_key
@@ -120,6 +121,14 @@ def _vessel_rows(kinds: Sequence[Vessel]) -> list[dict[str, Any]]:
     return rows
 
 
+def _propeller_row(own: Propeller, start: int) -> dict[str, Any]:
+    """Row of `tables.PROPELLER` of a propeller whose curve starts at a row of `tables.PROPELLER_POINT`."""
+    vanishing = math.inf if own.vanishing_speed is None else own.vanishing_speed
+    names = "dead_zone", "time_constant", "diameter", "full_ahead", "full_astern", "power"
+    row: dict[str, Any] = {name: getattr(own, name) for name in names}
+    return row | {"vanishing_speed": vanishing, "point_start": start, "point_count": len(own.thrust)}
+
+
 def memories_of(hulls: Sequence[Hull]) -> list[int]:
     """How many rows of `tables.MEMORY_STATE` each hull has."""
     return [len(hull.vessel.memory) if hull.vessel else 0 for hull in hulls]
@@ -168,7 +177,7 @@ class LoopArrays:
         self._weather(parameters, world.seed)
         self._hulls(parameters.hulls)
         self.stations = tables.table(tables.STATION, [vars(row) for row in parameters.stations])
-        self.thrusters = tables.table(tables.THRUSTER, [self._engine(vars(row)) for row in parameters.thrusters])
+        self._thrusters(parameters.thrusters)
         self.floats = tables.table(tables.FLOAT, [self._free_body(vars(row)) for row in parameters.floats])
         self.links = tables.table(tables.FLOAT, [self._link(vars(row)) for row in parameters.links])
         self.followers = tables.table(tables.FOLLOWER, [vars(row) for row in parameters.followers])
@@ -177,7 +186,6 @@ class LoopArrays:
         self.blocks = tables.table(tables.BLOCK, [self._whole_body(vars(row)) for row in parameters.blocks])
         self.moorings = tables.table(tables.MOORING, [vars(row) for row in parameters.moorings])
         self.ropes = tables.table(tables.ROPE, [vars(row) for row in parameters.ropes])
-        self.thruster_state = np.zeros(len(self.thrusters), tables.THRUSTER_STATE)
         self.float_state = np.zeros(len(self.floats), tables.FLOAT_STATE)
         self.link_state = np.zeros(len(self.links), tables.FLOAT_STATE)
         self.block_state = np.zeros(len(self.blocks), tables.FLOAT_STATE)
@@ -232,6 +240,20 @@ class LoopArrays:
             rows.append(self._whole_body(row))
         self.hulls, self.windage = tables.table(tables.HULL, rows), tables.table(tables.WINDAGE, curves)
         self._vessels(kinds, remembered[-1])
+
+    def _thrusters(self, thrusters: Sequence[Thruster]) -> None:
+        """Tables of thrusters, and of their measured propellers, whose curves those of a kind share."""
+        measured = [own.measured for own in thrusters if own.measured]
+        kinds = list(dict.fromkeys(measured))
+        starts = dict(zip(kinds, itertools.accumulate((len(own.thrust) for own in kinds), initial=0), strict=False))
+        numbers = itertools.count()
+        rows = [self._engine({**vars(own), "measured": next(numbers) if own.measured else NO_ROW}) for own in thrusters]
+        points = [{"command": command, "thrust": thrust} for own in kinds for command, thrust in own.thrust]
+        self.thrusters = tables.table(tables.THRUSTER, rows)
+        self.thruster_state = np.zeros(len(rows), tables.THRUSTER_STATE)
+        self.propellers = tables.table(tables.PROPELLER, [_propeller_row(own, starts[own]) for own in measured])
+        self.propeller_points = tables.table(tables.PROPELLER_POINT, points)
+        self.propeller_state = np.zeros(len(measured), tables.PROPELLER_STATE)
 
     def _vessels(self, kinds: Sequence[Vessel], memories: int) -> None:
         """Tables of the models of hulls in profile `marine`, and so many numbers of their memory."""

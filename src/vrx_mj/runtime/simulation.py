@@ -15,6 +15,7 @@ from vrx_mj.errors import CommandError, StateError, shown
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.commands import Commands
 from vrx_mj.runtime.forces import Forces, boat_forces
+from vrx_mj.runtime.hull import energy_of
 from vrx_mj.runtime.live_world import LiveWorld, loop_arrays_of
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.observation import BoatObservation, Observation
@@ -307,6 +308,17 @@ class Simulation(Roster):
     def thrust(self, boat: str) -> dict[str, float]:
         """Current force of each thruster and rudder of a boat [N]; UnknownNameError if no boat has that name."""
         return self._of_thrusters(boat, "thrust")
+
+    def energy(self, boat: str) -> float:
+        """Electric energy that a boat's measured propellers have drawn since the reset [J].
+
+        Raises:
+            UnknownNameError: no boat has that name.
+            CommandError: the power of none of its propellers is known.
+        """
+        with self._turn.boats_lock:
+            check_name("boat", boat, self.boats)
+            return energy_of(self._live.arrays, boat, self._live.commands.thrusters[boat].values())
 
     def _of_thrusters(self, boat: str, column: str) -> dict[str, float]:
         with self._turn.boats_lock:

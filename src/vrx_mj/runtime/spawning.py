@@ -33,6 +33,7 @@ ROWS = {
     "qacc_warmstart": "dofs", "qfrc_applied": "dofs", "xfrc_applied": "bodies", "thruster_state": "thrusters",
     "float_state": "floats", "element_state": "elements", "touches": "rivals", "follower_state": "followers",
     "link_state": "links", "block_state": "blocks", "eq_active": "equalities", "memory_state": "memories",
+    "propeller_state": "propellers",
 }  # fmt: skip
 """The same for other arrays; no row of those that are not listed belongs to anything that can leave."""
 DATA_ARRAYS = ("qacc_warmstart", "qfrc_applied", "xfrc_applied", "eq_active")
@@ -127,6 +128,7 @@ def _rows_staying(world: World, arrays: LoopArrays, left: str) -> dict[str, Bool
         "qpos": np.repeat(joints, np.diff(model.jnt_qposadr, append=model.nq)),
         "equalities": bodies[model.eq_obj1id],
         "memories": np.repeat(stay["hulls"], memories_of(world.parameters.hulls)),
+        "propellers": stay["thrusters"][arrays.thrusters["measured"] >= 0],
         "sensed": sensed,
         "light_marks": np.repeat(stay["lights"], MARKS["light"]),
         "placard_marks": np.repeat(stay["placards"], MARKS["placard"]),

@@ -17,8 +17,8 @@ DEEP = 10.0
 
 def propeller(**changes):
     row = {
-        "dead_zone": 0.0, "time_constant": 0.0, "vanishing_speed": math.inf, "radius": 0.15, "full_ahead": 240.0,
-        "full_astern": -100.0, "full_power": 2000.0,
+        "dead_zone": 0.0, "time_constant": 0.0, "vanishing_speed": math.inf, "diameter": 0.3, "full_ahead": 240.0,
+        "full_astern": -100.0, "power": 2000.0, "point_start": 0, "point_count": 0,
     }  # fmt: skip
     return table(tables.PROPELLER, [row | changes])[0]
 

@@ -18,6 +18,7 @@ def row(mapping, max_command, forward, reverse):
         mapping, max_command, forward, reverse
     )  # fmt: skip
     table["rotation"], table["direction"], table["max_angle"] = np.eye(3), (1.0, 0.0, 0.0), 1.5
+    table["measured"] = -1
     return table
 
 

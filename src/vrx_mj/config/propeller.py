@@ -1,0 +1,64 @@
+"""A propeller whose thrust was measured, for worlds of profile `marine`."""
+
+import itertools
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from vrx_mj.config.base import Config, NonNegative, Positive, faults, numbers
+
+__all__ = ["PropellerConfig"]
+
+MOST_POINTS = 1000
+"""Points of a curve, at most."""
+Point = Annotated[tuple[float, float], numbers("command thrust")]
+
+
+class PropellerConfig(Config):
+    """A propeller whose thrust was measured, in worlds of profile `marine`, instead of the thruster's own curve."""
+
+    thrust: Annotated[tuple[Point, ...], Field(max_length=MOST_POINTS)]
+    """Commands -1..1 and the thrust at rest that each gives [N], by rising command, with `[0, 0]`.
+
+    A command is a share of the thruster's `max_command`. Between them are straight lines; a command beyond the first or the last gives that one's thrust."""
+    diameter: Positive
+    """Diameter [m]; what of the disc is in air pushes nothing and draws no power."""
+    vanishing_speed: Positive | None = None
+    """Speed through the water, along the axis, at which full thrust vanishes [m/s]; by default it never does."""
+    time_constant: NonNegative = 0.0
+    """Time in which thrust at rest gets to 63 % of a new command's [s]; by default it follows at once."""
+    dead_zone: Annotated[float, Field(ge=0, lt=1)] = 0.0
+    """Commands up to this, either way, give no thrust at all."""
+    power: NonNegative = 0.0
+    """Electric power at full thrust at rest [W]; by default it is not known. Less thrust takes its share^1.5 of it."""
+
+    @model_validator(mode="after")
+    def _is_a_curve(self) -> Self:
+        found: list[tuple[tuple[str | int, ...], str]] = []
+        for index, (command, thrust) in enumerate(self.thrust):
+            place = ("thrust", index)
+            if not -1.0 <= command <= 1.0:
+                found.append((place, f"a command from -1 to 1 is needed, got {command:g}"))
+            elif command * thrust < 0.0 or (command == 0.0 and thrust != 0.0):
+                found.append((place, f"a thrust {_side(command)} is needed at command {command:g}, got {thrust:g} N"))
+        found += [
+            (("thrust", index), f"a command above that of the row before, {before:g}, is needed, got {after:g}")
+            for index, ((before, _), (after, _)) in enumerate(itertools.pairwise(self.thrust), 1)
+            if after <= before
+        ]
+        if len(self.thrust) < 2:
+            found.append((("thrust",), f"2 rows or more are needed, got {len(self.thrust)}"))
+        if not found and 0.0 not in [command for command, _ in self.thrust]:
+            found.append((("thrust",), "a row [0, 0] is needed: add it, and rows astern if it can push astern"))
+        if not found and not any(thrust for _, thrust in self.thrust):
+            found.append((("thrust",), "a thrust other than 0 is needed: all are 0 N"))
+        if found:
+            raise faults(*found)
+        return self
+
+
+def _side(command: float) -> str:
+    """The thrust that a command may have."""
+    if command == 0.0:
+        return "of 0"
+    return "of 0 or more" if command > 0.0 else "of 0 or less"
