@@ -101,8 +101,8 @@ SIMULATED = {
     "subscribe": {"boat": "a", "sensor": "gps_wamv", "callback": print, "rate": 1.0},
     "watch_contacts": {"tell": print},
 }
-NEEDING_MORE = {"attach", "detach", "fire", "paint", "pinger", "set_pinger", "set_placard", "set_state", "send",
-                "spawn", "spawn_object", "spawn_dock", "remove", "unsubscribe", "unwatch_contacts", "load"}  # fmt: skip
+NEEDING_MORE = {"attach", "detach", "energy", "fire", "paint", "pinger", "set_pinger", "set_placard", "set_state",
+                "send", "spawn", "spawn_object", "spawn_dock", "remove", "unsubscribe", "unwatch_contacts", "load"}  # fmt: skip
 """Methods of a simulation that other tests here call."""
 
 
@@ -123,6 +123,15 @@ def test_all_methods_of_a_simulation_are_called():
         if not name.startswith("_") and len(inspect.signature(one).parameters) > (name != "load")
     }
     assert methods == {*SIMULATED, *NEEDING_MORE}
+
+
+def test_energy(junk, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    screw = "{thrust: [[0, 0], [1, 9]], diameter: 0.2, power: 90}"
+    pathlib.Path("electric.yaml").write_text(f"extends: skiff\npropellers: {{propeller: {screw}}}\n", encoding="utf-8")
+    world = {"name": "bay", "physics": {"profile": "marine"}, "spawn": {"robot": "./electric.yaml"}}
+    sim = vrx_mj.Simulation(vrx_mj.compile_world(world))
+    junk.try_all("energy", sim.energy, {"boat": sim.boats[0]})
 
 
 def test_what_a_simulation_holds(junk, sim):

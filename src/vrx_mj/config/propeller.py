@@ -20,7 +20,8 @@ class PropellerConfig(Config):
     thrust: Annotated[tuple[Point, ...], Field(max_length=MOST_POINTS)]
     """Commands -1..1 and the thrust at rest that each gives [N], by rising command, with `[0, 0]`.
 
-    A command is a share of the thruster's `max_command`. Between them are straight lines; a command beyond the first or the last gives that one's thrust."""
+    A command is a share of the thruster's `max_command`. Between rows are straight lines; a command beyond the first
+    or the last gives that one's thrust."""
     diameter: Positive
     """Diameter [m]; what of the disc is in air pushes nothing and draws no power."""
     vanishing_speed: Positive | None = None

@@ -21,6 +21,7 @@ URDF = """<robot name="barge"><link name="base_link">
 CURVE = "[[-1, -100], [-0.4, -20], [0, 0], [0.3, 9], [0.5, 85], [1, 240]]"
 PROPELLER = f"thrust: {CURVE}, diameter: 0.3"
 BARGE, PLACE = "barge", (-2.25, 0.5, -0.4)
+KEYS = ("thrust", "diameter", "vanishing_speed", "time_constant", "dead_zone", "power")
 NONE = "[0, 0, 0, 0, 0, 0]"
 STILL = f"{{added_mass: {NONE}, damping_linear: {NONE}, damping_quadratic: {NONE}}}"
 
@@ -260,8 +261,7 @@ def test_energy_needs_a_power(barge):
     [
         (
             f"{{{PROPELLER}, lag: 1}}",
-            "propellers.main.lag: unknown key 'lag'; allowed: "
-            + "thrust, diameter, vanishing_speed, time_constant, dead_zone, power",
+            f"propellers.main.lag: unknown key 'lag'; allowed: {', '.join(KEYS)}",
         ),
         ("{diameter: 1}", "propellers.main.thrust: required, but missing"),
         ("{thrust: [[0, 0], [1, 9]]}", "propellers.main.diameter: required, but missing"),
