@@ -102,7 +102,8 @@ SIMULATED = {
     "watch_contacts": {"tell": print},
 }
 NEEDING_MORE = {"attach", "detach", "energy", "fire", "paint", "pinger", "set_pinger", "set_placard", "set_state",
-                "send", "spawn", "spawn_object", "spawn_dock", "remove", "unsubscribe", "unwatch_contacts", "load"}  # fmt: skip
+                "send", "spawn", "spawn_object", "spawn_dock", "remove", "unsubscribe",
+                "unwatch_contacts", "load"}  # fmt: skip
 """Methods of a simulation that other tests here call."""
 
 
