@@ -17,11 +17,15 @@ URDF = """<robot name="barge"><link name="base_link">
 <link name="screw"/><joint name="engine" type="revolute"><parent link="base_link"/><child link="leg"/>
 <origin xyz="-2 0.5 0"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="10" velocity="10"/></joint>
 <link name="leg"/><joint name="shaft" type="fixed"><parent link="leg"/><child link="screw"/>
-<origin xyz="-0.25 0 -0.4"/></joint></robot>"""
+<origin xyz="-0.25 0 -0.4"/></joint>
+<link name="blade"/><joint name="stock" type="revolute"><parent link="base_link"/><child link="blade"/>
+<origin xyz="-2.6 0.5 -0.4"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="10" velocity="10"/></joint>
+</robot>"""
 CURVE = "[[-1, -100], [-0.4, -20], [0, 0], [0.3, 9], [0.5, 85], [1, 240]]"
 PROPELLER = f"thrust: {CURVE}, diameter: 0.3"
 BARGE, PLACE = "barge", (-2.25, 0.5, -0.4)
 KEYS = ("thrust", "diameter", "vanishing_speed", "time_constant", "dead_zone", "power")
+STEERED = "thrusters: {main: {mapping: linear, propeller: screw, joint: engine, timeout: 0}}\n"
 NONE = "[0, 0, 0, 0, 0, 0]"
 STILL = f"{{added_mass: {NONE}, damping_linear: {NONE}, damping_quadratic: {NONE}}}"
 
@@ -35,21 +39,15 @@ def _in_its_folder(tmp_path, monkeypatch):
 def barge(tmp_path):
     """Simulations of a barge with an engine that steers; `propeller` are further keys of its propeller."""
 
-    def made(propeller="", *, profile="marine", mass=4100.0, more="", hull=STILL, **keys):
+    def made(propeller="", *, profile="marine", mass=4100.0, thrusters=STEERED, more="", hull=STILL, **keys):
         propellers = "" if propeller is None else f"propellers: {{main: {{{PROPELLER}{propeller}}}}}\n"
         (tmp_path / "barge.urdf").write_text(URDF.format(mass=mass), encoding="utf-8")
         (tmp_path / "barge.yaml").write_text(
-            f"urdf: barge.urdf\nhull: {hull}\n"
-            f"thrusters: {{main: {{mapping: linear, propeller: screw, joint: engine, timeout: 0}}}}\n"
-            f"{propellers}{more}",
-            encoding="utf-8",
+            f"urdf: barge.urdf\nhull: {hull}\n{thrusters}{propellers}{more}", encoding="utf-8"
         )
-        return Simulation(
-            compile_world(
-                {"name": "bay", "physics": {"profile": profile}, "sea": keys.pop("sea", {"model": "none"}),
-                 "spawn": {"robot": "./barge.urdf"}, "wind": {"objects": []}} | keys
-            )
-        )  # fmt: skip
+        fleet = keys.pop("fleet", None)
+        world = {"name": "bay", "physics": {"profile": profile}, "sea": {"model": "none"}, "wind": {"objects": []}}
+        return Simulation(compile_world(world | {"spawn": {"robot": "./barge.urdf"}} | keys, fleet=fleet))
 
     return made
 
@@ -334,3 +332,50 @@ def test_propellers_of_nothing_that_pushes(barge, more, message):
     with pytest.raises(ConfigError) as error:
         barge(None, more=more)
     assert str(error.value).partition(": ")[2] == message
+
+
+RUDDER = """rudders: {aft: {joint: stock, area: 0.1, aspect_ratio: 1, propeller: main, propeller_diameter: 0.3}}
+thrusters: {main: {mapping: linear, propeller: screw, timeout: 0}}
+"""
+
+
+def test_a_rudder_is_in_the_race_of_the_thrust_that_is_left(barge):
+    """Its force follows the measured propeller's: with the lag, and none once the propeller is in the air."""
+    sim = barge(", time_constant: 0.5", thrusters="", more=RUDDER)
+    (boat,) = sim.boats
+    sim.step({boat: {"main": 1.0, "aft_angle": 0.3}}, duration=1.0)
+    raced = sim.thrust(boat)
+    sim.set_boat(boat, pose=(0, 0, 3.0, 0, 0, 0), velocity=NO_VELOCITY)
+    sim.step(duration=sim.timestep)
+    assert raced["aft"] > 10.0
+    assert sim.thrust(boat) == pytest.approx({"main": 0.0, "aft": 0.0}, abs=0.01)
+
+
+def test_an_engine_on_a_hinge_is_pushed_by_the_same_thrust(barge, tmp_path):
+    (tmp_path / "fleet.yaml").write_text("robot: ./barge.urdf\nengines: hinged\n", encoding="utf-8")
+    sim = barge(", vanishing_speed: 4", fleet="fleet.yaml")
+    (boat,) = sim.boats
+    sim.command(boat, main=1.0)
+    sim.set_boat(boat, velocity=(1.0, 0, 0, 0, 0, 0))
+    assert thrust_of(sim) == pytest.approx(180.0, rel=1e-6)
+    sim.step(duration=sim.timestep)
+    assert sim.thrust(boat)["main"] == pytest.approx(180.0, rel=1e-6)
+
+
+def test_a_row_s_factor_of_thrust_is_of_the_measured_one(barge):
+    sim = barge()
+    batch = Batch(sim.world, 2)
+    batch.vary(thrust=[1.0, 0.5])
+    batch.step(np.tile((1.0, 0.0), (2, 1)), duration=0.01)
+    ahead, half = batch.qpos[:, 0]
+    assert half == pytest.approx(0.5 * ahead, rel=1e-6)
+    assert ahead > 1e-6
+
+
+def test_propellers_of_other_layouts_do_nothing(tmp_path):
+    (tmp_path / "own.yaml").write_text(
+        f"extends: wamv\npropellers: {{left: {{{PROPELLER}}}, left_front: {{{PROPELLER}}}}}\n", encoding="utf-8"
+    )
+    world = compile_world({"name": "bay", "physics": {"profile": "marine"}, "spawn": {"robot": "./own.yaml"}})
+    assert [row.name for row in world.parameters.thrusters if row.measured] == ["left"]
+    assert len(world.parameters.thrusters) > 1
