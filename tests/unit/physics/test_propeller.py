@@ -5,8 +5,17 @@ import math
 import numpy as np
 import pytest
 
+from unit.physics.rows import hull, matrix, moving, rotation, sea, thruster
 from vrx_mj.physics import tables
-from vrx_mj.physics.propeller import advance_thrust, disc_share, measured_thrust, propeller_power, propeller_step
+from vrx_mj.physics.propeller import (
+    advance_thrust,
+    disc_share,
+    measured_thrust,
+    propeller_power,
+    propeller_step,
+    update_propeller,
+)
+from vrx_mj.physics.spectra import irregular_sea, jonswap
 from vrx_mj.physics.tables import table
 
 WAMV = ((0.3, 9.0), (0.4, 53.0), (0.5, 85.0), (0.6, 120.0), (0.7, 157.0), (0.8, 182.0), (0.9, 219.0), (1.0, 240.0))
@@ -129,3 +138,42 @@ def test_at_rest_without_a_command_it_does_exactly_nothing():
     own, state = propeller(time_constant=0.4, vanishing_speed=5.0), fresh()
     assert [propeller_step(own, state, points(), 0.0, 2.0, depth, 0.01) for depth in (DEEP, 0.0)] == [0.0, 0.0]
     assert state.tolist() == (0.0, 0.0)
+
+
+SEA = irregular_sea(jonswap(1.3), 0.8, (0.4, 6.0), (1.0, 1.0), 20, 8.0)
+WAVES, WATER = sea([wave._asdict() | {"steepness": 0.0, "phase": 0.4 * i} for i, wave in enumerate(SEA)], level=0.2)
+NO_ROWS = [table(kind, []) for kind in (tables.CURRENT, tables.CURRENT_STATE, tables.LAYER)]
+TILTED = rotation(0.1, -0.2, 2.5)
+
+
+def slow_thrust(own, engine, body, angle, time, level):
+    """Force of full thrust of a propeller [N], by vectors."""
+    turn, attitude = engine["rotation"] @ rotation(0.0, 0.0, angle), matrix(body)
+    arm = engine["position"] + turn @ engine["propeller"]
+    place, axis = np.array(body[:3]) + attitude @ arm, attitude @ turn @ engine["direction"]
+    speed = attitude @ (np.array(body[12:15]) + np.cross(body[15:18], arm))
+    theta = [w.wavenumber * np.dot(w.direction, place[:2]) - w.frequency * time + 0.4 * i for i, w in enumerate(SEA)]
+    decay = [w.amplitude * w.frequency * math.exp(w.wavenumber * min(place[2] - 0.2, 0.0)) for w in SEA]
+    level_flow = sum(np.array(w.direction) * d * math.cos(a) for w, d, a in zip(SEA, decay, theta, strict=True))
+    water = np.array([*level_flow, sum(d * math.sin(a) for d, a in zip(decay, theta, strict=True))])
+    surface = 0.2 + level + sum(w.amplitude * math.cos(a) for w, a in zip(SEA, theta, strict=True))
+    left = max(0.0, 1.0 - axis @ (speed - water) / own["vanishing_speed"])
+    return 240.0 * left * disc_share(0.5 * own["diameter"], surface - place[2])
+
+
+@pytest.mark.parametrize("time", [0.0, 3.7, 11.2, 25.9])
+@pytest.mark.parametrize("angle", [0.0, -1.1])
+def test_a_propeller_at_sea_is_that_of_a_second_implementation(time, angle):
+    """Where it is, how it moves through the water along its axis, and how deep it is."""
+    own = propeller(vanishing_speed=6.0, diameter=0.5, point_count=len(CURVE))
+    engine = thruster(measured=0, rotation=TILTED, max_command=2.0)
+    boat = moving((3.0, -7.0, 0.2), (0.3, -0.2, 1.9), (1.5, -0.4, 0.2, 0.3, -0.5, 0.7))
+    state = np.zeros(1, tables.THRUSTER_STATE)[0]
+    state["command"], state["expires"], state["angle"] = 2.0, math.inf, angle
+    propellers, states = np.array([own]), np.zeros(1, tables.PROPELLER_STATE)
+    common = (propellers, points(), states, WAVES, WATER, *NO_ROWS, boat)
+    update_propeller(hull(level=0.05), engine, state, *common, time, 0.01)
+    expected = slow_thrust(own, engine, boat, angle, time, 0.05)
+    assert state["thrust"] == pytest.approx(expected, rel=1e-9)
+    assert (state["applied"], state["fresh"]) == (2.0, 1)
+    assert states["thrust"][0] == 240.0
