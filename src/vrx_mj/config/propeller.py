@@ -22,9 +22,9 @@ class PropellerConfig(Config):
 
     A command is a share of the thruster's `max_command`. Between rows are straight lines; a command beyond the first
     or the last gives that one's thrust."""
-    diameter: Positive
+    diameter: Annotated[Positive, Field(le=20)]
     """Diameter [m]; what of the disc is in air pushes nothing and draws no power."""
-    vanishing_speed: Positive | None = None
+    vanishing_speed: Annotated[float, Field(ge=0.1)] | None = None
     """Speed through the water, along the axis, at which full thrust vanishes [m/s]; by default it never does."""
     time_constant: NonNegative = 0.0
     """Time in which thrust at rest gets to 63 % of a new command's [s]; by default it follows at once."""

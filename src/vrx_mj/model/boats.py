@@ -212,7 +212,9 @@ class Propeller:
     """A propeller whose thrust was measured, in profile `marine`."""
 
     __pydantic_config__ = STRICT
-    thrust: Annotated[tuple[tuple[Annotated[float, Field(ge=-1.0, le=1.0)], Real], ...], Field(max_length=1000)]
+    thrust: Annotated[
+        tuple[tuple[Annotated[float, Field(ge=-1.0, le=1.0)], Real], ...], Field(min_length=2, max_length=1000)
+    ]
     """Rising commands, and the thrust at rest that each gives [N]."""
     diameter: Positive
     """Diameter [m]."""

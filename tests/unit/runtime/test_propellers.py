@@ -305,10 +305,11 @@ def test_energy_needs_a_power(barge):
             "{thrust: [[0, 0], [1, 1.0e+12]], diameter: 1}",
             "propellers.main.thrust[1][1]: must be at most 1e+09 in size, got 1000000000000",
         ),
-        (f"{{{PROPELLER}, vanishing_speed: 0}}", "propellers.main.vanishing_speed: must be above 0, got 0"),
+        (f"{{{PROPELLER}, vanishing_speed: 0}}", "propellers.main.vanishing_speed: must be at least 0.1, got 0"),
         (f"{{{PROPELLER}, time_constant: -1}}", "propellers.main.time_constant: must be at least 0, got -1"),
         (f"{{{PROPELLER}, dead_zone: 1}}", "propellers.main.dead_zone: must be below 1, got 1"),
         (f"{{{PROPELLER}, power: -5}}", "propellers.main.power: must be at least 0, got -5"),
+        ("{thrust: [[0, 0], [1, 9]], diameter: 300}", "propellers.main.diameter: must be at most 20, got 300"),
         ("{thrust: [[0, 0], [1, 9]], diameter: -0.3}", "propellers.main.diameter: must be above 0, got -0.3"),
     ],
 )
