@@ -27,6 +27,7 @@ class Hull:
 
 HULLS = {
     "skiff": Hull(length=2.4, beam=0.72, depth=0.42, keel=0.0, bottom=0.12),
+    "otter": Hull(length=2.0, beam=0.25, depth=0.4, keel=-0.195, bottom=0.2),  # one of two
     "cora": Hull(length=12.21, beam=3.58, depth=2.3, keel=-1.42, bottom=0.75),
 }
 

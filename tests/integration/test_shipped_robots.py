@@ -31,7 +31,7 @@ def all_ahead(sim, power=0.5):
 
 
 def test_the_robots_are_those_of_the_documents():
-    assert ROBOTS == ["cora", "skiff", "wamv", "wamv_stereo"]
+    assert ROBOTS == ["cora", "otter", "skiff", "wamv", "wamv_stereo"]
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
@@ -82,7 +82,15 @@ def test_cora_weighs_what_vrx_s_weighs():
     assert sim.model.body_subtreemass[sim.model.body("a/base_link").id] == pytest.approx(33004.65, abs=0.01)
 
 
-@pytest.mark.parametrize("robot", ["cora", "skiff"])
+def test_the_otter_floats_at_its_waterline_in_every_profile():
+    for profile in ("vrx", "vrx3", "marine"):
+        world = {"physics": {"profile": profile}, "sea": {"model": "none"}}
+        sim = vrx_mj.Simulation(vrx_mj.compile_world(world, fleet={"robot": "otter", "usv_count": 1}))
+        sim.step({}, duration=20.0)
+        assert sim.data.qpos[2] == pytest.approx(0.0, abs=1e-3), profile
+
+
+@pytest.mark.parametrize("robot", ["cora", "otter", "skiff"])
 def test_the_script_writes_the_hulls_that_are_shipped(robot, tmp_path):
     spec = importlib.util.spec_from_file_location("make_hulls", FOLDER / "make_hulls.py")
     script = importlib.util.module_from_spec(spec)

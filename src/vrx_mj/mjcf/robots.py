@@ -406,11 +406,13 @@ def boat_rows(
     `density` is that of the sea [kg/m3], `life` the number of boats of its name before.
     """
     hull, start = len(tables.hulls), len(tables.thrusters)
+    vessel = fit.vessel(density) if physics.profile == MARINE else None
     row = replace(
         _named(fit.hull, boat.name),
         wind=boat_wind(wind, physics, boat.name, boat.robot, own=fit.boat.wind),
         windage=boat_windage(wind, physics, (boat.name, boat.robot), fit.boat.windage),
-        vessel=fit.vessel(density) if physics.profile == MARINE else None,
+        vessel=vessel,
+        level=0.0 if vessel else fit.hull.level,  # of `hydrodynamics`
         profile=PROFILES[physics.profile],
         # VRX 3's water weighs what the world's gravity makes it weigh
         gravity=HULL_GRAVITY if physics.profile == CLASSIC else physics.gravity,

@@ -95,7 +95,7 @@ def vessel_loads(
     """
     water = stream[0] + orbital.u, stream[1] + orbital.v, stream[2] + orbital.w
     through = relative_motion(body, water)
-    level = sea.level + hull.level
+    level = sea.level
     if vessel.hydrostatics == MATRIX:
         pressed = restoring_of_vessel(vessel, waves, sea, level, body, t)
     else:

@@ -1,11 +1,13 @@
 """The Otter of published coefficients: top speeds, and periods of its free motions."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
+from vrx_mj.frames import rotation
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.rows import Case, Findings, near
 from vrx_mj.validation.setups import GRAVITY, packaged_simulation
@@ -15,6 +17,13 @@ __all__ = ["CASES"]
 THRUST = 0.02216 / 2.0
 """k of the thrust k n^2 of a propeller [N s2/rad2]."""
 HULL_MASS, PAYLOAD = 55.0, 25.0
+ASIDE = 0.395
+"""Of a propeller and a hull from the middle [m]."""
+CROSS_FLOW = 1.004184471
+"""Hoerner's coefficient for a hull 0.25 m wide with this draft."""
+FULL_THRUST = 119.682
+"""Thrust of a propeller at full command [N], in assets/robots/otter/robot.yaml."""
+TANK = "otter_tank"
 SURGE_DAMPING = 24.4 * GRAVITY / (6.0 * 0.5144)
 """|X_u| [N s/m]: 24.4 kg of bollard pull at 6 knots."""
 
@@ -31,9 +40,28 @@ def _moved(r: FloatArray) -> FloatArray:
     return found
 
 
-def matrices() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Mass with added mass, linear damping and stiffness (6, 6) about the origin, in axes forward, right, down."""
-    density, length, beam, pontoon, aside, fullness, block = 1025.0, 2.0, 1.08, 0.25, 0.395, 0.75, 0.4
+class Published(NamedTuple):
+    """The Otter about its origin, in axes forward, right, down."""
+
+    rigid: FloatArray
+    """Mass (6, 6)."""
+    added: FloatArray
+    """Added mass (6, 6)."""
+    damping: FloatArray
+    """Linear damping (6, 6)."""
+    stiffness: FloatArray
+    """(6, 6)"""
+    center: FloatArray
+    """Centre of mass (3,) [m]."""
+    inertia: FloatArray
+    """Moments of inertia about it (3, 3) [kg m2]."""
+    draft: float
+    """Draft of a hull [m]."""
+
+
+def published() -> Published:
+    """The matrices, by their formulas."""
+    density, length, beam, pontoon, aside, fullness, block = 1025.0, 2.0, 1.08, 0.25, ASIDE, 0.75, 0.4
     mass = HULL_MASS + PAYLOAD
     payload = np.array([0.0, 0.0, -0.35])
     center = (HULL_MASS * np.array([0.2, 0.0, -0.2]) + PAYLOAD * payload) / mass
@@ -43,8 +71,9 @@ def matrices() -> tuple[FloatArray, FloatArray, FloatArray]:
     rigid = np.zeros((6, 6))
     rigid[:3, :3], rigid[3:, 3:] = mass * np.eye(3), inertia
     about = _moved(center)
+    rigid = about.T @ rigid @ about
     added = np.diag([0.1 * HULL_MASS, 1.5 * HULL_MASS, HULL_MASS, *(np.array([0.2, 0.8, 1.7]) * np.diag(inertia))])
-    whole = about.T @ rigid @ about + added
+    whole = rigid + added
     volume, plane = mass / density, fullness * length * pontoon
     draft = volume / (2.0 * block * pontoon * length)
     shape = 6.0 * fullness**3 / ((1.0 + fullness) * (1.0 + 2.0 * fullness))
@@ -57,7 +86,7 @@ def matrices() -> tuple[FloatArray, FloatArray, FloatArray]:
     flotation = _moved(np.array([-0.2, 0.0, 0.0]))
     relative = [2.0 * ratio * math.sqrt(stiff[i, i] * whole[i, i]) for ratio, i in ((0.3, 2), (0.2, 3), (0.4, 4))]
     damping = np.diag([SURGE_DAMPING, 0.0, *relative, whole[5, 5]])
-    return whole, damping, flotation.T @ stiff @ flotation
+    return Published(rigid, added, damping, flotation.T @ stiff @ flotation, center, inertia, draft)
 
 
 def _periods(stiffness: FloatArray, damping: FloatArray) -> list[float]:
@@ -78,10 +107,10 @@ def _accelerations(sim: Simulation, pose: FloatArray, velocity: FloatArray) -> F
 
 def periods() -> Findings:
     """Free motions about rest, linearised."""
-    mass, damping, stiffness = matrices()
-    inverse: FloatArray = np.asarray(np.linalg.inv(mass), np.float64)
-    theirs = _periods(-inverse @ stiffness, -inverse @ damping)
-    sim, step, still = packaged_simulation("otter"), 1e-4, np.zeros(6)
+    otter = published()
+    inverse: FloatArray = np.asarray(np.linalg.inv(otter.rigid + otter.added), np.float64)
+    theirs = _periods(-inverse @ otter.stiffness, -inverse @ otter.damping)
+    sim, step, still = packaged_simulation(TANK), 1e-4, np.zeros(6)
     by_pose, by_velocity = np.zeros((6, 6)), np.zeros((6, 6))
     for axis in range(6):
         aside = step * np.eye(6)[axis]
@@ -96,16 +125,21 @@ def periods() -> Findings:
     return Findings(tuple(rows))
 
 
+def _command(rate: float) -> float:
+    """The command of the shipped robot that has the thrust k n^2 of a propeller at a rate n [rad/s]."""
+    return THRUST * rate**2 / FULL_THRUST
+
+
 def surge() -> Findings:
     """Speeds at three rates of the propellers."""
-    sim, rows = packaged_simulation("otter"), []
+    sim, rows = packaged_simulation(TANK), []
     series: list[Series] = []
     (boat,) = sim.boats
     for rate in (60.0, 80.0, 100.0):
         sim.reset()
         times, speeds = [0.0], [0.0]
         for _ in range(100):
-            sim.step({boat: {"left": (rate / 100.0) ** 2, "right": (rate / 100.0) ** 2}}, duration=0.2)
+            sim.step({boat: {"left": _command(rate), "right": _command(rate)}}, duration=0.2)
             times.append(sim.time)
             speeds.append(float(sim.observe()[boat].velocity[0]))
         reference = 2.0 * THRUST * rate**2 / SURGE_DAMPING
@@ -116,6 +150,78 @@ def surge() -> Findings:
     return Findings(tuple(rows), (Chart("Speed of the Otter", "time [s]", "speed [m/s]", tuple(series)),))
 
 
+def _acceleration(otter: Published, pose: FloatArray, velocity: FloatArray, push: FloatArray) -> FloatArray:
+    """Accelerations (6,) of his equations: all coefficients, no ballast, no Munk moment of yaw."""
+    momentum = otter.added @ velocity
+    coupling = np.block([[np.zeros((3, 3)), -_cross(momentum[:3])], [-_cross(momentum[:3]), -_cross(momentum[3:])]])
+    coupling[5, :2] = 0.0
+    spin, about, mass = velocity[3:], _moved(otter.center), HULL_MASS + PAYLOAD
+    rigid = np.block([[mass * _cross(spin), np.zeros((3, 3))], [np.zeros((3, 3)), -_cross(otter.inertia @ spin)]])
+    places = np.linspace(-1.0, 1.0, 21)
+    across = velocity[1] + places * velocity[5]
+    drag = -0.5 * 1026.0 * otter.draft * CROSS_FLOW * 0.1 * np.abs(across) * across
+    load = push - otter.damping @ velocity - (about.T @ rigid @ about + coupling) @ velocity - otter.stiffness @ pose
+    load[1] += drag.sum()
+    load[5] += (places * drag).sum() - 10.0 * otter.damping[5, 5] * abs(velocity[5]) * velocity[5]
+    found: FloatArray = np.linalg.solve(otter.rigid + otter.added, load)
+    return found
+
+
+def _rates(pose: FloatArray, velocity: FloatArray) -> FloatArray:
+    """Rates (6,) of the position and of roll, pitch and yaw."""
+    (roll, pitch, yaw), spin = pose[3:], velocity[3:]
+    turn = np.array(rotation(roll, pitch, yaw)) @ velocity[:3]
+    sine, cosine = math.sin(roll), math.cos(roll)
+    across = sine * spin[1] + cosine * spin[2]
+    angles = spin[0] + across * math.tan(pitch), cosine * spin[1] - sine * spin[2], across / math.cos(pitch)
+    return np.array([*turn, *angles])
+
+
+def _runge_kutta(otter: Published, push: FloatArray, steps: int, dt: float) -> FloatArray:
+    """The motion from rest under a constant push, (steps + 1, 12): pose and velocity."""
+
+    def rate(x: FloatArray) -> FloatArray:
+        return np.concatenate((_rates(x[:6], x[6:]), _acceleration(otter, x[:6], x[6:], push)))
+
+    found = [np.zeros(12)]
+    for _ in range(steps):
+        x = found[-1]
+        a = rate(x)
+        b = rate(x + 0.5 * dt * a)
+        c = rate(x + 0.5 * dt * b)
+        found.append(x + dt / 6.0 * (a + 2.0 * b + 2.0 * c + rate(x + dt * c)))
+    return np.array(found)
+
+
+def turn() -> Findings:
+    """A turn to starboard, by our run and by Runge and Kutta's method on his equations."""
+    left, right = THRUST * 100.0**2, THRUST * 80.0**2
+    push = np.array([left + right, 0.0, 0.0, 0.0, 0.0, ASIDE * (left - right)])
+    theirs = _runge_kutta(published(), push, 3000, 0.02)
+    sim, path = packaged_simulation(TANK), [(0.0, 0.0)]
+    (boat,) = sim.boats
+    for _ in range(300):
+        sim.step({boat: {"left": _command(100.0), "right": _command(80.0)}}, duration=0.2)
+        path.append((float(sim.observe()[boat].position[0]), float(sim.observe()[boat].position[1])))
+    seen, (u, v, *_, r) = sim.observe()[boat], theirs[-1, 6:]
+    ours = seen.velocity[0], -seen.velocity[1], -seen.angular_velocity[2]
+    rows = (
+        near("speed ahead", "m/s", u, ours[0], relative=0.01),
+        near("speed to starboard", "m/s", v, ours[1], relative=0.01),
+        near("rate of turn to starboard", "rad/s", r, ours[2], relative=0.01),
+        near("radius", "m", math.hypot(u, v) / r, math.hypot(*ours[:2]) / ours[2], relative=0.01),
+        near("farthest ahead", "m", theirs[:, 0].max(), max(x for x, _ in path), relative=0.01),
+        near("farthest to starboard", "m", theirs[:, 1].max(), max(-y for _, y in path), relative=0.01),
+    )
+    ahead, aside = zip(*path, strict=True)
+    lines = (
+        Series("his equations", theirs[::10, 1].tolist(), theirs[::10, 0].tolist(), reference=True),
+        Series("ours", [-y for y in aside], list(ahead)),
+    )
+    return Findings(rows, (Chart("Turn of the Otter", "way to starboard [m]", "way ahead [m]", lines),))
+
+
+ROBOT = "Robot otter in assets/validation/worlds/otter_tank.yaml"
 SOURCE = (
     "Fossen (2021), Handbook of Marine Craft Hydrodynamics and Motion Control, and his otter.py of the Python Vehicle "
     "Simulator: mass, added mass, damping and stiffness by its formulas, worked out here a second time."
@@ -125,10 +231,9 @@ CASES = (
     Case(
         name="otter-periods",
         title="Free motions of the Otter",
-        setup="assets/validation/worlds/otter.yaml, a hull of matrices (hydrostatics: matrix) at rest. "
-        "Accelerations in one step from poses 0.1 mm or mrad aside and from velocities of 0.1 mm/s or mrad/s make "
-        "the linear system; its damped periods are those of its eigenvalues, of pitch, of heave and of roll and "
-        "their couplings.",
+        setup=f"{ROBOT}, a hull of matrices (hydrostatics: matrix) at rest. Accelerations in one step from poses "
+        "0.1 mm or mrad aside and from velocities of 0.1 mm/s or mrad/s make the linear system; its damped periods are "
+        "those of its eigenvalues, of pitch, of heave and of roll and their couplings.",
         source=f"{SOURCE} Eigenvalues of M, D and G.",
         files=FILES,
         run=periods,
@@ -136,10 +241,20 @@ CASES = (
     Case(
         name="otter-surge",
         title="Speeds of the Otter",
-        setup="assets/validation/worlds/otter.yaml with both propellers at 60, 80 and 100 rad/s, 20 s from rest, "
-        "without its ballast: trimmed, its payload would push ahead.",
+        setup=f"{ROBOT} with both propellers at 60, 80 and 100 rad/s, 20 s from rest, without its ballast: trimmed, "
+        "its payload would push ahead.",
         source=f"{SOURCE} 2 k n^2 = |X_u| u.",
         files=FILES,
         run=surge,
+    ),
+    Case(
+        name="otter-turn",
+        title="Turn of the Otter",
+        setup=f"{ROBOT} from rest with its left propeller at 100 rad/s and its right one at 80, 60 s, without ballast "
+        "and without the lag of propellers.",
+        source=f"{SOURCE} His equations of six degrees of freedom with cross-flow drag, by Runge and Kutta's method of "
+        "order 4, steps of 0.02 s.",
+        files=("physics/crossflow.py", *FILES),
+        run=turn,
     ),
 )
