@@ -132,7 +132,8 @@ def test_energy(junk, tmp_path, monkeypatch):
     pathlib.Path("electric.yaml").write_text(f"extends: skiff\npropellers: {{propeller: {screw}}}\n", encoding="utf-8")
     world = {"name": "bay", "physics": {"profile": "marine"}, "spawn": {"robot": "./electric.yaml"}}
     sim = vrx_mj.Simulation(vrx_mj.compile_world(world))
-    junk.try_all("energy", sim.energy, {"boat": sim.boats[0]})
+    for each in (sim, vrx_mj.Batch(sim.world, 2, threads=1)):
+        junk.try_all("energy", each.energy, {"boat": sim.boats[0]})
 
 
 def test_what_a_simulation_holds(junk, sim):

@@ -18,6 +18,7 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.runtime.bodies import write_pose
 from vrx_mj.runtime.crowding import check_room
+from vrx_mj.runtime.hull import energy_of
 from vrx_mj.runtime.limits import ThreadPool, thread_count
 from vrx_mj.runtime.loop_arrays import LoopArrays, air_key, gust_phases
 from vrx_mj.runtime.physics_models import stepping_models
@@ -163,6 +164,16 @@ class Batch(RowTables):
         cos, sin = np.cos(angle[:, 0]), np.sin(angle[:, 0])
         east, north = velocity.T
         return np.stack((cos * east - sin * north, sin * east + cos * north), axis=1)
+
+    def energy(self, boat: str) -> FloatArray:
+        """Electric energy that a boat's measured propellers have drawn since each row's reset, (n,) [J].
+
+        Raises:
+            UnknownNameError: no boat has that name.
+            CommandError: the power of none of its propellers is known.
+        """
+        check_name("boat", boat, self.boats)
+        return energy_of(self._arrays, boat, self.boats.index(boat), self._stacks["propeller_state"])
 
     # Running
 

@@ -1,6 +1,6 @@
 """What a boat is, as a controller's author knows it: its hull, its rudders, and its thrusters with their commands."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -10,7 +10,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError
 from vrx_mj.physics.propeller import measured_thrust
-from vrx_mj.physics.tables import NEWTONS, PROPELLER, PROPELLER_POINT, RUDDER, THRUSTER, Record
+from vrx_mj.physics.tables import NEWTONS, PROPELLER, PROPELLER_POINT, RUDDER, THRUSTER, Record, Table
 from vrx_mj.physics.thrust import force_point, race_speed, thrust_force
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
@@ -165,19 +165,24 @@ def thrusters(arrays: LoopArrays, rows: dict[str, int]) -> dict[str, Propeller]:
     return {name: _thruster(name, arrays, row) for name, row in rows.items() if not _is_rudder(arrays, row)}
 
 
-def energy_of(arrays: LoopArrays, boat: str, rows: Iterable[int]) -> float:
-    """Electric energy that a boat's propellers have drawn since the reset [J]; `rows` are those of its thrusters.
+def energy_of(arrays: LoopArrays, boat: str, index: int, states: Table) -> FloatArray:
+    """Electric energy that the propellers of a boat, the hull of row `index`, have drawn since the reset, (...) [J].
+
+    `states` are the propellers' states of one run or several, (..., propellers).
 
     Raises:
         CommandError: the power of none of its propellers is known.
     """
-    measured = [row for row in arrays.thrusters["measured"][list(rows)].tolist() if row >= 0]
+    hull = arrays.hulls[index]
+    own = arrays.thrusters["measured"][hull["thruster_start"] :][: hull["thruster_count"]]
+    measured = own[own >= 0]
     if not arrays.propellers["power"][measured].any():
         raise CommandError(
             f"no energy of {boat}: none of its thrusters has a `power`; it belongs to the `propellers` of its robot, "
             "which act in worlds of profile marine"
         )
-    return float(arrays.propeller_state["energy"][measured].sum())
+    energy: FloatArray = states["energy"][..., measured].sum(axis=-1)
+    return energy
 
 
 def _is_rudder(arrays: LoopArrays, row: int) -> bool:

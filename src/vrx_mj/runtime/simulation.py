@@ -318,7 +318,8 @@ class Simulation(Roster):
         """
         with self._turn.boats_lock:
             check_name("boat", boat, self.boats)
-            return energy_of(self._live.arrays, boat, self._live.commands.thrusters[boat].values())
+            arrays = self._live.arrays
+            return float(energy_of(arrays, boat, self.boats.index(boat), arrays.propeller_state))
 
     def _of_thrusters(self, boat: str, column: str) -> dict[str, float]:
         with self._turn.boats_lock:

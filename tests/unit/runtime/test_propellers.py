@@ -205,7 +205,11 @@ def test_a_state_goes_on_to_the_last_bit(barge):
     batch.reset(seed=2)
     batch.step(np.tile((1.0, 0.0), (2, 1)), duration=0.7)
     batch.step(duration=1.0)
+    assert batch.energy(boat).shape == (2,)
+    assert batch.energy(boat)[1] == sim.energy(boat)
     assert batch.get_state(1).sha256 == sim.get_state().sha256
+    batch.reset([0], seed=5)
+    assert (batch.energy(boat) > 0.0).tolist() == [False, True]
 
 
 def test_a_saved_world_has_its_propellers(barge, tmp_path):
@@ -243,15 +247,17 @@ def test_controllers_get_the_measured_curve(barge):
 def test_energy_needs_a_power(barge):
     sim = barge()
     (boat,) = sim.boats
-    with pytest.raises(CommandError) as error:
-        sim.energy(boat)
-    assert str(error.value) == (
+    message = (
         f"no energy of {boat}: none of its thrusters has a `power`; it belongs to the `propellers` of its robot, which "
         "act in worlds of profile marine"
     )
-    with pytest.raises(UnknownNameError) as unknown:
-        sim.energy("x")
-    assert str(unknown.value) == f"no boat named 'x'; known: {boat}"
+    for each in (sim, Batch(sim.world, 2)):
+        with pytest.raises(CommandError) as error:
+            each.energy(boat)
+        assert str(error.value) == message
+        with pytest.raises(UnknownNameError) as unknown:
+            each.energy("x")
+        assert str(unknown.value) == f"no boat named 'x'; known: {boat}"
 
 
 @pytest.mark.parametrize(
