@@ -184,6 +184,15 @@ def hull() -> Trimesh:
     return tube(line, radius, sides=20)
 
 
+def water_hull() -> Trimesh:
+    """The port hull for water pressure: few faces of about one size, whose sections have the area of the round ones."""
+    straight = np.linspace(STERN + 0.16, BOW_START, 9)
+    bow = np.linspace(BOW_START, BOW_END, 6)[1:]
+    line, radius = hull_axis(np.concatenate([[STERN], straight, bow, [BOW_END + 0.05]]))
+    sides = 10
+    return tube(line, radius * math.sqrt(2.0 * math.pi / (sides * math.sin(2.0 * math.pi / sides))), sides)
+
+
 def sleeve(start: float, stop: float, swell: float, pieces: int) -> Trimesh:
     """A ring of cloth around the port hull, `swell` thick."""
     line, radius = hull_axis(np.linspace(start, stop, pieces + 1))
@@ -431,6 +440,7 @@ def hydrophone() -> list[Trimesh]:
 
 PARTS: dict[str, Callable[[], list[Trimesh]]] = {
     "hulls": lambda: both_sides([hull()]),
+    "water_hulls": lambda: both_sides([water_hull()]),
     "trim": lambda: both_sides(trim()),
     "arches": lambda: both_sides(arches()),
     "deck": deck,
