@@ -90,6 +90,37 @@ def test_the_otter_floats_at_its_waterline_in_every_profile():
         assert sim.data.qpos[2] == pytest.approx(0.0, abs=1e-3), profile
 
 
+def test_the_wamv_of_marine_floats_level_and_keeps_its_course():
+    """Its hulls carry 298.8 kg with 0.135 m of draft, 0.43 deg by the bow: their volume is farther aft."""
+    world = {"physics": {"profile": "marine"}, "sea": {"model": "none"}}
+    fleet = {"robot": "wamv", "boats": [{"name": "a", "pose": [0, 0, -0.14, 0, 0, 0]}]}
+    sim = vrx_mj.Simulation(vrx_mj.compile_world(world, fleet=fleet))
+    sim.step({}, duration=20.0)
+    rest = sim.observe()["a"]
+    assert (sim.data.qpos[2], rest.pitch) == pytest.approx((-0.150, 0.0073), abs=1e-3)
+    assert abs(rest.roll) < 1e-3
+    sim.step({"a": {"left": 1.0, "right": 1.0}}, duration=30.0)
+    sailed = sim.observe()["a"]
+    assert sailed.velocity[0] == pytest.approx(2.24, abs=0.02)
+    assert abs(sailed.angular_velocity[2]) < 1e-3
+    assert sim.energy("a") == pytest.approx(2.0 * 2000.0 * 30.0)
+
+
+def test_the_wamv_of_marine_rides_a_rough_sea():
+    sea = {"model": "jonswap", "significant_height": 0.9, "peak_period": 4.5, "components": 60}
+    world = {"physics": {"profile": "marine"}, "sea": sea}
+    sim = vrx_mj.Simulation(vrx_mj.compile_world(world, fleet={"robot": "wamv", "usv_count": 1}))
+    (boat,) = sim.boats
+    heights, rolls = [], []
+    for _ in range(600):
+        sim.step({}, duration=0.1)
+        seen = sim.observe()[boat]
+        heights.append(sim.data.qpos[2] - sim.sea.height(seen.position[0], seen.position[1], sim.time))
+        rolls.append(seen.roll)
+    assert np.std(heights) < 0.1  # it follows waves that are long against it
+    assert np.abs(rolls).max() < 0.6
+
+
 @pytest.mark.parametrize("robot", ["cora", "otter", "skiff"])
 def test_the_script_writes_the_hulls_that_are_shipped(robot, tmp_path):
     spec = importlib.util.spec_from_file_location("make_hulls", FOLDER / "make_hulls.py")

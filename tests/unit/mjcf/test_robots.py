@@ -38,7 +38,7 @@ FOLDER = root() / "assets" / "robots" / "wamv"
 HULL = ("arches", "batteries", "deck", "engine", "hulls", "propeller", "trim")
 CARRIED = ("battery", "camera", "cpu_cases", "cpu_fittings", "gps", "hydrophone", "lidar", "post_arm", "shooter_base",
            "shooter_launcher")  # fmt: skip
-MESHES = tuple(sorted(HULL + CARRIED))
+MESHES = tuple(sorted((*HULL, *CARRIED, "water_hulls")))
 
 # layout: mass, centre of mass (8 digits), xx, yy, zz, xz of the inertia (1 digit)
 BOATS = {
@@ -365,6 +365,14 @@ def test_meshes_are_closed_and_look_outward(name):
     assert mesh.is_winding_consistent
     assert all(part.volume > 0 for part in mesh.split())
     assert mesh.area_faces.min() > 0
+
+
+def test_the_hulls_for_water_pressure_are_those_that_are_seen():
+    seen, pressed = welded("hulls"), welded("water_hulls")
+    assert len(pressed.faces) <= 700
+    assert pressed.volume == pytest.approx(seen.volume, rel=0.03)
+    assert pressed.center_mass == pytest.approx(seen.center_mass, abs=0.02)
+    assert pressed.bounds == pytest.approx(seen.bounds, abs=0.015)
 
 
 def test_a_boat_is_cheap_to_draw():
