@@ -216,7 +216,7 @@ def hydro(
             raise CommandError(f"invalid --{name} {count}: {least} to {most} are needed")
     data = read_mesh(mesh, (scale, scale, scale))
     whole = solid_of_mesh(mesh.name, data.points, data.triangles)
-    for note in whole.notes:
+    for note in (*whole.notes, *_surface_notes(mesh.name, whole.corners)):
         warnings.warn(note, VrxWarning, stacklevel=1)
     sheet = hull_sheet(whole.corners, mass, _coordinates(center), density)
     for line in _sheet_lines(sheet):
@@ -226,6 +226,16 @@ def hydro(
             output.write_text(json.dumps(asdict(sheet), indent=1) + "\n", encoding="utf-8", newline="\n")
     if bem is not None:
         _write_bem(bem, whole.corners, sheet, frequencies, panels)
+
+
+def _surface_notes(name: str, corners: "FloatArray") -> list[str]:
+    """Remarks about the surface of a mesh that passes through itself."""
+    from vrx_mj.mjcf.surfaces import checked_surface
+
+    try:
+        return [f"mesh {name}: {note}" for note in checked_surface(corners)]
+    except VrxError as error:
+        raise VrxError(f"mesh {name}: {error}") from None
 
 
 def _write_bem(file: Path, corners: "FloatArray", sheet: "HullSheet", frequencies: int, panels: int) -> None:

@@ -44,7 +44,8 @@ def _six_rows(value: object) -> object:
     return tuple(tuple(own if row == column else 0.0 for column in range(6)) for row, own in enumerate(value))
 
 
-SixBySix = Annotated[tuple[Row, Row, Row, Row, Row, Row], BeforeValidator(_six_rows)]
+Matrix = tuple[Row, Row, Row, Row, Row, Row]
+SixBySix = Annotated[Matrix, BeforeValidator(_six_rows)]
 """Six rows of six numbers, or the six of the diagonal: surge, sway, heave, roll, pitch, yaw."""
 
 
@@ -126,6 +127,25 @@ class MarineHullConfig(Config):
     def _is_hydro(cls, value: str | None, info: ValidationInfo) -> str | None:
         if value is not None:
             check(info, lambda: read_hydro(value, info.data.get("folder")))
+        return value
+
+    @field_validator("added_mass", "damping_linear")
+    @classmethod
+    def _has_no_negative_diagonal(cls, value: Matrix | None) -> Matrix | None:
+        for index, row in enumerate(value or ()):
+            if row[index] < 0.0:
+                place = f"{index + 1}{index + 1}"
+                raise fault(
+                    f"entry {place} of the diagonal is {row[index]:.4g}, and 0 or more is needed; with the signs of "
+                    "X_u and X_du (SNAME, Fossen) turn all"
+                )
+        return value
+
+    @field_validator("restoring")
+    @classmethod
+    def _floats(cls, value: Matrix | None) -> Matrix | None:
+        if value and not value[2][2] > 0.0:
+            raise fault(f"entry 33 is {value[2][2]:.4g} N/m: above 0 is needed for a boat that floats")
         return value
 
     @model_validator(mode="after")

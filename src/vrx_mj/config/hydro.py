@@ -25,6 +25,10 @@ MOST_BYTES, MOST_FREQUENCIES, MOST_ANGLES, MOST_POLES = 20_000_000, 500, 360, 40
 FEWEST_ANGLES = 8
 LARGEST = 1e12
 """Bound of its numbers."""
+DENSITIES, GRAVITIES = (1.0, 1e5), (0.01, 1000.0)
+"""Densities [kg/m3] and gravities [m/s2] that it may be for."""
+FASTEST = 1e6
+"""Bound of the poles [1/s]."""
 ODD = 1e-3
 """How far the added mass at infinite frequency may be from symmetric, of its largest."""
 
@@ -85,8 +89,8 @@ def _checked(data: Any) -> Hydro:
     m = _angles(data, n)
     found = Hydro(
         program=str(data.get("program", ""))[:200],
-        density=_positive(data, "density"),
-        gravity=_positive(data, "gravity"),
+        density=_between(data, "density", *DENSITIES),
+        gravity=_between(data, "gravity", *GRAVITIES),
         point=_array(data, "point", (3,)),
         frequencies=frequencies,
         added_mass=_array(data, "added_mass", (n, 6, 6)),
@@ -94,7 +98,7 @@ def _checked(data: Any) -> Hydro:
         added_mass_infinite=_array(data, "added_mass_infinite", (6, 6)),
         poles=_array(data, "poles", (k, 2)) if k else np.zeros((0, 2)),
         residues=_array(data, "residues", (k, 6, 6, 2)) if k else np.zeros((0, 6, 6, 2)),
-        fit_error=float(_array(data, "fit_error", ())),
+        fit_error=_between(data, "fit_error", 0.0, LARGEST),
         diffraction=_array(data, "diffraction", (n, m, 6, 2)) if m else np.zeros((n, 0, 6, 2)),
     )
     _check(found)
@@ -120,10 +124,10 @@ def _list(data: dict[str, Any], key: str, most: int) -> list[Any]:
     return value
 
 
-def _positive(data: dict[str, Any], key: str) -> float:
+def _between(data: dict[str, Any], key: str, least: float, most: float) -> float:
     value = float(_array(data, key, ()))
-    if not value > 0.0:
-        raise VrxError(f"`{key}`: a number above 0 is needed, got {value:g}")
+    if not least <= value <= most:
+        raise VrxError(f"`{key}`: a number from {least:g} to {most:g} is needed, got {value:g}")
     return value
 
 
@@ -134,10 +138,10 @@ def _array(data: dict[str, Any], key: str, shape: tuple[int | None, ...], most: 
     try:
         found = np.array(data[key], np.float64)
     except (ValueError, TypeError, OverflowError):
-        raise VrxError(f"`{key}`: numbers of shape {_shape(shape)} are needed") from None
+        raise VrxError(f"`{key}`: {_needed(shape)}, got {shown(data[key])}") from None
     lengths = [size if size is not None else found.shape[0] if found.ndim else 0 for size in shape]
     if found.shape != tuple(lengths) or (None in shape and not 2 <= len(found) <= most):
-        raise VrxError(f"`{key}`: numbers of shape {_shape(shape)} are needed, got {found.shape}")
+        raise VrxError(f"`{key}`: {_needed(shape)}, got {found.shape}")
     bad = np.argwhere(~(np.abs(found) <= LARGEST))
     if len(bad):
         place = "".join(f"[{index}]" for index in bad[0])
@@ -145,8 +149,10 @@ def _array(data: dict[str, Any], key: str, shape: tuple[int | None, ...], most: 
     return found
 
 
-def _shape(shape: tuple[int | None, ...]) -> str:
-    return f"({', '.join('n' if size is None else str(size) for size in shape)})"
+def _needed(shape: tuple[int | None, ...]) -> str:
+    if not shape:
+        return "a number is needed"
+    return f"numbers of shape ({', '.join('n' if size is None else str(size) for size in shape)}) are needed"
 
 
 def _check(found: Hydro) -> None:
@@ -164,3 +170,5 @@ def _check(found: Hydro) -> None:
         if real >= 0.0:
             pole = f"{real:g}{imaginary:+g}i"
             raise VrxError(f"`poles[{index}]` is {pole}: its real part has to be below 0, or the memory would grow")
+        if max(abs(real), abs(imaginary)) > FASTEST:
+            raise VrxError(f"`poles[{index}]` is {max(abs(real), abs(imaginary)):g} in size: at most {FASTEST:g} 1/s")

@@ -29,6 +29,7 @@ __all__ = [
     "displaced",
     "floating_level",
     "hull_corners",
+    "rest_notes",
 ]
 
 
@@ -187,7 +188,7 @@ def derived_floats(boat: Boat, density: float, stations: int) -> Derived:
     length = float(np.ptp(corners[:, :, 0]))
     floats, lift = _floats(wet, level, wanted, max(whole, wanted), stations, HIGHEST_LIFT * length)
     values = floats | {"boat_length": length} | _resistance(length)
-    return Derived(values, rest, (*notes, *_stability(wet, body)), (0.0, 0.0, lift))
+    return Derived(values, rest, (*notes, *rest_notes(wet, body)), (0.0, 0.0, lift))
 
 
 def _floats(
@@ -226,7 +227,7 @@ def _section(share: float) -> float:
     return math.acos(1.0 - share) - (1.0 - share) * math.sqrt(share * (2.0 - share))
 
 
-def _stability(wet: Displaced, body: MassProperties) -> list[str]:
+def rest_notes(wet: Displaced, body: MassProperties) -> list[str]:
     """Remarks about how it floats at rest: from the metacentric heights follows how far it heels and trims."""
     ahead, left, up = (float(value) for value in body.center - wet.center)
     trim, heel = (float(spread) / wet.volume - up for spread in wet.spread)

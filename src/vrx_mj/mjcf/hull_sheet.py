@@ -13,6 +13,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.errors import VrxError
 from vrx_mj.frames import rotation
+from vrx_mj.mjcf.hull_checks import MOST_LIFT
 from vrx_mj.physics.panels import panel_wrench, still_pressures
 
 __all__ = ["HullSheet", "hull_sheet"]
@@ -117,13 +118,18 @@ def hull_sheet(
         gravity: [m/s2]
 
     Raises:
-        VrxError: it does not float.
+        VrxError: it does not float, or on a film of water.
     """
     whole = float(np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum()) / 6.0
     if whole * density <= mass:
         raise VrxError(
             f"it sinks: {mass:g} kg, its volume of {whole:.4g} m3 carries {whole * density:.4g} kg; check the "
             "mesh's unit (m), or its --scale"
+        )
+    if whole * density > MOST_LIFT * mass:
+        raise VrxError(
+            f"it hardly touches the water: {mass:g} kg, its volume of {whole:.4g} m3 carries {whole * density:.4g} kg; "
+            "check the mesh's unit (m): --scale 0.001 takes one in mm"
         )
     hull, load = _Hull(corners, center, density * gravity), mass * gravity
     height = hull.height(load)

@@ -13,9 +13,11 @@ from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.frames import rotation
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.derive import displaced, floating_level, hull_corners
+from vrx_mj.mjcf.hull_checks import check_lift, check_mass, check_rest
 from vrx_mj.mjcf.masses import MassProperties, boat_mass, push_center
 from vrx_mj.mjcf.panels import panels_of
 from vrx_mj.mjcf.radiation import about_origin, diffraction_of, memory_of, six
+from vrx_mj.mjcf.surfaces import checked_surface
 from vrx_mj.model.boats import MOST_TRIANGLES, Strip, Vessel
 from vrx_mj.model.kinds import Six
 from vrx_mj.physics.tables import MATRIX, MESH
@@ -46,10 +48,10 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
         added = about_origin(hydro.added_mass_infinite, hydro.point) * density / hydro.density
     else:
         added = moved(config.added_mass, water.added_mass)
-    _check_mass(boat, added, body)
+    check_mass(boat.name, added, body, "hydro" if hydro else "added_mass")
     matrix = config.hydrostatics == "matrix"
     level, carried = _stiffness(config, body, point) if matrix else _mesh(boat, config, point, density)
-    return Vessel(
+    found = Vessel(
         added_mass=_six(added),
         munk=1 if config.munk else 0,
         damping=_six(moved(config.damping_linear, water.drag_linear)),
@@ -59,6 +61,8 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
         diffraction=diffraction_of(hydro, density) if hydro and config.diffraction else None,
         **carried,
     )
+    check_rest(boat.name, found, body, density, boat.warnings)
+    return found
 
 
 def _quadratic(config: MarineHullConfig, derived: Six) -> Six:
@@ -81,25 +85,6 @@ def _strips(config: CrossFlowConfig, level: float, density: float) -> tuple[Stri
     return tuple(Strip(x=x, z=z, drag=k) for x, k in zip(middles.tolist(), drag.tolist(), strict=True))
 
 
-def _check_mass(boat: Boat, added: FloatArray, body: MassProperties) -> None:
-    """Added mass is symmetric, and positive definite with the boat's own: else the boat would push itself."""
-    rigid = np.zeros((6, 6))
-    rigid[:3, :3], rigid[3:, 3:] = body.mass * np.eye(3), body.inertia
-    odd = np.abs(added - added.T)
-    if odd.max() > 1e-6 * np.abs(added).max():
-        row, column = (int(value) + 1 for value in np.unravel_index(odd.argmax(), odd.shape))
-        raise VrxError(
-            f"robot {boat.name}: hull.added_mass is not symmetric: A{row}{column} is {added[row - 1, column - 1]:.4g}, "
-            f"A{column}{row} is {added[column - 1, row - 1]:.4g}; an ideal fluid's is"
-        )
-    least = float(np.linalg.eigvalsh(about_origin(rigid, body.center) + added)[0])
-    if least <= 0.0:
-        raise VrxError(
-            f"robot {boat.name}: hull.added_mass with the boat's mass has the eigenvalue {least:.4g}; check signs "
-            "and `point`"
-        )
-
-
 def _stiffness(config: MarineHullConfig, body: MassProperties, point: FloatArray) -> tuple[float, dict[str, Any]]:
     """The height of the water at rest [m], and what a vessel has of a published model's restoring forces."""
     return config.waterline, {
@@ -117,16 +102,7 @@ def _mesh(boat: Boat, config: MarineHullConfig, point: FloatArray, density: floa
     body = boat_mass(boat)
     corners = _surface(boat, config, body.mass / density)
     whole = displaced(corners, float(corners[:, :, 2].max())).volume * density if len(corners) else 0.0
-    if whole <= body.mass:
-        raise VrxError(
-            f"robot {boat.name} sinks: it has {body.mass:.4g} kg, its hull's volume carries {whole:.4g} kg; check "
-            "the mesh's unit (m)"
-        )
-    if len(corners) > MOST_TRIANGLES:
-        raise VrxError(
-            f"robot {boat.name}: its hull has {len(corners):,} triangles, more than {MOST_TRIANGLES:,}; 100 to 700 "
-            "are enough, and every step looks at all: simplify the mesh"
-        )
+    check_lift(boat.name, whole, body.mass)
     level = floating_level(corners, body.mass / density)
     points, triangles = panels_of(corners)
     return level, {
@@ -139,15 +115,30 @@ def _mesh(boat: Boat, config: MarineHullConfig, point: FloatArray, density: floa
 
 
 def _surface(boat: Boat, config: MarineHullConfig, volume: float) -> FloatArray:
-    """Closed triangles (n, 3, 3) of the hull in the base link [m]; `volume` is what it displaces [m3]."""
+    """Closed triangles (n, 3, 3) of the hull in the base link [m]; `volume` is what it displaces [m3].
+
+    Raises:
+        VrxError: it has too many, or parts of it are inside out.
+    """
+    names, starts = [], []
     if not config.shapes:
         corners, notes = hull_corners(boat, volume)
     else:
         found = [(shape, solid(shape)) for shape in config.shapes]
         notes = tuple(note for _, item in found for note in item.notes)
-        corners = np.concatenate(
-            [item.corners @ np.array(rotation(*shape.pose[3:])).T + shape.pose[:3] for shape, item in found]
+        pieces = [item.corners @ np.array(rotation(*shape.pose[3:])).T + shape.pose[:3] for shape, item in found]
+        names = [f"shapes[{index}]" for index in range(len(pieces))]
+        starts = [0, *np.cumsum([len(piece) for piece in pieces[:-1]]).tolist()]
+        corners = np.concatenate(pieces)
+    if len(corners) > MOST_TRIANGLES:
+        raise VrxError(
+            f"robot {boat.name}: its hull has {len(corners):,} triangles, more than {MOST_TRIANGLES:,}; 100 to 700 "
+            "are enough, and every step looks at all: simplify the mesh"
         )
+    try:
+        notes = (*notes, *checked_surface(corners, names, starts))
+    except VrxError as error:
+        raise VrxError(f"robot {boat.name}: {error}") from None
     for note in notes:
         warnings.warn(f"robot {boat.name}: {note}", VrxWarning, stacklevel=2)
     return corners

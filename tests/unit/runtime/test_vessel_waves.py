@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vrx_mj import Batch, Simulation, compile_world
-from vrx_mj.errors import ConfigError
+from vrx_mj.errors import ConfigError, VrxError
 
 G, RHO, MASS = 9.80665, 1025.0, 4100.0
 URDF = f"""<robot name="barge"><link name="base_link">
@@ -204,13 +204,34 @@ ODD[0, 4] = 50.0
             {"added_mass_infinite": ODD.tolist()},
             "`added_mass_infinite` is not symmetric: [0][4] and [4][0] differ by 50",
         ),
-        ({"density": 0.0}, "`density`: a number above 0 is needed, got 0"),
+        ({"poles": [[-2e6, 0.0]]}, "`poles[0]` is 2e+06 in size: at most 1e+06 1/s"),
+        ({"density": 0.0}, "`density`: a number from 1 to 100000 is needed, got 0"),
+        ({"gravity": "9,81"}, "`gravity`: a number is needed, got '9,81'"),
         ({"format": 2}, "`format`: 1 is needed; `vrx-mj robot hydro --bem` writes such files"),
         ({"residues": [[1.0]]}, "`residues`: numbers of shape (1, 6, 6, 2) are needed, got (1, 1)"),
-        ({"point": "here"}, "`point`: numbers of shape (3) are needed"),
+        ({"point": "here"}, "`point`: numbers of shape (3) are needed, got 'here'"),
     ],
 )
 def test_files_that_cannot_be(tmp_path, changes, message):
     with pytest.raises(ConfigError) as error:
         bay(barge(tmp_path, **changes))
     assert str(error.value).endswith(f"hull.hydro: hydro 'barge.json': {message}")
+
+
+@QUIET
+@pytest.mark.parametrize(
+    ("residue", "message"),
+    [
+        (-40_000.0, ("robot ./barge.urdf is unstable: a small motion about its rest grows at 0.145 1/s, with a period "
+         "of 2.45 s; its memory of waves gives it energy: check poles and residues of `hydro`")),
+        (5e11, ("robot ./barge.urdf: its fastest motion about its rest is one of 8.39e+03 rad/s, for which steps of "
+         "2e-05 s are needed; check the units of its hull, and the mass and inertia of its links")),
+    ],
+)  # fmt: skip
+def test_memories_that_cannot_be(tmp_path, residue, message):
+    """A kernel K = r e^(p t) with r < 0 gains energy; with a huge r the boat hangs on a spring of r."""
+    residues = np.zeros((1, 6, 6, 2))
+    residues[0, 2, 2, 0] = residue
+    with pytest.raises(VrxError) as error:
+        bay(barge(tmp_path, poles=[[-1.0, 0.0]], residues=residues.tolist()))
+    assert str(error.value) == message

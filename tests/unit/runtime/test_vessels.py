@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
+import trimesh
 
 from vrx_mj import Batch, Simulation, compile_world
-from vrx_mj.errors import ConfigError, VrxError
+from vrx_mj.errors import ConfigError, VrxError, VrxWarning
 
 G, RHO = 9.80665, 1025.0
 URDF = """<robot name="barge"><link name="base_link">
@@ -236,6 +237,26 @@ class TestMatrix:
                 "got 'x'"
             ),
         ),
+        (
+            "{added_mass: [-80, 0, 0, 0, 0, 0]}",
+            (
+                "hull.added_mass: entry 11 of the diagonal is -80, and 0 or more is needed; with the signs "
+                "of X_u and X_du "
+                "(SNAME, Fossen) turn all"
+            ),
+        ),
+        (
+            "{damping_linear: [0, 0, 0, 0, 0, -9]}",
+            (
+                "hull.damping_linear: entry 66 of the diagonal is -9, and 0 or more is needed; with the "
+                "signs of X_u and "
+                "X_du (SNAME, Fossen) turn all"
+            ),
+        ),
+        (
+            "{hydrostatics: matrix, restoring: [0, 0, -2000, 300, 900, 0]}",
+            "hull.restoring: entry 33 is -2000 N/m: above 0 is needed for a boat that floats",
+        ),
         ("{hydrostatics: panels}", "hull.hydrostatics: expected mesh or matrix, got 'panels'"),
     ],
 )
@@ -243,6 +264,53 @@ def test_keys_that_cannot_be(tmp_path, hull, message):
     with pytest.raises(ConfigError) as error:
         world_of(barge(tmp_path, hull))
     assert message in str(error.value)
+
+
+def write_meshes(folder):
+    """A box of no height, a fine ball, and a box of 4 x 2 x 1 m whose one end is turned over."""
+    for name, height in (("flat", 0.0), ("twisted", 1.0), ("open", 1.0)):
+        box = trimesh.creation.box((4.0, 2.0, height))
+        if name == "twisted":
+            box.vertices[box.vertices[:, 0] > 0.0] *= (1.0, -1.0, 1.0)
+        faces = box.faces[box.face_normals[:, 2] < 0.5] if name == "open" else box.faces
+        trimesh.Trimesh(box.vertices, faces, process=False).export(folder / f"{name}.stl")
+    trimesh.creation.icosphere(5, 1.2).export(folder / "fine.stl")
+    inverted = trimesh.creation.box((4.0, 2.0, 1.0))
+    trimesh.Trimesh(inverted.vertices, inverted.faces[:, ::-1], process=False).export(folder / "inverted.stl")
+
+
+OVERLAPPING = "{shapes: [{type: box, size: [4, 2, 1]}, {type: box, size: [2, 2, 1], pose: [2, 0, 0, 0, 0, 0]}]}"
+ROUND = ", ".join(
+    ["[900, 0, 0, 0, 0, 0]", "[0, 1, 0, 0, 0, 5000]", *["[0, 0, 9, 0, 0, 0]"] * 3, "[0, 5000, 0, 0, 0, 1]"]
+)
+
+
+@pytest.mark.parametrize(
+    ("hull", "kg", "message"),
+    [
+        ("{shapes: [{type: mesh, file: open.stl}]}", 0.0,
+         ": mesh open.stl is open (4 edges without a second triangle): its convex hull is used"),
+        ("{shapes: [{type: mesh, file: inverted.stl}]}", 0.0,
+         ": mesh inverted.stl is inside out (a volume of -8 m3): its triangles are turned"),
+        (OVERLAPPING, 0.0, (": its surfaces overlap, most of all shapes[0] and shapes[1]: 2.03 of 10 m3 "
+                            "count twice and lift "
+         "too much; join them to one, for example with Blender's Boolean union")),
+        ("{shapes: [{type: box, size: [4, 1, 1.5]}]}", 1.0, (": its centre of mass is 1.25 m above its "
+         "centre of buoyancy: the "
+         "metacentric height is -1.17 m, and it capsizes")),
+        ("{hydrostatics: matrix, restoring: [0, 0, 9e4, -300, 900, 0]}", 0.0,
+         ": hull.restoring of roll is -300 N m: it capsizes"),
+        (f"{{damping_linear: [{ROUND}]}}", 0.0, (" is unstable: a small motion about its rest grows at 0.933 "
+         "1/s; check "
+         "the entries of `damping_linear`")),
+    ],
+)  # fmt: skip
+def test_hulls_that_are_odd(tmp_path, hull, kg, message):
+    write_meshes(tmp_path)
+    with pytest.warns(VrxWarning) as warned:
+        world_of(barge(tmp_path, hull, kg=kg))
+    said = [str(warning.message) for warning in warned]
+    assert [text for text in said if message in text] == [f"robot ./barge.urdf{message}"]
 
 
 ROWS = ["[0, 5, 0, 0, 0, 0]", "[0, 9, 0, 0, 0, 0]", *[NONE] * 4]
@@ -255,12 +323,51 @@ ROWS = ["[0, 5, 0, 0, 0, 0]", "[0, 9, 0, 0, 0, 0]", *[NONE] * 4]
         (
             STILL,
             9000.0,
-            "robot ./barge.urdf sinks: it has 9000 kg, its hull's volume carries 8200 kg; check the mesh's unit (m)",
+            (
+                "robot ./barge.urdf sinks: it has 9000 kg, its hull's volume carries 8200 kg; check the "
+                "mesh's unit (m) "
+                "and that all of the hull is in it, or the mass of the links"
+            ),
         ),
         (
-            "{added_mass: [-5000, 0, 0, 0, 0, 0]}",
+            STILL,
+            4.0,
+            (
+                "robot ./barge.urdf hardly touches the water: it has 4 kg, its hull's volume carries 8200 "
+                "kg; check the "
+                "mesh's unit (m; `scale: [0.001, 0.001, 0.001]` takes one in mm), or the mass of the links"
+            ),
+        ),
+        (
+            "{shapes: [{type: mesh, file: flat.stl}]}",
             4100.0,
-            "robot ./barge.urdf: hull.added_mass with the boat's mass has the eigenvalue -900; check signs and `point`",
+            "robot ./barge.urdf sinks: its hull has no volume; a closed mesh that is not flat is needed",
+        ),
+        (
+            "{shapes: [{type: mesh, file: fine.stl}]}",
+            4100.0,
+            (
+                "robot ./barge.urdf: its hull has 20,480 triangles, more than 5,000; 100 to 700 are enough, "
+                "and every step "
+                "looks at all: simplify the mesh"
+            ),
+        ),
+        (
+            "{shapes: [{type: mesh, file: twisted.stl}]}",
+            900.0,
+            (
+                "robot ./barge.urdf: its surface passes through itself: 2 m3 of 4 m3 are inside out; 2 pairs "
+                "of triangles "
+                "cross, the first at (0, 0, -0.25) m; repair it, for example with Blender's 3D-Print Toolbox"
+            ),
+        ),
+        (
+            f"{{added_mass: [[0, 5000, 0, 0, 0, 0], [5000, 0, 0, 0, 0, 0], {', '.join([NONE] * 4)}]}}",
+            4100.0,
+            (
+                "robot ./barge.urdf: the mass of hull.added_mass and the boat is not positive definite: its least "
+                "eigenvalue is -900, mostly of surge; check signs and sizes off the diagonal, and `point`"
+            ),
         ),
         (
             f"{{added_mass: [{', '.join(ROWS)}]}}",
@@ -270,6 +377,7 @@ ROWS = ["[0, 5, 0, 0, 0, 0]", "[0, 9, 0, 0, 0, 0]", *[NONE] * 4]
     ],
 )
 def test_hulls_that_cannot_be(tmp_path, hull, mass, message):
+    write_meshes(tmp_path)
     with pytest.raises(VrxError) as error:
         world_of(barge(tmp_path, hull, mass))
     assert str(error.value) == message

@@ -1,0 +1,138 @@
+"""Whether a hull of profile `marine` can be: its lift, its inertia, and small motions about its rest."""
+
+import math
+import warnings
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.errors import VrxError, VrxWarning
+from vrx_mj.mjcf.derive import displaced, floating_level, rest_notes
+from vrx_mj.mjcf.masses import MassProperties
+from vrx_mj.mjcf.radiation import about_origin
+from vrx_mj.model.boats import Vessel
+from vrx_mj.physics.tables import MATRIX
+
+__all__ = ["check_lift", "check_mass", "check_rest"]
+
+GRAVITY = 9.81
+"""Of the stiffness at rest [m/s2]; a world's own is within 1 %."""
+MOST_LIFT = 1000.0
+"""Lift of the whole hull over the boat's weight: a light inflatable one has 20."""
+FASTEST = 1000.0
+"""Fastest motion about the rest [rad/s]: a boat of a draft of 0.01 mm has that."""
+GROWTH = 1e-3
+"""Rate [1/s] up to which a motion that grows may be rounding."""
+MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+
+
+def check_lift(name: str, lift: float, mass: float) -> None:
+    """Refuse a hull whose volume carries less [kg] than the boat's mass, or out of all proportion more.
+
+    Raises:
+        VrxError: it sinks, or floats on a film of water.
+    """
+    if lift <= 0.0:
+        raise VrxError(f"robot {name} sinks: its hull has no volume; a closed mesh that is not flat is needed")
+    if lift <= mass:
+        raise VrxError(
+            f"robot {name} sinks: it has {mass:.4g} kg, its hull's volume carries {lift:.4g} kg; check the mesh's "
+            "unit (m) and that all of the hull is in it, or the mass of the links"
+        )
+    if lift > MOST_LIFT * mass:
+        raise VrxError(
+            f"robot {name} hardly touches the water: it has {mass:.4g} kg, its hull's volume carries {lift:.4g} kg; "
+            "check the mesh's unit (m; `scale: [0.001, 0.001, 0.001]` takes one in mm), or the mass of the links"
+        )
+
+
+def check_mass(name: str, added: FloatArray, body: MassProperties, key: str) -> None:
+    """Refuse added mass (6, 6) about the origin that is not symmetric, or not positive definite with the boat's own.
+
+    Raises:
+        VrxError: the boat would push itself.
+    """
+    odd = np.abs(added - added.T)
+    if odd.max() > 1e-6 * np.abs(added).max():
+        row, column = (int(value) + 1 for value in np.unravel_index(odd.argmax(), odd.shape))
+        raise VrxError(
+            f"robot {name}: hull.{key} is not symmetric: A{row}{column} is {added[row - 1, column - 1]:.4g}, "
+            f"A{column}{row} is {added[column - 1, row - 1]:.4g}; an ideal fluid's is"
+        )
+    values, vectors = np.linalg.eigh(_inertia(body) + added)
+    if values[0] <= 0.0:
+        motion = MOTIONS[int(np.abs(vectors[:, 0]).argmax())]
+        raise VrxError(
+            f"robot {name}: the mass of hull.{key} and the boat is not positive definite: its least eigenvalue is "
+            f"{values[0]:.4g}, mostly of {motion}; check signs and sizes off the diagonal, and `point`"
+        )
+
+
+def _inertia(body: MassProperties) -> FloatArray:
+    """The boat's own inertia (6, 6) about the link's origin."""
+    rigid = np.zeros((6, 6))
+    rigid[:3, :3], rigid[3:, 3:] = body.mass * np.eye(3), body.inertia
+    return about_origin(rigid, body.center)
+
+
+def check_rest(name: str, vessel: Vessel, body: MassProperties, density: float, said: Sequence[str]) -> None:
+    """Warn of a hull that capsizes or lies oddly, unless that is in `said`; refuse one that its waves swing up.
+
+    Raises:
+        VrxError: small motions about its rest grow by its memory, or are too fast for any step.
+    """
+    stiffness, notes = _stiffness(vessel, body, density)
+    for note in notes:
+        if not any(note in other for other in said):
+            warnings.warn(f"robot {name}: {note}", VrxWarning, stacklevel=2)
+    rates = _rates(_inertia(body) + np.array(vessel.added_mass), stiffness, vessel)
+    fastest = float(np.abs(rates).max())
+    if fastest > FASTEST:
+        raise VrxError(
+            f"robot {name}: its fastest motion about its rest is one of {fastest:.3g} rad/s, for which steps of "
+            f"{0.2 / fastest:.1g} s are needed; check the units of its hull, and the mass and inertia of its links"
+        )
+    worst = rates[rates.real.argmax()]
+    if worst.real > GROWTH:
+        swing = f", with a period of {2.0 * math.pi / abs(worst.imag):.3g} s" if abs(worst.imag) > 1e-6 else ""
+        text = f"robot {name} is unstable: a small motion about its rest grows at {worst.real:.3g} 1/s{swing}"
+        if vessel.memory:
+            raise VrxError(f"{text}; its memory of waves gives it energy: check poles and residues of `hydro`")
+        warnings.warn(f"{text}; check the entries of `damping_linear`", VrxWarning, stacklevel=2)
+
+
+def _stiffness(vessel: Vessel, body: MassProperties, density: float) -> tuple[FloatArray, list[str]]:
+    """Stiffness (6, 6) about the origin without what capsizes it, and remarks about how it lies."""
+    if vessel.hydrostatics == MATRIX:
+        restoring = about_origin(np.array(vessel.restoring), -np.array(vessel.point))
+        notes = [
+            f"hull.restoring of {MOTIONS[index]} is {restoring[index, index]:.4g} N m: it capsizes"
+            for index in (3, 4)
+            if restoring[index, index] < 0.0
+        ]
+        values, vectors = np.linalg.eigh(0.5 * (restoring + restoring.T))
+        return about_origin((vectors * np.maximum(values, 0.0)) @ vectors.T, np.array(vessel.point)), notes
+    corners = np.array(vessel.vertices)[np.array(vessel.triangles)]
+    wet = displaced(corners, floating_level(corners, body.mass / density))
+    weight, up = density * GRAVITY, float(wet.center[2] - body.center[2])
+    trim, heel = (max(weight * (float(spread) + wet.volume * up), 0.0) for spread in wet.spread)
+    own = np.diag([0.0, 0.0, weight * wet.area, heel, trim, 0.0])
+    return about_origin(own, np.array([wet.center[0], wet.center[1], body.center[2]])), rest_notes(wet, body)
+
+
+def _rates(inertia: FloatArray, stiffness: FloatArray, vessel: Vessel) -> npt.NDArray[np.complex128]:
+    """Complex rates [1/s] of small motions about the rest: of M a + D v + sum of Re(r x) + C s = 0, x' = p x + v."""
+    count = len(vessel.memory)
+    system = np.zeros((12 + 2 * count, 12 + 2 * count))
+    force = np.zeros((6, 12 + 2 * count))
+    force[:, :6], force[:, 6:12] = -stiffness, -np.array(vessel.damping)
+    for index, memory in enumerate(vessel.memory):
+        row, (real, imaginary) = 12 + 2 * index, memory.pole
+        system[row : row + 2, row : row + 2] = [[real, -imaginary], [imaginary, real]]
+        system[row, 6 + memory.motion] = 1.0
+        force[:, row], force[:, row + 1] = -np.array(memory.residue), np.array(memory.residue_imaginary)
+    system[:6, 6:12] = np.eye(6)
+    system[6:12] = np.linalg.solve(inertia, force)
+    return np.linalg.eigvals(system).astype(np.complex128)
