@@ -1,5 +1,6 @@
 """Boats of profile `marine` whose propellers were measured: closed forms, states, and bad input."""
 
+import json
 import math
 import re
 
@@ -384,5 +385,7 @@ def test_propellers_of_other_layouts_do_nothing(tmp_path):
         f"extends: wamv\npropellers: {{left: {{{PROPELLER}}}, left_front: {{{PROPELLER}}}}}\n", encoding="utf-8"
     )
     world = compile_world({"name": "bay", "physics": {"profile": "marine"}, "spawn": {"robot": "./own.yaml"}})
-    assert [row.name for row in world.parameters.thrusters if row.measured] == ["left"]
-    assert len(world.parameters.thrusters) > 1
+    measured = {row.name: row.measured for row in world.parameters.thrusters}
+    assert set(measured) == {"left", "right", "lateral"}
+    assert measured["left"].thrust == tuple(map(tuple, json.loads(CURVE)))
+    assert measured["right"] == measured["lateral"] != measured["left"]  # the WAM-V's own
