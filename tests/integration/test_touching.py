@@ -104,3 +104,41 @@ def test_a_hull_yields_for_a_third_of_a_second(tmp_path, timestep):
     assert duration == pytest.approx(0.3, abs=0.03)
     assert share == pytest.approx(math.exp(-0.5 * 2.0 * math.pi / 3.0 / math.sin(math.pi / 3.0)), abs=0.05)
     assert peak < 258.0 * 2.0 * 2.0 * math.pi / 0.3
+
+
+BOWS = {"wamv": 2.55, "otter": 1.05, "skiff": 1.3}
+"""x of what touches a wall ahead first, less some cm [m]."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("timestep", [0.01, 0.005, 0.001])
+@pytest.mark.parametrize("robot", BOWS)
+def test_boats_of_marine_meet_a_wall_as_a_mass_on_a_spring_and_a_damper(tmp_path, monkeypatch, robot, timestep):
+    """With zeta = 0.5 the largest deceleration is the first, w v with w = 2.418 / 0.3 s: 1.64 g at 2 m/s.
+
+    What is carried along in the inertia is stopped too: the force is that of m + A11, or less as the bow dips.
+    """
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "wall.yaml").write_text("static: true\ncollisions: [{type: box, size: [20, 40, 20]}]\n", "utf-8")
+    world = {
+        "name": "tank", "physics": {"profile": "marine", "timestep": timestep}, "sea": {"model": "none"},
+        "wind": {"objects": []}, "objects": [{"name": "wall", "model": "./wall.yaml", "pose": [30, 0, 0, 0, 0, 0]}],
+    }  # fmt: skip
+    compiled = vrx_mj.compile_world(world, fleet={"robot": robot, "usv_count": 1, "positions": [{"x": 0, "y": 0}]})
+    hull = compiled.parameters.hulls[0]
+    mass = hull.mass + (hull.vessel.added_mass[0][0] if hull.vessel else hull.added_mass[0])
+    sim = vrx_mj.Simulation(compiled)
+    (boat,) = sim.boats
+    sim.step(duration=5.0)
+    sim.set_boat(boat, pose=(20.0 - BOWS[robot] - 0.1, 0, sim.data.qpos[2], 0, 0, 0), velocity=(2.0, 0, 0, 0, 0, 0))
+    speeds, forces = [], []
+    for _ in range(round(1.0 / timestep)):
+        speeds.append(sim.data.qvel[0])
+        sim.advance(1)
+        forces.append(np.linalg.norm(sim.forces(boat)["contact"][:3]))
+    touching = np.flatnonzero(forces)
+    first = np.flatnonzero(np.diff(touching, append=len(forces) + 1) > 1)[0] + 1  # a bow may touch again
+    share = max(forces) / (mass * 2.418 / 0.3 * speeds[touching[0]])
+    assert 0.85 < share < 1.15
+    assert first * timestep == pytest.approx(0.3, abs=0.03)
+    assert max(forces) < 1.8 * 9.81 * mass

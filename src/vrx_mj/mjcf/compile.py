@@ -23,6 +23,7 @@ from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.dock_pieces import dock_piece, dock_rows
 from vrx_mj.mjcf.docks import check_docks
+from vrx_mj.mjcf.hull_checks import warn_if_uncovered
 from vrx_mj.mjcf.markers import marker_rows
 from vrx_mj.mjcf.objects import object_piece, object_rows, parked_balls
 from vrx_mj.mjcf.parameters import Rows, current_parameters, sea_parameters
@@ -93,6 +94,7 @@ class _Assembly:
         self.objects += tuple(place_fields(config, spots, self.objects, self.docks))
         self.sea = sea_parameters(config.sea, config.physics)
         self.kinds_of_objects: dict[Any, Piece] = {}
+        self.kinds_of_hulls: set[str] = set()
         self.parts: list[Part] = []
         self.rows = Rows()
         self.balls: list[PlacedObject] = []
@@ -168,7 +170,11 @@ class _Assembly:
         fit = fitted(self._built(boat), boat.engines, boat.color)
         self._place(boat.name, fit.piece, boat.pose)
         config = self.config
-        self.rows.add(boat_rows(fit, boat, self.rows, config.wind, config.physics, config.sea.density))
+        rows = boat_rows(fit, boat, self.rows, config.wind, config.physics, config.sea.density)
+        self.rows.add(rows)
+        if fit.boat.name not in self.kinds_of_hulls:
+            self.kinds_of_hulls.add(fit.boat.name)
+            warn_if_uncovered(fit.boat.name, rows.hulls[0].vessel, self.sea)
 
     def _add_balls(self) -> None:
         """One ball for every ball shooter, out of the way until it is fired."""

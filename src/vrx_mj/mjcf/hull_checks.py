@@ -13,9 +13,10 @@ from vrx_mj.mjcf.derive import displaced, floating_level, rest_notes
 from vrx_mj.mjcf.masses import MassProperties
 from vrx_mj.mjcf.radiation import about_origin
 from vrx_mj.model.boats import Vessel
+from vrx_mj.model.water import Sea
 from vrx_mj.physics.tables import MATRIX
 
-__all__ = ["check_lift", "check_mass", "check_rest"]
+__all__ = ["check_lift", "check_mass", "check_rest", "warn_if_uncovered"]
 
 GRAVITY = 9.81
 """Of the stiffness at rest [m/s2]; a world's own is within 1 %."""
@@ -25,6 +26,8 @@ FASTEST = 1000.0
 """Fastest motion about the rest [rad/s]: a boat of a draft of 0.01 mm has that."""
 GROWTH = 1e-3
 """Rate [1/s] up to which a motion that grows may be rounding."""
+MOST_LOST = 0.01
+"""Share of a sea's energy that may be beyond the last frequency of a hull's file without a remark."""
 MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
@@ -101,6 +104,27 @@ def check_rest(name: str, vessel: Vessel, body: MassProperties, density: float, 
         if vessel.memory:
             raise VrxError(f"{text}; its memory of waves gives it energy: check poles and residues of `hydro`")
         warnings.warn(f"{text}; check the entries of `damping_linear`", VrxWarning, stacklevel=2)
+
+
+def warn_if_uncovered(name: str, vessel: Vessel | None, sea: Sea) -> None:
+    """Warn of a sea of which more than `MOST_LOST` is beyond the frequencies of a hull's diffraction.
+
+    Its directions are all around the hull, and it begins at 0: nothing else is outside.
+    """
+    if vessel is None or vessel.diffraction is None:
+        return
+    last = vessel.diffraction.step * (len(vessel.diffraction.forces) - 1)
+    energies = [(wave.frequency >= last, wave.amplitude**2) for wave in sea.waves]
+    whole = math.fsum(energy for _, energy in energies)
+    beyond = math.fsum(energy for outside, energy in energies if outside)
+    if beyond > MOST_LOST * whole:
+        warnings.warn(
+            f"robot {name}: {100.0 * beyond / whole:.3g} % of the sea's energy is in waves beyond {last:.3g} rad/s, "
+            f"the last frequency of its `hydro`, shorter than {2.0 * math.pi / last:.3g} s: they are not scattered; "
+            "compute it to higher frequencies, with more `--panels`",
+            VrxWarning,
+            stacklevel=4,
+        )
 
 
 def _stiffness(vessel: Vessel, body: MassProperties, density: float) -> tuple[FloatArray, list[str]]:

@@ -28,6 +28,7 @@ from vrx_mj.mjcf.afloat import depth_in_land
 from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.dock_pieces import dock_piece, dock_rows
 from vrx_mj.mjcf.docks import docks_overlap
+from vrx_mj.mjcf.hull_checks import warn_if_uncovered
 from vrx_mj.mjcf.objects import object_piece, object_rows, spare_ball
 from vrx_mj.mjcf.parameters import Rows
 from vrx_mj.mjcf.pieces import Part
@@ -85,6 +86,7 @@ def with_boat(world: World, entry: Mapping[str, object], folder: Path | None = N
     _check_shore(old, boat, fit)
     wind, physics = _conditions(old)
     rows = boat_rows(fit, boat, Rows.of(old), wind, physics, old.sea.density, old.lives.get(boat.name, 0))
+    warn_if_uncovered(fit.boat.name, rows.hulls[0].vessel, old.sea)
     warn_if_unpushed(old.name, wind, physics, [(boat, own_load(fit.boat, physics))])
     balls = list(_with_balls(old, rows, wind, physics))
     parts = [Part.placed(boat.name, fit.piece, boat.pose), *balls]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vrx_mj import Batch, Simulation, compile_world
-from vrx_mj.errors import ConfigError, VrxError
+from vrx_mj.errors import ConfigError, VrxError, VrxWarning
 
 G, RHO, MASS = 9.80665, 1025.0, 4100.0
 URDF = f"""<robot name="barge"><link name="base_link">
@@ -235,3 +235,39 @@ def test_memories_that_cannot_be(tmp_path, residue, message):
     with pytest.raises(VrxError) as error:
         bay(barge(tmp_path, poles=[[-1.0, 0.0]], residues=residues.tolist()))
     assert str(error.value) == message
+
+
+def lost(warned):
+    return [str(warning.message) for warning in warned if "of the sea's energy" in str(warning.message)]
+
+
+def test_a_sea_beyond_the_file_s_frequencies_is_said_once(tmp_path):
+    """Of the components of equal energy, those from 4.8 rad/s on; once for boats of one kind, again for a newcomer."""
+    sea = {"model": "jonswap", "significant_height": 0.2, "peak_period": 2.0, "components": 50}
+    fleet = {"robot": barge(tmp_path), "usv_count": 2, "layout": "line", "spacing": 20}
+    world = {"name": "bay", "physics": {"profile": "marine"}, "sea": sea, "spawn": {"robot": "./barge.urdf"}}
+    with pytest.warns(VrxWarning) as warned:
+        compiled = compile_world(world, fleet=fleet)
+    share = np.mean([wave.frequency >= 4.8 for wave in compiled.parameters.sea.waves])
+    assert 0.05 < share < 0.3
+    message = (
+        f"robot ./barge.urdf: {100.0 * share:.3g} % of the sea's energy is in waves beyond 4.8 rad/s, the last "
+        "frequency of its `hydro`, shorter than 1.31 s: they are not scattered; compute it to higher frequencies, with "
+        "more `--panels`"
+    )
+    assert lost(warned) == [message]
+    sim = Simulation(compiled)
+    with pytest.warns(VrxWarning) as warned:
+        sim.spawn("late", robot="./barge.urdf", pose=(60, 0, 0, 0, 0, 0))
+    assert lost(warned) == [message]
+
+
+@pytest.mark.parametrize(("period", "count"), [(1.0, 1), (5.0, 0)])
+def test_a_regular_wave_is_inside_or_outside(tmp_path, period, count):
+    sea = {"model": "regular", "height": 0.05, "period": period}
+    with pytest.warns(VrxWarning) as warned:
+        bay(barge(tmp_path), sea=sea)
+    assert [text.partition("%")[0] for text in lost(warned)] == ["robot ./barge.urdf: 100 "] * count
+    with pytest.warns(VrxWarning) as warned:
+        bay(barge(tmp_path, scatters=False), sea=sea)
+    assert lost(warned) == []
