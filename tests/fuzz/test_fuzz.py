@@ -31,6 +31,8 @@ LIGHT = (
     "xacro",
     "urdf",
     "mesh",
+    "hull",
+    "hydro",
 )
 LINUX = pytest.mark.skipif(not Path("/proc/self/clear_refs").exists(), reason="needs Linux: memory is read from /proc")
 SEED = 2026
