@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 
 from vrx_mj.config.base import Config, NonNegative, Positive, faults, numbers
 
-__all__ = ["WindageConfig"]
+__all__ = ["IsherwoodConfig", "WindageConfig"]
 
 Vessel = Literal[
     "car_carrier", "cargo_vessel", "cargo_vessel_containers", "container_ship", "destroyer", "diving_support_vessel",
@@ -16,13 +16,26 @@ Vessel = Literal[
 ]  # fmt: skip
 MOST_POINTS = 361
 """Points of a curve, at most."""
-FORMS = ("coefficients", "curve", "vessel")
+FORMS = ("coefficients", "curve", "isherwood", "vessel")
 Point = Annotated[tuple[float, float, float, float], numbers("angle cx cy cn")]
 Three = Annotated[tuple[NonNegative, NonNegative, float], numbers("cx cy cn")]
 
 
+class IsherwoodConfig(Config):
+    """What Isherwood's formulas for merchant ships (1972) ask besides the areas. The link's origin is amidships."""
+
+    breadth: Positive
+    """Breadth [m]."""
+    perimeter: Positive
+    """Length of the outline of the lateral area, without the waterline, masts and ventilators [m]."""
+    superstructure_area: NonNegative = 0.0
+    """Lateral area of the superstructure [m2]."""
+    masts: Annotated[int, Field(ge=0, le=20)] = 0
+    """Distinct groups of masts seen from the side, without those close against the bridge."""
+
+
 class WindageConfig(Config):
-    """Areas of a boat in the wind, and one of `coefficients`, `curve` and `vessel`; for worlds of profile `marine`."""
+    """Areas of a boat in the wind of profile `marine`, and one of `coefficients`, `curve`, `isherwood` and `vessel`."""
 
     frontal_area: Positive
     """Area above the water, seen from ahead [m2]."""
@@ -42,6 +55,8 @@ class WindageConfig(Config):
     """Coefficients over that angle from 0 to 180 [degrees], with straight lines between them, the same on both sides.
 
     cx is below 0 in wind from ahead; cy above 0 pushes to lee; cn above 0 turns the bow to lee."""
+    isherwood: IsherwoodConfig | None = None
+    """A merchant ship, whose coefficients Isherwood (1972) gives."""
     vessel: Vessel | None = None
     """Type of vessel, whose coefficients Blendermann (1994) gives."""
 
@@ -65,6 +80,9 @@ class WindageConfig(Config):
             for index, (angle, _, cy, cn) in enumerate(self.curve)
             if angle in (0.0, 180.0) and (cy or cn)
         ]
+        if self.isherwood and self.isherwood.superstructure_area > self.lateral_area:
+            text = f"more than the lateral area, {self.lateral_area:g} m2: got {self.isherwood.superstructure_area:g}"
+            found.append((("isherwood", "superstructure_area"), text))
         if found:
             raise faults(*found)
         return self

@@ -16,7 +16,7 @@ from vrx_mj.model.boats import Windage, WindCoefficients
 from vrx_mj.model.water import Air, Wind
 from vrx_mj.physics.gusts import gust_frequencies, gust_variance, npd
 from vrx_mj.physics.spectra import Spectrum
-from vrx_mj.physics.windage import BLENDERMANN
+from vrx_mj.physics.windage import BLENDERMANN, Areas, Superstructure, isherwood_curve
 
 __all__ = [
     "NO_WIND",
@@ -125,9 +125,19 @@ def boat_windage(
         height=own.height,
         offset=own.offset,
         coefficients=own.coefficients,
-        curve=tuple((math.radians(angle), cx, cy, cn) for angle, cx, cy, cn in own.curve),
+        curve=_curve(own),
         vessel=BLENDERMANN[own.vessel] if own.vessel else None,
     )
+
+
+def _curve(own: WindageConfig) -> tuple[tuple[float, float, float, float], ...]:
+    """Angles [rad] and coefficients of surge, sway and yaw that a boat lists, or that are Isherwood's."""
+    ship = own.isherwood
+    if ship is None:
+        return tuple((math.radians(angle), cx, cy, cn) for angle, cx, cy, cn in own.curve)
+    areas = Areas(own.frontal_area, own.lateral_area, own.length, own.height)
+    more = Superstructure(ship.breadth, ship.perimeter, ship.superstructure_area, ship.masts)
+    return isherwood_curve(more, areas, own.offset)
 
 
 def _pushes_boats(wind: WindConfig | None, physics: PhysicsConfig) -> bool:

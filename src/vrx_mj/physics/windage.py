@@ -8,7 +8,10 @@ from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Wrench, rotate, rotated_wrench, shift, zero_wrench
 from vrx_mj.physics.tables import Record, Table
 
-__all__ = ["BLENDERMANN", "Areas", "blendermann_curve", "three_number_curve", "windage_load", "windage_rows"]
+__all__ = [
+    "BLENDERMANN", "Areas", "Superstructure", "blendermann_curve", "isherwood_curve", "three_number_curve",
+    "windage_load", "windage_rows",
+]  # fmt: skip
 
 AIR_DENSITY = 1.225
 """Density of the air [kg/m3]: ISO 2533, sea level, 15 C."""
@@ -38,6 +41,31 @@ BLENDERMANN: Mapping[str, tuple[float, float, float, float, float]] = {
 
 Blendermann (1994), J. Wind Eng. Ind. Aerodyn. 51, 339-351; Fossen (2021), table 10.1."""
 
+ISHERWOOD = """
+0  2.152 -5 0.243 -0.164 0 0 0  0 0 0 0 0 0 0  0 0 0 0 0 0
+10  1.714 -3.33 0.145 -0.121 0 0 0  0.096 0.22 0 0 0 0 0  0.0596 0.061 0 0 0 -0.074
+20  1.818 -3.97 0.211 -0.143 0 0 0.033  0.176 0.71 0 0 0 0 0  0.1106 0.204 0 0 0 -0.17
+30  1.965 -4.81 0.243 -0.154 0 0 0.041  0.225 1.38 0 0.023 0 -0.29 0  0.2258 0.245 0 0 0 -0.38
+40  2.333 -5.99 0.247 -0.19 0 0 0.042  0.329 1.82 0 0.043 0 -0.59 0  0.2017 0.457 0 0.0067 0 -0.472
+50  1.726 -6.54 0.189 -0.173 0.348 0 0.048  1.164 1.26 0.121 0 -0.242 -0.95 0  0.1759 0.573 0 0.0118 0 -0.523
+60  0.913 -4.68 0 -0.104 0.482 0 0.052  1.163 0.96 0.101 0 -0.177 -0.88 0  0.1925 0.48 0 0.0115 0 -0.546
+70  0.457 -2.88 0 -0.068 0.346 0 0.043  0.916 0.53 0.069 0 0 -0.65 0  0.2133 0.315 0 0.0081 0 -0.526
+80  0.341 -0.91 0 -0.031 0 0 0.032  0.844 0.55 0.082 0 0 -0.54 0  0.1827 0.254 0 0.0053 0 -0.443
+90  0.355 0 0 0 -0.247 0 0.018  0.889 0 0.138 0 0 -0.66 0  0.2627 0 0 0 0 -0.508
+100  0.601 0 0 0 -0.372 0 -0.02  0.799 0 0.155 0 0 -0.55 0  0.2102 0 -0.0195 0 0.0335 -0.492
+110  0.651 1.29 0 0 -0.582 0 -0.031  0.797 0 0.151 0 0 -0.55 0  0.1567 0 -0.0258 0 0.0497 -0.457
+120  0.564 2.54 0 0 -0.748 0 -0.024  0.996 0 0.184 0 -0.212 -0.66 0.34  0.0801 0 -0.0311 0 0.074 -0.396
+130  -0.142 3.58 0 0.047 -0.7 0 -0.028  1.014 0 0.191 0 -0.28 -0.69 0.44  -0.0189 0 -0.0488 0.0101 0.1128 -0.42
+140  -0.677 3.64 0 0.069 -0.529 0 -0.032  0.784 0 0.166 0 -0.209 -0.53 0.38  0.0256 0 -0.0422 0.01 0.0889 -0.463
+150  -0.723 3.14 0 0.064 -0.475 0 -0.032  0.536 0 0.176 -0.029 -0.163 0 0.27  0.0552 0 -0.0381 0.0109 0.0689 -0.476
+160  -2.148 2.56 0 0.081 0 1.27 -0.027  0.251 0 0.106 -0.022 0 0 0  0.0881 0 -0.0306 0.0091 0.0366 -0.415
+170  -2.707 3.97 -0.175 0.126 0 1.81 0  0.125 0 0.046 -0.012 0 0 0  0.0851 0 -0.0122 0.0025 0 -0.22
+180  -2.529 3.76 -0.174 0.128 0 1.55 0  0 0 0 0 0 0 0  0 0 0 0 0 0
+"""
+"""Angles off the bow [degrees], and regression coefficients A0 to A6, B0 to B6 and C0 to C5 of wind on merchant ships.
+
+Isherwood (1972), Wind resistance of merchant ships, Trans. RINA 115, 327-338, table 1."""
+
 Curve = list[tuple[float, float, float, float, float]]
 """Rows of an angle [rad] and of coefficients of the forces ahead and to lee, of roll, and of the bow's turn to lee."""
 
@@ -53,6 +81,19 @@ class Areas(NamedTuple):
     """Length overall [m]."""
     height: float
     """Height of the lateral area's centre [m]."""
+
+
+class Superstructure(NamedTuple):
+    """What Isherwood's formulas ask of a ship besides its areas."""
+
+    breadth: float
+    """Breadth [m]."""
+    perimeter: float
+    """Length of the outline of the lateral area over the water, without masts [m]."""
+    area: float
+    """Lateral area of the superstructure [m2]."""
+    masts: int
+    """Groups of masts seen from the side."""
 
 
 def _angles() -> list[float]:
@@ -79,6 +120,31 @@ def blendermann_curve(vessel: Sequence[float], areas: Areas) -> Curve:
         cy = side * math.sin(g) / share
         rows.append((g, -ahead * math.cos(g) / share, cy, kappa, -0.18 * (g - 0.5 * math.pi) * cy))
     return rows
+
+
+def isherwood_curve(more: Superstructure, areas: Areas, offset: float) -> tuple[tuple[float, float, float, float], ...]:
+    """Return angles [rad] and coefficients of surge, sway and yaw of a merchant ship by Isherwood (1972).
+
+    His moment is about amidships; here it is about the lateral area's centre, `offset` [m] ahead of that.
+    """
+    length = areas.length
+    shares = (
+        1.0,
+        2.0 * areas.lateral / length**2,
+        2.0 * areas.frontal / more.breadth**2,
+        length / more.breadth,
+        more.perimeter / length,
+        0.5 - offset / length,
+    )
+    own = more.area / areas.lateral
+    rows = []
+    for line in ISHERWOOD.split("\n")[1:-1]:
+        degrees, *row = map(float, line.split())
+        cx = -math.fsum(x * y for x, y in zip(row[:7], (*shares, float(more.masts)), strict=True))
+        cy = math.fsum(x * y for x, y in zip(row[7:14], (*shares, own), strict=True))
+        cn = math.fsum(x * y for x, y in zip(row[14:], shares, strict=True))
+        rows.append((math.radians(degrees), cx, cy, cn - cy * offset / length))
+    return tuple(rows)
 
 
 def windage_rows(curve: Sequence[Sequence[float]], areas: Areas) -> list[dict[str, float]]:

@@ -12,7 +12,9 @@ from vrx_mj.physics.wind import wind_at_hull, wind_on_hull
 from vrx_mj.physics.windage import (
     BLENDERMANN,
     Areas,
+    Superstructure,
     blendermann_curve,
+    isherwood_curve,
     three_number_curve,
     windage_load,
     windage_rows,
@@ -50,6 +52,31 @@ def test_a_boat_alike_on_both_sides_has_mirrored_loads(degrees):
     own = boat(blendermann_curve(BLENDERMANN["speed_boat"], AREAS))
     port, starboard = (np.array(windage_load(*own, moving(), from_angle(s * degrees))) for s in (1.0, -1.0))
     assert starboard == pytest.approx(port * [1, -1, 1, -1, 1, -1])
+
+
+def test_a_merchant_ship_is_isherwood_s():
+    """His formulas by hand: 2 A_L/L^2 = .2, 2 A_F/B^2 = 1.5, L/B = 5, S/L = 1.4, C/L = .45, M = 2, A_SS/A_L = .4."""
+    areas = Areas(frontal=300.0, lateral=1000.0, length=100.0, height=8.0)
+    curve = isherwood_curve(Superstructure(20.0, 140.0, 400.0, 2), areas, offset=5.0)
+    assert [math.degrees(row[0]) for row in curve] == pytest.approx(range(0, 190, 10))
+    found = {round(math.degrees(angle)): row for angle, *row in curve}
+    assert found[0] == pytest.approx([-(2.152 - 5.0 * 0.2 + 0.243 * 1.5 - 0.164 * 5.0), 0.0, 0.0])
+    assert found[90] == pytest.approx([-0.0452, 0.799, 0.0341 - 0.799 * 0.05])
+    assert found[130] == pytest.approx([0.227, 0.774, -0.07268 - 0.774 * 0.05])
+    assert found[180][1:] == [0.0, 0.0]
+
+
+def test_isherwood_s_moment_is_about_amidships():
+    """A force at the lateral area's centre with the moment about it is the same as his force and moment amidships."""
+    areas = Areas(frontal=300.0, lateral=1000.0, length=100.0, height=8.0)
+    curve = isherwood_curve(Superstructure(20.0, 140.0, 400.0, 2), areas, offset=5.0)
+    rows = windage_rows([(angle, cx, cy, 1.0, cn) for angle, cx, cy, cn in curve], areas)
+    own = hull(
+        link_com=(0.0, 0.0, 0.0), profile=tables.MARINE, windage_count=19, windage_height=8.0, windage_offset=5.0
+    )
+    load = windage_load(own, table(tables.WINDAGE, rows), moving(), from_angle(90.0))
+    assert load.fy == pytest.approx(-HALF * 100.0 * 1000.0 * 0.799)
+    assert load.tz == pytest.approx(-HALF * 100.0 * 1000.0 * 100.0 * 0.0341)
 
 
 @pytest.mark.parametrize("vessel", BLENDERMANN)

@@ -81,10 +81,18 @@ def test_other_profiles_and_worlds_with_coefficients_have_no_windage(tmp_path):
 @pytest.mark.parametrize(
     ("windage", "message"),
     [
-        (f"{{{AREAS}}}", "windage: one of coefficients, curve, vessel is needed, got none"),
+        (f"{{{AREAS}}}", "windage: one of coefficients, curve, isherwood, vessel is needed, got none"),
+        (
+            f"{{{AREAS}, isherwood: {{breadth: 1, perimeter: 0, superstructure_area: -1, masts: 1.5}}}}",
+            "windage.isherwood.perimeter: must be above 0, got 0",
+        ),
+        (
+            f"{{{AREAS}, isherwood: {{breadth: 1, perimeter: 6, superstructure_area: 90}}}}",
+            "windage.isherwood.superstructure_area: more than the lateral area",
+        ),
         (
             f"{{{AREAS}, vessel: ferry, coefficients: [1, 1, 0]}}",
-            "windage.vessel: one of coefficients, curve, vessel is needed, got coefficients and vessel",
+            "windage.vessel: one of coefficients, curve, isherwood, vessel is needed, got coefficients and vessel",
         ),
         (
             f"{{{AREAS}, curve: [[0, -1, 0, 0], [90, 0, 1, 0]]}}",
