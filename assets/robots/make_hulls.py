@@ -1,4 +1,4 @@
-"""Writes the meshes of our single hulls: lofts through parametric sections, closed at the stern.
+"""Writes the meshes of our boats' hulls: lofts through parametric sections, closed at the stern.
 
 Run it with `python assets/robots/make_hulls.py`.
 """
@@ -23,25 +23,29 @@ class Hull:
     """Height of the keel in the mesh's frame."""
     bottom: float
     """Height up to which the bottom paint goes; above it the mesh `hull` is seen."""
+    water: bool = False
+    """Whether there is a closed, coarser mesh `water` for the water's pressure."""
 
 
 HULLS = {
     "skiff": Hull(length=2.4, beam=0.72, depth=0.42, keel=0.0, bottom=0.12),
     "otter": Hull(length=2.0, beam=0.25, depth=0.4, keel=-0.195, bottom=0.2),  # one of two
+    "heron": Hull(length=1.35, beam=0.193, depth=0.32, keel=-0.12, bottom=0.12, water=True),  # one of two
+    "blueboat": Hull(length=1.2, beam=0.16, depth=0.3, keel=-0.09, bottom=0.09, water=True),  # one of two
     "cora": Hull(length=12.21, beam=3.58, depth=2.3, keel=-1.42, bottom=0.75),
 }
 
 
-def section(hull: Hull, share: float) -> np.ndarray:
-    """(n, 3): one section from the port sheer round the keel to starboard; `share` runs from 0 aft to 1 at the bow."""
+def section(hull: Hull, share: float, points: int = POINTS) -> np.ndarray:
+    """(points, 3): one section from the port sheer round the keel to starboard; `share` is 0 aft and 1 at the bow."""
     fullness = 1.0 - max(0.0, (share - 0.45) / 0.55) ** 2.2  # of the breadth: full aft, fine at the bow
     half = hull.beam / 2 * max(fullness, 0.03) * (0.92 + 0.08 * min(1.0, share / 0.3))
     foot = hull.depth * 0.75 * max(0.0, (share - 0.8) / 0.2) ** 2  # the forefoot rises
     sheer = hull.depth * (1.0 + 0.24 * share**2)
-    angle = np.linspace(0.0, np.pi, POINTS)
+    angle = np.linspace(0.0, np.pi, points)
     y = half * np.sign(np.cos(angle)) * np.abs(np.cos(angle)) ** 0.6
     z = foot + (sheer - foot) * (1.0 - np.sin(angle) ** 0.75)
-    return np.column_stack([np.full(POINTS, hull.length * (share - 0.5)), y, z + hull.keel])
+    return np.column_stack([np.full(points, hull.length * (share - 0.5)), y, z + hull.keel])
 
 
 def lofted(sections: list[np.ndarray]) -> trimesh.Trimesh:
@@ -63,6 +67,32 @@ def decked(sections: list[np.ndarray], drop: float) -> trimesh.Trimesh:
     return trimesh.Trimesh(np.concatenate(rail), faces, process=False)
 
 
+def closed(hull: Hull) -> trimesh.Trimesh:
+    """The hull with a deck, a closed surface of 13 sections of 9 points that keep the areas of the round ones."""
+    stations, n = 13, 9
+    rings = [_of_area(section(hull, share, n), section(hull, share, 65)) for share in np.linspace(0.0, 1.0, stations)]
+    faces = [(0, i, i + 1) for i in range(1, n - 1)]
+    for a in range(0, (stations - 1) * n, n):
+        for i in range(n):
+            k = (i + 1) % n
+            faces += [(a + i, a + n + i, a + k), (a + k, a + n + i, a + n + k)]
+    last = (stations - 1) * n
+    faces += [(last, last + i + 1, last + i) for i in range(1, n - 1)]
+    return trimesh.Trimesh(np.concatenate(rings), faces, process=False)
+
+
+def _of_area(coarse: np.ndarray, fine: np.ndarray) -> np.ndarray:
+    """A coarse section as much broader as it takes to have the area of the fine one."""
+    coarse[:, 1] *= _area(fine) / _area(coarse)
+    return coarse
+
+
+def _area(own: np.ndarray) -> float:
+    """Area of a section."""
+    y, z = own[:, 1], own[:, 2]
+    return 0.5 * abs(float(np.sum(y * np.roll(z, -1) - z * np.roll(y, -1))))
+
+
 def painted(sections: list[np.ndarray], top: float) -> list[np.ndarray]:
     """The part of the sections under the height `top`, a coat of paint further out; none where the bow rises."""
     wet = [own for own in sections if own[:, 2].min() < top]
@@ -78,7 +108,7 @@ def _at(own: np.ndarray, top: float) -> np.ndarray:
 
 
 def write_meshes(name: str, folder: Path) -> None:
-    """Write `hull.obj`, `deck.obj` and `bottom.obj` of a hull."""
+    """Write `hull.obj`, `deck.obj`, `bottom.obj` and, if it is to have one, `water.obj` of a hull."""
     hull = HULLS[name]
     sections = [section(hull, share) for share in np.linspace(0.0, 1.0, STATIONS)]
     parts = {
@@ -86,6 +116,8 @@ def write_meshes(name: str, folder: Path) -> None:
         "deck": decked(sections, 0.12 * hull.depth),
         "bottom": lofted(painted(sections, hull.keel + hull.bottom)),
     }
+    if hull.water:
+        parts["water"] = closed(hull)
     for part, mesh in parts.items():
         lines = [f"v {x:.4f} {y:.4f} {z:.4f}" for x, y, z in mesh.vertices]
         lines += [f"f {a} {b} {c}" for a, b, c in mesh.faces + 1]

@@ -13,10 +13,10 @@ import trimesh
 
 from vrx_mj.adapters.hydro import hydro_of_hull
 
-FOLDER = Path(__file__).parent / "worlds"
+FOLDER = Path(__file__).parents[1]
 SPHERES = {
-    "iea_sphere": {"radius": 5.0, "center": -2.0, "density": 1000.0, "gravity": 9.81},
-    "kramer_sphere": {"radius": 0.15, "center": -0.0348, "density": 998.2, "gravity": 9.82},
+    "robots/sphere": {"radius": 5.0, "center": -2.0, "density": 1000.0, "gravity": 9.81},
+    "validation/worlds/kramer_sphere": {"radius": 0.15, "center": -0.0348, "density": 998.2, "gravity": 9.82},
 }
 
 

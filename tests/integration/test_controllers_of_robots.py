@@ -8,12 +8,14 @@ import pytest
 
 import vrx_mj
 from unit.physics.rows import moving
+from vrx_mj.config.fleet import Order
 from vrx_mj.config.search import catalogue
 from vrx_mj.control import Captain
 from vrx_mj.control.velocity import WAMV, WAMV_VRX3, craft_of
+from vrx_mj.mjcf.build import build_boat
 from vrx_mj.physics.thrust import rudder_force
 
-ROBOTS = sorted(catalogue("robots"))
+ROBOTS = [name for name in sorted(catalogue("robots")) if build_boat(Order(name)).thrusters]
 SYDNEY = {"latitude": -33.724223, "longitude": 150.679736}
 GOAL = (60.0, 20.0)  # [m], some of it sideways; the boats start at the origin and look east
 

@@ -9,6 +9,7 @@ import pytest
 
 import vrx_mj
 from integration.sailing import AFLOAT, AHEAD, same_bits, simulation, water
+from vrx_mj.config.search import catalogue
 from vrx_mj.errors import CommandError, ConfigError, StateError, UnknownNameError
 
 HERE = {"name": "here", "pose": [0, 0, AFLOAT, 0, 0, 0.3], "sensors": ["gps_wamv", "imu_wamv", "pinger"]}
@@ -241,7 +242,7 @@ DOCKED = "no place for x at (-554, 233): it would be 0.54 m inside robotx_dock_2
         ("terrain", {"pose": PLACE}, CommandError,
          "invalid boat name 'terrain': a part of world example_course has this name"),
         ("x", {"pose": PLACE, "robot": "nope"}, ConfigError,
-         "<boat>: robot: no robot named 'nope'; known: cora, otter, skiff, wamv, wamv_stereo"),
+         f"<boat>: robot: no robot named 'nope'; known: {', '.join(sorted(catalogue('robots')))}"),
         ("x", {"pose": [1, 2, 3]}, ConfigError,
          "<boat>: pose: expected 6 numbers [x, y, z, roll, pitch, yaw], got 3"),
         ("a b", {"pose": PLACE}, ConfigError,

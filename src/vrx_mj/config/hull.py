@@ -1,6 +1,6 @@
 """The hull of a boat as a naval architect gives it, for worlds of profile `marine`."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
@@ -91,6 +91,8 @@ class MarineHullConfig(Config):
 
     Axes are those of the base link: x forward, y left, z up.
     """
+
+    folder_keys: ClassVar = {"folder": "hydro"}
 
     folder: Folder = None
     hydrostatics: Literal["mesh", "matrix"] = "mesh"

@@ -150,7 +150,11 @@ def assembled(
             *hinges.notes,
             *_loose(tree, thrusters, hinges),
             *_swinging(urdf, sensors, hinges),
-            *([] if pushing else ["no thruster, so the boat drifts; add `thrusters` to the YAML beside it"]),
+            *(
+                []
+                if pushing or "thrusters" in config.model_fields_set
+                else ["no thruster, so the boat drifts; add `thrusters` to the YAML beside it"]
+            ),
         ),
     )
 

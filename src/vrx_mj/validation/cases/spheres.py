@@ -7,7 +7,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
-from vrx_mj.validation.reference import folder
+from vrx_mj.resources import root
 from vrx_mj.validation.rows import Case, Findings, Row, between, near
 from vrx_mj.validation.setups import packaged_simulation
 
@@ -132,7 +132,7 @@ def heave_in_waves() -> Findings:
 
 def added_mass() -> Findings:
     """Added mass in heave of the sphere's file at both ends of the frequencies."""
-    table = json.loads((folder() / "worlds" / "iea_sphere" / "hydro.json").read_text(encoding="utf-8"))
+    table = json.loads((root() / "assets" / "robots" / "sphere" / "hydro.json").read_text(encoding="utf-8"))
     displaced = table["density"] * 2.0 / 3.0 * math.pi * 5.0**3
     return Findings(
         (
@@ -176,7 +176,7 @@ CASES = (
     Case(
         name="hemisphere",
         title="Added mass of a hemisphere",
-        setup=f"{WORLD}/iea_sphere/hydro.json, which Capytaine computed with 656 panels.",
+        setup="assets/robots/sphere/hydro.json, which Capytaine computed with 656 panels.",
         source="Hulme (1982): 0.831 of the displaced mass at frequency 0, 0.5 at infinite frequency.",
         files=("adapters/hydro.py",),
         run=added_mass,
