@@ -56,7 +56,7 @@ def shortened(text: object, most: int = LONGEST_NAME) -> str:
 
 
 def _bounded(arguments: tuple[object, ...]) -> tuple[object, ...]:
-    """What an error is made with, its texts cut to lines of a bounded length, whoever wrote them."""
+    """What an error is made with, its texts cut to lines of a bounded length."""
     return tuple(_bounded_text(each) if isinstance(each, str) else each for each in arguments)
 
 

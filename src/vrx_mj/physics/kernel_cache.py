@@ -1,8 +1,8 @@
 """numba's cache of compiled functions, made to bear damage: an entry that is not whole is dropped and compiled anew.
 
 Entries are pickles around machine code: to load one is to run it. A digest in front of each file shows damage, such as
-half a file after a crash, before anything is read from it. It does not protect from whoever can write to the folder,
-which is why the folder has to be this user's alone: whoever can write to a folder above it can put another in its
+half a file after a crash, before anything is read from it. It does not protect from users who can write to the folder,
+which is why the folder has to be this user's alone: who can write to a folder above it can put another in its
 place, so all of them count, and the folders that symbolic links lie in. On Windows the user's own folders are private
 already, and nothing is checked.
 """
@@ -262,7 +262,7 @@ def chosen_folder(name: str) -> Choice:
 def insecure(folder: Path) -> str | None:
     """Why somebody else could put files into a folder, or the folder into the place of another; None: nobody could.
 
-    Trusted are this user, root, and whoever owns the root folder, who in a container may have another number.
+    Trusted are this user, root, and the owner of the root folder, who in a container may have another number.
     """
     getuid = getattr(os, "getuid", None)
     if getuid is None:

@@ -139,7 +139,7 @@ class Transport(Protocol):
         """Names of the outputs that somebody listens to now; only these are made."""
 
     def publish(self, batch: Sequence[Sent]) -> None:
-        """Send messages of one moment to who listens. One that is latched is kept, and sent whoever listens."""
+        """Send messages of one moment to who listens. One that is latched is kept, and sent in any case."""
 
     def log(self, level: str, text: str) -> None:
         """Show people on the network a line: `INFO`, `WARN` or `ERROR`."""

@@ -158,7 +158,7 @@ def point_models(run: tables.Table, model: mujoco.MjModel, contact_free: mujoco.
 class LoopArrays:
     """The arrays of one run of the compiled loop: tables of a world, state, and views of MuJoCo's arrays.
 
-    The views belong to one model and data: whoever makes new ones makes new arrays.
+    The views belong to one model and data: new ones need new arrays.
     """
 
     def __init__(

@@ -2,7 +2,7 @@
 
 A subscribed sensor is read at the steps at which its clock latches a moment (`runtime.sample_clocks`), by the same
 rule, so that there is one reading for every measurement and no drift. `Simulation.advance` stops at these steps: the
-motion is the same to the last bit, whoever listens.
+motion is the same to the last bit with any listeners.
 """
 
 import math

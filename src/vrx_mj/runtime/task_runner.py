@@ -1,6 +1,6 @@
 """The task of a run: frames for its referee at a fixed rate, what the referee does to the world, and the score.
 
-Frames are taken at absolute steps, whoever records or steers, so that a score depends on the motion alone.
+Frames are taken at absolute steps, with or without a recording, so that a score depends on the motion alone.
 """
 
 import json

@@ -38,7 +38,7 @@ class Turn:
         self.what = what
         self.claim: dict[str, int] = {}
         """Under `HOLDER` the thread that advances, as `threading.get_ident` numbers it, or minus the thread that does
-        something short; whoever has put it there takes it away."""
+        something short; the caller that put it there takes it away."""
         self._renew()
         _ALL.add(self)
 
@@ -79,7 +79,7 @@ class Turn:
         self.lock = threading.RLock()
         """Held for a short call."""
         self.boats_lock = threading.RLock()
-        """Held, inside of `lock`, while boats come or go, and by whoever looks them up."""
+        """Held, inside of `lock`, while boats come or go, and by callers that look them up."""
 
     def _forget(self) -> None:
         """In a forked process: other threads are not there, and what they were about to do is half done."""

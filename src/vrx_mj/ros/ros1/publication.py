@@ -1,4 +1,4 @@
-"""Topics that we publish and services that we provide over TCPROS, and whoever connects to our port for them."""
+"""Topics that we publish and services that we provide over TCPROS, and the peers that connect to our port for them."""
 
 import asyncio
 import contextlib

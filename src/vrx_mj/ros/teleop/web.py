@@ -40,7 +40,7 @@ MOST_CONNECTIONS = 64
 class PageServer(http.server.ThreadingHTTPServer):
     """Listens on loopback from the moment that it is made; `serve_forever` answers.
 
-    A page of another site could have its own name lead here: whoever asks by a name that is not this machine's is
+    A page of another site could have its own name lead here: a request by a name that is not this machine's is
     refused.
     """
 
