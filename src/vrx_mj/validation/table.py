@@ -1,14 +1,27 @@
 """The cases of the report, in its order."""
 
 from vrx_mj.errors import UnknownNameError
-from vrx_mj.validation.cases import drifting, heron, hulls, hydrostatics, otter, runs, seas, spheres, vrx, wamv, waves
+from vrx_mj.validation.cases import (
+    drifting,
+    heron,
+    hulls,
+    hydrostatics,
+    otter,
+    resolution,
+    runs,
+    seas,
+    spheres,
+    vrx,
+    wamv,
+    waves,
+)
 from vrx_mj.validation.rows import Case
 
 __all__ = ["CASES", "chosen"]
 
 CASES: tuple[Case, ...] = (
-    *waves.CASES, *seas.CASES, *hydrostatics.CASES, *hulls.CASES, *otter.CASES, *wamv.CASES, *heron.CASES,
-    *spheres.CASES, *drifting.CASES, *runs.CASES, *vrx.CASES,
+    *waves.CASES, *seas.CASES, *hydrostatics.CASES, *hulls.CASES, *resolution.CASES, *otter.CASES, *wamv.CASES,
+    *heron.CASES, *spheres.CASES, *drifting.CASES, *runs.CASES, *vrx.CASES,
 )  # fmt: skip
 """All of them."""
 

@@ -65,21 +65,16 @@ def _sailed(sim: Simulation, duration: float, samples: int) -> tuple[FloatArray,
 
 
 def current_adrift() -> Findings:
-    """A boat adrift in a current."""
-    speed = 0.5
-    sim = marine_simulation(SKIFF, current={"speed": speed})
-    times, places = _sailed(sim, 120.0, 240)
-    speeds = np.diff(places[:, 0]) / np.diff(times)
-    chart = Chart(
-        "Speed of the boat",
-        "time [s]",
-        "speed [m/s]",
-        (
-            Series("current", [0.0, times[-1]], [speed, speed], reference=True),
-            Series("boat", 0.5 * (times[1:] + times[:-1]), speeds),
-        ),
-    )
-    return Findings((near("speed after 120 s", "m/s", speed, float(speeds[-1]), relative=1e-3),), (chart,))
+    """Boats adrift in a current."""
+    speed, found, series = 0.5, [], []
+    for robot in ("skiff", "wamv"):
+        sim = marine_simulation({"usv_count": 1, "robot": robot, "sensors": "none"}, current={"speed": speed})
+        times, places = _sailed(sim, 120.0, 240)
+        speeds = np.diff(places[:, 0]) / np.diff(times)
+        found.append(near(f"speed of the {robot} after 120 s", "m/s", speed, float(speeds[-1]), relative=1e-3))
+        series.append(Series(robot, 0.5 * (times[1:] + times[:-1]), speeds))
+    still = Series("current", [0.0, times[-1]], [speed, speed], reference=True)
+    return Findings(tuple(found), (Chart("Speed of the boats", "time [s]", "speed [m/s]", (still, *series)),))
 
 
 def swell_adrift() -> Findings:
@@ -137,7 +132,7 @@ CASES = (
     Case(
         name="current-adrift",
         title="A boat adrift in a current",
-        setup="The robot skiff without commands in flat water with a current of 0.5 m/s, from rest.",
+        setup="The robots skiff and wamv without commands in flat water with a current of 0.5 m/s, from rest.",
         source="All forces of the water are on the velocity through it: the boat ends with the current's.",
         files=("physics/current.py", "physics/drag.py", "runtime/loop.py"),
         run=current_adrift,

@@ -21,6 +21,9 @@ SEA = {"model": "jonswap", "significant_height": 0.4, "peak_period": 4.0, "sprea
 BREAKING = {"model": "regular", "height": 2.2, "period": 3.2}
 """0.14 of its length high: the steepest that a world takes."""
 
+POWER = ("propeller", "left", "right")
+"""Commands of engines that push ahead."""
+
 
 def calm_hour() -> Findings:
     """An hour in still water."""
@@ -114,11 +117,28 @@ def _pile_up() -> Simulation:
     return marine_simulation({"robot": "skiff", "boats": boats}, sea={**SEA, "components": 20})
 
 
+def _beaching() -> Simulation:
+    """A WAM-V that runs up a shore, in a sea."""
+    boat = {"name": "boat", "pose": [150.0, 105.0, 0.0, 0.0, 0.0, 0.4]}
+    return marine_simulation({"robot": "wamv", "sensors": "none", "boats": [boat]}, extends="sand_island", sea=SEA)
+
+
+def _boat_over() -> Simulation:
+    """A WAM-V upside down in a sea."""
+    pose = (0.0, 0.0, 1.0, 2.8, 0.3, 0.0)
+    boat = {"name": "boat", "pose": list(pose)}
+    sim = marine_simulation({"robot": "wamv", "sensors": "none", "boats": [boat]}, sea=SEA)
+    sim.set_boat("boat", pose=pose, velocity=(1.0, 0.0, 0.0, 2.0, 0.5, 0.5))
+    return sim
+
+
 ROUGH: tuple[tuple[str, Callable[[], Simulation]], ...] = (
     ("a barge that falls in upside down", _capsize),
     ("a barge in waves on the point of breaking", _breaking_sea),
     ("a barge dropped from 5 m", _drop),
     ("20 boats under full power into each other", _pile_up),
+    ("a WAM-V that falls in upside down, under full power", _boat_over),
+    ("a WAM-V that runs up a shore under full power", _beaching),
 )
 
 
@@ -128,7 +148,7 @@ def finite() -> Findings:
     heights = []
     for name, made in ROUGH:
         sim, track, bad = made(), [], 0
-        commands = {boat: {name: 1.0 for name in sim.command_names(boat) if name == "propeller"} for boat in sim.boats}
+        commands = {boat: {name: 1.0 for name in sim.command_names(boat) if name in POWER} for boat in sim.boats}
         try:
             for _ in range(200):
                 sim.step(commands, duration=0.1)
@@ -172,8 +192,8 @@ CASES = (
         name="rough-treatment",
         title="Rough treatment",
         setup="The barge of assets/validation/worlds/barge.yaml on its side with 3 rad/s, in waves of 0.14 of their "
-        "length, and dropped from 5 m; 20 skiffs at full power into each other in a sea. 20 s each, looked at ten "
-        "times a second.",
+        "length, and dropped from 5 m; 20 skiffs at full power into each other in a sea; a WAM-V at full power that "
+        "falls in upside down, and one that runs up the shore of Sand Island. 20 s each, looked at ten times a second.",
         source="Numbers stay finite: what breaks, slams or is hit loses energy, and never gains any without bound.",
         files=("runtime/loop.py", "physics/panels.py"),
         run=finite,

@@ -11,7 +11,7 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.rows import Case, Findings, near
 from vrx_mj.validation.setups import marine_simulation, marine_world
 
-__all__ = ["CASES"]
+__all__ = ["CASES", "PERIOD", "moment"]
 
 HEIGHTS = (0.3, 0.5, 1.0, 2.0, 3.0)
 PERIOD = 7.0
@@ -32,7 +32,7 @@ def jonswap(frequency: FloatArray | float, height: float) -> FloatArray:
     return np.asarray(height**2 * peak**4 * omega**-5 * np.exp(-1.25 * (peak / omega) ** 4) * enhanced)
 
 
-def _moment(order: int) -> float:
+def moment(order: int) -> float:
     """Integral of omega^n S over the frequencies that a sea has."""
     peak = 2.0 * math.pi / PERIOD
     value, _ = quad(lambda w: w**order * float(jonswap(w, 1.0)), 0.25 * peak, 6.0 * peak, limit=400, points=[peak])
@@ -48,7 +48,7 @@ def energy() -> Findings:
         variance = math.fsum(0.5 * wave.amplitude**2 for wave in waves)
         found.append(near(f"variance, Hs {height:g} m", "m2", (height / 4.0) ** 2, variance, relative=1e-6))
     mean = math.fsum(wave.frequency for wave in waves) / len(waves)
-    found.append(near("mean frequency m1 / m0", "rad/s", _moment(1) / _moment(0), mean, relative=1e-3))
+    found.append(near("mean frequency m1 / m0", "rad/s", moment(1) / moment(0), mean, relative=1e-3))
     return Findings(tuple(found), (_shares(sorted(wave.frequency for wave in waves)),))
 
 

@@ -9,7 +9,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.reference import rows
+from vrx_mj.validation.reference import rows, source
 from vrx_mj.validation.rows import Case, Findings, Row, at_most
 
 __all__ = ["CASES"]
@@ -28,6 +28,8 @@ COLUMNS = (
 """Columns of a run and of the spread, names and units."""
 FACTOR, FLOOR = 3.0, 2e-6
 """Band of a run: so many times the spread, or what the files' eight digits leave [m], [rad]."""
+KEPT = 1e-9
+"""Difference from a record of ours, which other processors may round otherwise [m]."""
 DESCRIBED = {
     "scale": "scale", "angle": "angle_rad", "steepness": "steepness", "amplitude": "amplitude_m",
     "period": "period_s", "tau": "tau_s", "gain": "gain",
@@ -119,6 +121,23 @@ def _charts(name: str, times: FloatArray, theirs: FloatArray, ours: FloatArray) 
     return []
 
 
+def kept() -> Findings:
+    """The run of a world with boats, buoys and a dock."""
+    sim, found = Simulation(compile_world("example_course", fleet="trio")), []
+    sim.reset(seed=7)
+    sim.step({boat: {"left": 0.6, "right": 0.4} for boat in sim.boats}, duration=60.0)
+    for row in rows("vrx_run"):
+        seen = sim.observe()[row["boat"]]
+        for quantity, columns, unit, ours in (
+            ("place", ("x", "y", "z"), "m", seen.position), ("attitude", ("qw", "qx", "qy", "qz"), "", seen.quaternion)
+        ):  # fmt: skip
+            apart = float(np.abs(np.array([float(row[column]) for column in columns]) - ours).max())
+            found.append(
+                at_most(f"{row['boat']}: greatest difference of {quantity} from the record", unit, KEPT, apart)
+            )
+    return Findings(tuple(found))
+
+
 SOURCE = (
     "VRX's own C++ (osrf/vrx, gazebo_classic, commit c9b9388), compiled unmodified: assets/validation/oracle, whose "
     "README says how."
@@ -141,5 +160,13 @@ CASES = (
         "that its own results show between steps of 1 and 10 ms.",
         files=("physics/hydrostatics.py", "physics/drag.py", "physics/thrust.py", "physics/wind.py", "runtime/loop.py"),
         run=runs,
+    ),
+    Case(
+        name="vrx-kept",
+        title="Profile vrx: a run as before",
+        setup="The world example_course with the fleet trio, seed 7, 60 s with left 0.6 and right 0.4.",
+        source=source("vrx_run"),
+        files=("runtime/loop.py", "physics/hydrostatics.py", "physics/drag.py", "physics/thrust.py", "physics/wind.py"),
+        run=kept,
     ),
 )

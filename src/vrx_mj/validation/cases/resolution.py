@@ -1,0 +1,120 @@
+"""What finer panels and more components change: how fast the error goes down when their number is doubled."""
+
+import itertools
+import math
+
+import numpy as np
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.draw.chart import Chart, Series
+from vrx_mj.physics.panels import panel_wrench
+from vrx_mj.validation.cases.seas import PERIOD, moment
+from vrx_mj.validation.rows import Case, Findings, Row, between
+from vrx_mj.validation.setups import GRAVITY, marine_world
+
+__all__ = ["CASES"]
+
+DENSITY, LENGTH, BEAM, DRAFT = 1025.0, 4.0, 2.0, 0.5
+"""Water [kg/m3] and size of the fixed barge [m]."""
+WAVE = (2.0 * math.pi / 3.0) ** 2 / GRAVITY
+"""Wavenumber of a period of 3 s in deep water [rad/m]."""
+CUTS = (2, 4, 8, 16)
+"""Parts into which the barge's beam is cut; its length has twice as many."""
+COUNTS = (15, 30, 60, 120, 240)
+CALM = 1e6
+"""Pressure that is added, so that all panels are wet [Pa]."""
+
+
+def _side(across: tuple[FloatArray, FloatArray], place: FloatArray) -> list[FloatArray]:
+    """Triangles of a rectangle, counter-clockwise along the two axes; `place` (3, 3) takes (u, v, 1) into space."""
+    found = []
+    for (a, b), (c, d) in itertools.product(*(itertools.pairwise(values.tolist()) for values in across)):
+        p, q, r, s = (place @ (u, v, 1.0) for u, v in ((a, c), (b, c), (b, d), (a, d)))
+        found += [np.array((p, q, r)), np.array((p, r, s))]
+    return found
+
+
+def _barge(cuts: int) -> FloatArray:
+    """Bottom, bow and stern of a barge (n, 3, 3) [m], the water at z = 0."""
+    x = np.linspace(-0.5 * LENGTH, 0.5 * LENGTH, 2 * cuts + 1)
+    y, z = np.linspace(-0.5 * BEAM, 0.5 * BEAM, cuts + 1), np.linspace(-DRAFT, 0.0, cuts // 2 + 1)
+    bottom = np.array([(0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, -DRAFT)])
+    bow = np.array([(0.0, 0.0, 0.5 * LENGTH), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+    stern = np.array([(0.0, 0.0, -0.5 * LENGTH), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)])
+    return np.array(_side((y, x), bottom) + _side((y, z), bow) + _side((z, y), stern))
+
+
+def _force(cuts: int, phase: float) -> FloatArray:
+    """Force (6,) of the pressure of a wave of 1 m, at one phase, on the barge at rest."""
+    points = _barge(cuts).reshape(-1, 3)
+    triangles = np.arange(len(points), dtype=np.int64).reshape(-1, 3)
+    wave = DENSITY * GRAVITY * np.exp(WAVE * points[:, 2]) * np.cos(WAVE * points[:, 0] + phase)
+    still = np.full(len(points), CALM)
+    with_wave, without = (np.array(panel_wrench(points, triangles, p)) for p in (still + wave, still))
+    return np.asarray(with_wave - without)
+
+
+def panels() -> Findings:
+    """Froude-Krylov forces by the number of panels."""
+    long, deep = 0.5 * WAVE * LENGTH, math.exp(-WAVE * DRAFT)
+    heave = DENSITY * GRAVITY * LENGTH * BEAM * deep * math.sin(long) / long
+    surge = 2.0 * DENSITY * GRAVITY * BEAM * math.sin(long) * (1.0 - deep) / WAVE
+    errors = {
+        "heave": [abs(float(_force(cuts, 0.0)[2]) / heave - 1.0) for cuts in CUTS],
+        "surge": [abs(float(_force(cuts, 0.5 * math.pi)[0]) / surge - 1.0) for cuts in CUTS],
+    }
+    rows = [
+        between(f"order of the error of {name}, from {a} to {b} panels across", "", 1.9, 2.1, math.log2(one / other))
+        for name, found in errors.items()
+        for (a, one), (b, other) in itertools.pairwise(zip(CUTS, found, strict=True))
+    ]
+    return Findings(tuple(rows), (_chart("Error of the force", "panels across", CUTS, errors, 2.0),))
+
+
+def components() -> Findings:
+    """Vertical velocity of the surface by the number of components."""
+    exact = moment(2) / moment(0)
+    errors = []
+    for count in COUNTS:
+        sea = {"model": "jonswap", "significant_height": 1.0, "peak_period": PERIOD, "components": count}
+        waves = marine_world(sea=sea).parameters.sea.waves
+        errors.append(abs(math.fsum(wave.frequency**2 for wave in waves) / len(waves) / exact - 1.0))
+    rows: list[Row] = [
+        between(f"order of the error of m2 / m0, from {a} to {b} components", "", 0.5, 2.0, math.log2(one / other))
+        for (a, one), (b, other) in itertools.pairwise(zip(COUNTS, errors, strict=True))
+    ]
+    return Findings(tuple(rows), (_chart("Error of m2 / m0", "components", COUNTS, {"m2 / m0": errors}, 1.0),))
+
+
+def _chart(title: str, axis: str, numbers: tuple[int, ...], errors: dict[str, list[float]], order: float) -> Chart:
+    """Errors over numbers, both as logarithms, with a line of an order."""
+    x = np.log10(numbers)
+    first = next(iter(errors.values()))[0]
+    line = Series(f"order {order:g}", x, np.log10(first) - order * (x - x[0]), reference=True)
+    points = [Series(name, x, np.log10(found), kind="points") for name, found in errors.items()]
+    return Chart(title, f"log10 of the number of {axis}", "log10 of the relative error", (line, *points))
+
+
+CASES = (
+    Case(
+        name="panels-doubled",
+        title="Panels doubled",
+        setup="The pressure of a wave of 3 s on a fixed barge of 4 x 2 x 0.5 m, whose bottom and ends are cut into 2 "
+        "to 16 parts across.",
+        source="Closed form, rho g A e^(-k d) sinc(k l / 2) and 2 rho g b sin(k l / 2) (1 - e^(-k d)) / k per metre. "
+        "The pressure is linear over a panel: twice as many each way leave a quarter of the error, order 2.",
+        files=("physics/panels.py",),
+        run=panels,
+    ),
+    Case(
+        name="components-doubled",
+        title="Components doubled",
+        setup=f"A JONSWAP sea of Tp {PERIOD:g} s, of 15 to 240 components: m2 / m0, the variance of the surface's "
+        "vertical velocity over that of its height.",
+        source="Integrals of the spectrum. Each component has the mean frequency of its band, so m0 and m1 are exact, "
+        "and m2 lacks the spread inside bands: order 2 where a spectrum ends, 0.5 for a tail of omega^-5 without end; "
+        "this one ends at six times the peak's frequency.",
+        files=("physics/spectra.py",),
+        run=components,
+    ),
+)
