@@ -196,7 +196,7 @@ class RobotConfig(Config):
     contact: ContactConfig = ContactConfig()
     """How its hull yields to what it touches."""
     thrusters: dict[Name, ThrusterEntry] = Field(default_factory=dict)
-    """Thrusters by the names that commands have."""
+    """Thrusters by the names that commands have; `{}` for a boat that has none, and drifts."""
     rudders: dict[Name, RudderEntry] = Field(default_factory=dict)
     """Rudders by the names that commands have."""
     propellers: dict[Name, PropellerConfig] = Field(default_factory=dict)

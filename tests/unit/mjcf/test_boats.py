@@ -228,6 +228,7 @@ def test_joints_that_move_nothing_are_said():
 def test_a_boat_without_thrusters_is_said():
     text = "no thruster, so the boat drifts; add `thrusters` to the YAML beside it"
     assert assemble().warnings == (text,)
+    assert assemble(thrusters={}).warnings == ()  # its file says so
 
 
 # What cannot be
