@@ -33,7 +33,7 @@ from typing import NamedTuple
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Vector, Wrench, add, rotate, rotated_wrench, unrotate, zero_wrench
-from vrx_mj.physics.tables import Record, Table
+from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.volumes import submerged
 from vrx_mj.physics.waves import surface_height
 
@@ -114,7 +114,7 @@ def water_rise(state: Record, height: float, dt: float) -> float:
 
 @kernel
 def water_at_elements(
-    body: Record, elements: Table, water: Table, motion: Motion, waves: Table, sea: Record, t: float, dt: float
+    body: Record, elements: Table, water: Table, motion: Motion, waves: Waves, sea: Record, t: float, dt: float
 ) -> None:
     """Keep in `water` the surface's height [m] at each of the link's elements, and how fast [m/s] it rose there."""
     for i in range(body.element_start, body.element_start + body.element_count):

@@ -16,7 +16,7 @@ import math
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Vector, Wrench, rotate
-from vrx_mj.physics.tables import Record, Table
+from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.waves import elevation, ramp
 
 __all__ = ["at_rest", "greatest_lift", "hydrostatics", "section_area", "settle", "station_force"]
@@ -49,7 +49,7 @@ def station_force(hull: Record, station: Record, depth: float) -> float:
 
 
 @kernel
-def hydrostatics(hull: Record, stations: Table, waves: Table, sea: Record, motion: Motion, t: float) -> Wrench:
+def hydrostatics(hull: Record, stations: Table, waves: Waves, sea: Record, motion: Motion, t: float) -> Wrench:
     """Return the water's lift on the hull: world axes, about `hull.link_com`, at time `t` [s].
 
     Each station samples the sea where it is in the world. VRX's quirk is kept: a station sits at b from the

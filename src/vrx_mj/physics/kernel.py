@@ -14,13 +14,13 @@ from numba.core.registry import CPUDispatcher
 
 from vrx_mj.physics.kernel_cache import Choice, KernelCache, Uncached, chosen_folder, say_before_the_first
 
-__all__ = ["allocating_kernel", "cache_choice", "cache_folder", "cached", "inlined_kernel", "kernel"]
+__all__ = ["allocating_kernel", "cache_choice", "cache_folder", "cached", "expanded_kernel", "inlined_kernel", "kernel"]
 
 F = TypeVar("F", bound=Callable[..., object])
 
 _PACKAGES = ("physics", "sensors", "runtime", "recording")
 """The packages whose modules may hold kernels."""
-_HOLDS_KERNELS = re.compile(rb"^@(allocating_|inlined_)?kernel\b|^@intrinsic\b|= c_function\(", re.MULTILINE)
+_HOLDS_KERNELS = re.compile(rb"^@(allocating_|expanded_|inlined_)?kernel\b|^@intrinsic\b|= c_function\(", re.MULTILINE)
 _TAKEN_OVER = ("constants.py", "libmujoco.py", "physics/kernel.py", "physics/tables.py")
 """Modules without kernels whose numbers, columns and settings are compiled into them."""
 
@@ -96,6 +96,14 @@ def allocating_kernel(function: F) -> F:
     return _compiled(function, counting=True)
 
 
+def expanded_kernel(function: F) -> F:
+    """Have numba write a function out where kernels call it: it is never compiled by itself, only as a part of them.
+
+    Arguments that are constants there, None above all, decide which of its branches are compiled.
+    """
+    return _compiled(function, counting=True, expanded=True)
+
+
 class Kernel(CPUDispatcher):  # type: ignore[misc]
     """A compiled function that has two forms, each compiled when first needed.
 
@@ -127,7 +135,7 @@ def _cache_of(function: Callable[..., object], form: str = "") -> KernelCache | 
     return Uncached() if _FOLDER is None else KernelCache(function, _FOLDER, form)
 
 
-def _compiled(function: F, *, counting: bool, inlined: bool = False) -> F:
+def _compiled(function: F, *, counting: bool, inlined: bool = False, expanded: bool = False) -> F:
     """Have numba compile a function, and cache it in our folder and by our rules, whatever numba's own settings are.
 
     Without the wrapper for calls from C, which nothing uses, kernels compile in two thirds of the time.
@@ -139,6 +147,7 @@ def _compiled(function: F, *, counting: bool, inlined: bool = False) -> F:
         "no_cfunc_wrapper": True,
         "_nrt": counting,
         "forceinline": inlined,
+        "inline": "always" if expanded else "never",
     }
     compiled: Any = Kernel(function, None, options)
     result: F = compiled

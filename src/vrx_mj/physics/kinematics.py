@@ -9,9 +9,11 @@ import math
 from typing import NamedTuple
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.physics.elementary import cosine, cosine_and_sine
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.tables import Record, Table
-from vrx_mj.physics.waves import cosine, cosine_and_sine, elevation, ramp
+from vrx_mj.physics.tables import Record, Table, Waves
+from vrx_mj.physics.wave_columns import bottom_share, decay, motion_of_columns
+from vrx_mj.physics.waves import elevation, ramp
 
 __all__ = [
     "Orbital",
@@ -40,16 +42,6 @@ class Orbital(NamedTuple):
 
 
 @kernel
-def _decay(wavenumber: float, z: float, depth: float) -> tuple[float, float]:
-    """Return cosh(k (z + h)) / cosh(k h) and sinh(k (z + h)) / cosh(k h) for z <= 0; in deep water, exp(k z)."""
-    down = math.exp(wavenumber * z)
-    if wavenumber * depth > 20.0:
-        return down, down
-    up, whole = math.exp(-wavenumber * (z + 2.0 * depth)), 1.0 + math.exp(-2.0 * wavenumber * depth)
-    return (down + up) / whole, (down - up) / whole
-
-
-@kernel
 def surface_slope(waves: Table, sea: Record, x: float, y: float, t: float) -> Slope:
     """Return the slope of the surface toward east and north at (x, y) [m] and time `t` [s]."""
     east, north = 0.0, 0.0
@@ -68,28 +60,32 @@ def surface_slope(waves: Table, sea: Record, x: float, y: float, t: float) -> Sl
 
 
 @kernel
-def orbital_motion(waves: Table, sea: Record, x: float, y: float, z: float, t: float) -> Orbital:
+def orbital_motion(waves: Waves, sea: Record, x: float, y: float, z: float, t: float) -> Orbital:
     """Return how the waves move the water at (x, y, z) [m, world] and time `t` [s]; the current is not in it.
 
     With theta = k (d . x) - omega t + phase and U the amplitude of the horizontal velocity at the mean level:
     u = U cosh(k (z + h)) / cosh(k h) cos(theta) d, w = U sinh(k (z + h)) / cosh(k h) sin(theta).
     """
     depth = min(max(z - sea.level, -sea.depth), 0.0)
+    grown = ramp(sea, t)
+    if waves.ndim == 2:
+        u, v, w, du, dv, dw = motion_of_columns(waves, x, y, depth, t)
+        return Orbital(grown * u, grown * v, grown * w, grown * du, grown * dv, grown * dw)
     u, v, w, du, dv, dw = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(waves.size):
         wave = waves[i]
         along = wave.direction[0] * x + wave.direction[1] * y
         angle = wave.wavenumber * along - wave.frequency * t + wave.phase
         cos, sin = cosine_and_sine(angle)
-        level, upright = _decay(wave.wavenumber, depth, sea.depth)
+        level, upright = decay(wave.wavenumber, depth, bottom_share(wave.wavenumber, sea.depth))
         level, upright = wave.orbital * level, wave.orbital * upright
-        u += wave.direction[0] * level * cos
-        v += wave.direction[1] * level * cos
+        c, s, f = level * cos, level * sin, wave.frequency
+        u += wave.direction[0] * c
+        v += wave.direction[1] * c
         w += upright * sin
-        du += wave.direction[0] * level * wave.frequency * sin
-        dv += wave.direction[1] * level * wave.frequency * sin
-        dw -= upright * wave.frequency * cos
-    grown = ramp(sea, t)
+        du += wave.direction[0] * (f * s)
+        dv += wave.direction[1] * (f * s)
+        dw -= f * (upright * cos)
     return Orbital(grown * u, grown * v, grown * w, grown * du, grown * dv, grown * dw)
 
 
@@ -111,7 +107,7 @@ def water_pressure(waves: Table, sea: Record, x: float, y: float, z: float, t: f
     for i in range(waves.size):
         wave = waves[i]
         along = wave.direction[0] * x + wave.direction[1] * y
-        level, _ = _decay(wave.wavenumber, stretched, sea.depth)
+        level, _ = decay(wave.wavenumber, stretched, bottom_share(wave.wavenumber, sea.depth))
         dynamic += wave.amplitude * level * cosine(wave.wavenumber * along - wave.frequency * t + wave.phase)
     return float(max(sea.density * sea.gravity * (grown * dynamic - below), 0.0))
 

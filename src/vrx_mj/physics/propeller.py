@@ -12,7 +12,7 @@ from vrx_mj.physics.current import current_velocity
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.kinematics import orbital_motion
 from vrx_mj.physics.motion import Motion, Vector, relative_motion, rotate
-from vrx_mj.physics.tables import Record, Table
+from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.thrust import effective_command, force_direction, force_point
 from vrx_mj.physics.waves import surface_height
 
@@ -122,7 +122,7 @@ def advance_speed(thruster: Record, through: Motion, angle: float) -> float:
 
 @kernel
 def update_propeller(
-    hull: Record, thruster: Record, own: Record, propellers: Table, points: Table, states: Table, waves: Table,
+    hull: Record, thruster: Record, own: Record, propellers: Table, points: Table, states: Table, waves: Waves,
     sea: Record, current: Table, current_state: Table, layers: Table, body: Motion, time: float, dt: float,
 ) -> None:  # fmt: skip
     """Advance a thruster that has a measured propeller by `dt` [s]: its force `own.thrust` [N].
@@ -163,7 +163,7 @@ def update_propeller(
 
 @kernel
 def _water_velocity(
-    waves: Table, sea: Record, current: Table, state: Table, layers: Table, place: Vector, time: float
+    waves: Waves, sea: Record, current: Table, state: Table, layers: Table, place: Vector, time: float
 ) -> Vector:
     """Return the water's velocity [m/s, world] at a place [m, world]: the current's and the waves'."""
     x, y, z = place

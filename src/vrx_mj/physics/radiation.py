@@ -15,10 +15,11 @@ All about the link's origin; memory in body axes, diffraction in level axes in t
 import math
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.physics.elementary import cosine
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Wrench
 from vrx_mj.physics.tables import Record, Table
-from vrx_mj.physics.waves import cosine, ramp
+from vrx_mj.physics.waves import ramp
 
 __all__ = ["diffraction_load", "memory_load", "memory_step"]
 

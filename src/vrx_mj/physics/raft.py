@@ -22,7 +22,7 @@ from vrx_mj.physics.flotation import Sums, sums_wrench, water_rise, wet_sums
 from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.kinematics import orbital_motion
 from vrx_mj.physics.motion import Motion, Vector, Wrench, add, motion, rotate, zero_wrench
-from vrx_mj.physics.tables import Record, Table
+from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.waves import surface_height
 from vrx_mj.physics.wind import wind_load
 
@@ -44,7 +44,7 @@ RAFT_WORK = np.dtype(
 @kernel
 def block_load(
     index: int, blocks: Table, work: Table, elements: Table, water: Table, states: Table,
-    waves: Table, sea: Record, stream: tuple[float, float], air: tuple[float, float],
+    waves: Waves, sea: Record, stream: tuple[float, float], air: tuple[float, float],
     qpos: FloatArray, qvel: FloatArray, time: float, dt: float,
 ) -> Wrench:  # fmt: skip
     """Return buoyancy, drag and wind on a block at its present velocity, about its centre of mass.

@@ -11,9 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.physics.elementary import cosine
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.tables import WAVE, Record, Table
-from vrx_mj.physics.waves import cosine, ramp
+from vrx_mj.physics.waves import ramp
 
 __all__ = ["EDGE", "HORIZON", "RINGS", "SPOKES", "draw_surface", "fan", "fan_triangles", "reflectance", "ripples"]
 

@@ -16,10 +16,12 @@ __all__ = [
     "FLOAT_STATE", "FOLLOWER", "FOLLOWER_STATE", "GLF", "GUST_BAND", "HULL", "LAYER", "LINEAR", "MARINE", "MATRIX",
     "MEMORY", "MEMORY_STATE", "MESH", "MOORING", "NEWTONS", "PROPELLER", "PROPELLER_POINT", "PROPELLER_STATE", "ROPE",
     "RUDDER", "SEA", "SPHERE", "STATION", "STRIP", "THRUSTER", "THRUSTER_STATE", "VESSEL", "VRX", "VRX3", "WAVE",
-    "WAYPOINT", "WIND", "WINDAGE", "WIND_STATE", "Record", "Table", "columns_of", "table",
+    "WAYPOINT", "WIND", "WINDAGE", "WIND_STATE", "Record", "Table", "Waves", "columns_of", "table",
 ]  # fmt: skip
 
 Table = npt.NDArray[np.void]
+Waves = Table | npt.NDArray[np.float64]
+"""`WAVE`, or `wave_columns` of it. numba knows which, and leaves out what is for the other."""
 Record = Any
 """One row of a `Table`."""
 

@@ -30,6 +30,7 @@ from vrx_mj.physics.panels import panel_wrench, still_pressures
 from vrx_mj.physics.radiation import diffraction_load, memory_load, memory_step
 from vrx_mj.physics.tables import MATRIX, Record, Table
 from vrx_mj.physics.wave_box import LEVELS, SIDE, fill_box, heading_of, pressures_in_box, wave_box
+from vrx_mj.physics.wave_columns import wave_columns
 from vrx_mj.physics.waves import surface_height
 
 __all__ = [
@@ -39,7 +40,7 @@ __all__ = [
 
 
 class VesselWork(NamedTuple):
-    """Memory for the pressures on a mesh of at most n points."""
+    """The waves, and memory for the pressures on a mesh of at most n points."""
 
     places: FloatArray
     """(3, n)"""
@@ -47,6 +48,8 @@ class VesselWork(NamedTuple):
     """(n,)"""
     polynomial: FloatArray
     """(LEVELS, SIDE, SIDE)"""
+    columns: FloatArray
+    """The waves in columns."""
 
 
 class VesselLoads(NamedTuple):
@@ -67,9 +70,10 @@ class WaveLoads(NamedTuple):
 
 
 @allocating_kernel
-def vessel_work(points: int) -> VesselWork:
-    """Return memory for meshes of so many points."""
-    return VesselWork(np.empty((3, points)), np.empty(points), np.empty((LEVELS, SIDE, SIDE)))
+def vessel_work(points: int, waves: Table, sea: Record) -> VesselWork:
+    """Return memory for meshes of so many points in a sea."""
+    polynomial = np.empty((LEVELS, SIDE, SIDE))
+    return VesselWork(np.empty((3, points)), np.empty(points), polynomial, wave_columns(waves, sea))
 
 
 @kernel

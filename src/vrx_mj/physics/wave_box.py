@@ -13,10 +13,11 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.physics.elementary import cosine_and_sine
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, rotate
 from vrx_mj.physics.tables import Record, Table
-from vrx_mj.physics.waves import cosine_and_sine, ramp
+from vrx_mj.physics.waves import ramp
 
 __all__ = ["LEVELS", "SIDE", "WaveBox", "fill_box", "heading_of", "pressures_in_box", "wave_box"]
 

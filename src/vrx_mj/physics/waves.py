@@ -14,65 +14,16 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.constants import SPECTRUM_GRAVITY, WAVE_GRAVITY
+from vrx_mj.physics.elementary import cosine
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.noise import stream_key, uniform
-from vrx_mj.physics.tables import Record, Table
+from vrx_mj.physics.tables import Record, Table, Waves
+from vrx_mj.physics.wave_columns import elevation_of_columns
 
 __all__ = [
-    "cosine", "cosine_and_sine", "cwr_components", "elevation", "pms_components", "ramp", "random_phases",
-    "surface_height", "surface_heights",
+    "cwr_components", "elevation", "pms_components", "ramp", "random_phases", "surface_height",
+    "surface_heights",
 ]  # fmt: skip
-
-
-_LIMIT = 1.0e6
-"""Up to here [rad] the number of half turns has 19 bits, and its products with the parts of pi are exact."""
-
-_P1, _P2, _P3 = 3.1415926534682512, 1.2154201012607932e-10, 4.044532497591901e-21
-"""Pi in parts of 33, 33 and 53 bits: twice those of FDLIBM's e_rem_pio2.c (Sun Microsystems, 1993)."""
-
-_TAYLOR = tuple((-1.0) ** k / math.factorial(2 * k) for k in range(11))
-"""The cosine's series in x^2; what follows is below 2e-17 for |x| <= pi / 2."""
-
-_TAYLOR_SINE = tuple((-1.0) ** k / math.factorial(2 * k + 1) for k in range(11))
-"""The series of the sine over x; what follows is below 2e-18."""
-
-
-@kernel
-def cosine(angle: float) -> float:
-    """Return the cosine of `angle` [rad], within 4e-16.
-
-    Half turns are taken off first (Cody and Waite, 1980). The series is summed pairwise, which waits
-    less than Horner's rule. Beyond a million radians it falls back to the C library.
-    """
-    if not abs(angle) < _LIMIT:
-        return math.cos(angle)
-    turns = float(np.floor(angle * (1.0 / math.pi) + 0.5))
-    x = ((angle - turns * _P1) - turns * _P2) - turns * _P3
-    value = _even_series(_TAYLOR, x * x)
-    return -value if int(turns) & 1 else value
-
-
-@kernel
-def cosine_and_sine(angle: float) -> tuple[float, float]:
-    """Return `cosine` of `angle` [rad], to the bit, and its sine, within 4e-16, in two thirds of the time of two."""
-    if not abs(angle) < _LIMIT:
-        return math.cos(angle), math.sin(angle)
-    turns = float(np.floor(angle * (1.0 / math.pi) + 0.5))
-    x = ((angle - turns * _P1) - turns * _P2) - turns * _P3
-    z = x * x
-    cos, sin = _even_series(_TAYLOR, z), x * _even_series(_TAYLOR_SINE, z)
-    return (-cos, -sin) if int(turns) & 1 else (cos, sin)
-
-
-@kernel
-def _even_series(c: tuple[float, ...], z: float) -> float:
-    """Return the sum of c_k z^k, pairwise."""
-    z2 = z * z
-    z4 = z2 * z2
-    low = (1.0 + z * c[1]) + z2 * (c[2] + z * c[3])
-    middle = (c[4] + z * c[5]) + z2 * (c[6] + z * c[7])
-    high = (c[8] + z * c[9]) + z2 * c[10]
-    return low + z4 * (middle + z4 * high)
 
 
 PHILLIPS = 0.0081
@@ -183,8 +134,10 @@ def ramp(sea: Record, t: float) -> float:
 
 
 @kernel
-def elevation(waves: Table, x: float, y: float, t: float) -> float:
+def elevation(waves: Waves, x: float, y: float, t: float) -> float:
     """Return the height [m] of the grown sea above its mean level at (x, y) [m] and time `t` [s]."""
+    if waves.ndim == 2:
+        return elevation_of_columns(waves, x, y, t)
     height = 0.0
     for i in range(waves.size):
         wave = waves[i]
@@ -194,7 +147,7 @@ def elevation(waves: Table, x: float, y: float, t: float) -> float:
 
 
 @kernel
-def surface_height(waves: Table, sea: Record, x: float, y: float, t: float) -> float:
+def surface_height(waves: Waves, sea: Record, x: float, y: float, t: float) -> float:
     """Return the height [m] of the water's surface in the world at (x, y) [m] and time `t` [s].
 
     eta = level + ramp(t) sum a cos(k (d . x) - omega t): VRX's "simple sampler", the one its forces use.

@@ -73,7 +73,7 @@ def _loads(
     if hull["vessel"] < 0:
         water = water_at_hull(hull, body, *moving)
         return hull_loads(hull, arrays.stations, arrays.windage, *weather, here, water, body, time)._asdict()
-    vessel, work = arrays.vessels[hull["vessel"]], vessel_work(len(arrays.vertices))
+    vessel, work = arrays.vessels[hull["vessel"]], vessel_work(len(arrays.vertices), *weather)
     water, orbital = water_at_vessel(vessel, body, *moving)
     loads = vessel_loads(
         hull, vessel, arrays.vertices, arrays.triangles, arrays.strips, *weather, water, orbital, body, time, work

@@ -26,7 +26,7 @@ from vrx_mj.physics.flotation import (
     water_rise,
 )
 from vrx_mj.physics.hydrostatics import hydrostatics
-from vrx_mj.physics.kernel import allocating_kernel, inlined_kernel, kernel
+from vrx_mj.physics.kernel import allocating_kernel, expanded_kernel, inlined_kernel, kernel
 from vrx_mj.physics.kinematics import Orbital, orbital_motion
 from vrx_mj.physics.linkage import add_link_drag, link_motion
 from vrx_mj.physics.motion import (
@@ -43,7 +43,7 @@ from vrx_mj.physics.motion import (
 )  # fmt: skip
 from vrx_mj.physics.propeller import update_propeller
 from vrx_mj.physics.raft import block_load, moor, raft_drag
-from vrx_mj.physics.tables import MARINE, RUDDER, VRX3, Record, Table
+from vrx_mj.physics.tables import MARINE, RUDDER, VRX3, Record, Table, Waves
 from vrx_mj.physics.thrust import (
     effective_command,
     engine_wrench,
@@ -112,17 +112,19 @@ def advance(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
     The model without collision shapes steps while nothing can touch anything. Returns the number of steps done: fewer
     when the sample buffer is full or a touch has begun, -1 when the state has diverged.
     """
-    return _advance(runs, row, time, dt, steps, vessel_work(len(views(runs[row]).vertices)))
+    a = views(runs[row])
+    work = vessel_work(len(a.vertices), a.waves, a.sea[0])
+    return _advance(runs, row, time, dt, steps, work, work.columns)
 
 
 @allocating_kernel
 def advance_vrx(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
     """The same for worlds of VRX's profiles without links: compiled without all that only others need."""
-    return _advance(runs, row, time, dt, steps, None)
+    return _advance(runs, row, time, dt, steps, None, views(runs[row]).waves)
 
 
-@allocating_kernel
-def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: VesselWork | None) -> int:
+@expanded_kernel
+def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: VesselWork | None, waves: Waves) -> int:
     """`advance`. Where `work` is None, numba leaves out the branches that need it."""
     run = runs[row]
     a = views(run)
@@ -136,12 +138,12 @@ def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: Ve
         wind_step(a.wind[0], a.wind_state[0], a.gust_bands, a.air, a.air_state, dt)
         current_step(a.current, a.current_state, dt)
         air = air_velocity(a.wind[0], a.wind_state[0], a.air_state)
-        push_hulls(a, work, air, time, dt)
-        push_floats(a, work, air, damping, time, dt)
+        push_hulls(a, work, waves, air, time, dt)
+        push_floats(a, work, waves, air, damping, time, dt)
         if work is not None and a.links.size > 0:
             mj_fwd_kinematics(run.contact_free, run.data)
-            push_links(a, work, air, damping, time, dt)
-        push_docks(a, air, time, dt)
+            push_links(a, work, waves, air, damping, time, dt)
+        push_docks(a, waves, air, time, dt)
         free = contact_free(a.movers, a.obstacles, a.qpos, flags)
         idle = free and free_before and flags.unconstrained != 0  # the step before found nothing, nor would this one
         move(run.contact_free if free else run.model, run.data, a, work, added, damping, idle)
@@ -154,7 +156,7 @@ def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: Ve
 
 
 @inlined_kernel
-def push_hulls(a: Views, work: VesselWork | None, air: Air, time: float, dt: float) -> None:
+def push_hulls(a: Views, work: VesselWork | None, waves: Waves, air: Air, time: float, dt: float) -> None:
     """Let water, wind and their thrusters push all hulls."""
     for i in range(a.hulls.size):
         hull = a.hulls[i]
@@ -165,9 +167,9 @@ def push_hulls(a: Views, work: VesselWork | None, air: Air, time: float, dt: flo
                 push_vessel(hull, body, a, work, air, time, dt)
                 continue
             if hull.profile == MARINE:
-                water = water_at_hull(hull, body, a.waves, a.sea[0], a.current, a.current_state, a.layers, time)
+                water = water_at_hull(hull, body, waves, a.sea[0], a.current, a.current_state, a.layers, time)
         here = wind_at_hull(hull, a.air, air)
-        loads = hull_loads(hull, a.stations, a.windage, a.waves, a.sea[0], here, water, body, time)
+        loads = hull_loads(hull, a.stations, a.windage, waves, a.sea[0], here, water, body, time)
         wrench = add(add(add(loads.hydrostatics, loads.drag), loads.added_mass_bias), loads.wind)
         push = thrust(hull, body, a, work, time, dt)
         apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
@@ -177,7 +179,7 @@ def push_hulls(a: Views, work: VesselWork | None, air: Air, time: float, dt: flo
 def push_vessel(hull: Record, body: Motion, a: Views, work: VesselWork, air: Air, time: float, dt: float) -> None:
     """Let water, wind and its thrusters push a hull that has a model of its own."""
     vessel = a.vessels[hull.vessel]
-    stream, orbital = water_at_vessel(vessel, body, a.waves, a.sea[0], a.current, a.current_state, a.layers, time)
+    stream, orbital = water_at_vessel(vessel, body, work.columns, a.sea[0], a.current, a.current_state, a.layers, time)
     loads = vessel_loads(
         hull, vessel, a.vertices, a.triangles, a.strips, a.waves, a.sea[0], stream, orbital, body, time, work
     )
@@ -193,7 +195,7 @@ def push_vessel(hull: Record, body: Motion, a: Views, work: VesselWork, air: Air
 
 @kernel
 def water_at_vessel(
-    vessel: Record, body: Motion, waves: Table, sea: Record, current: Table, state: Table, layers: Table, time: float
+    vessel: Record, body: Motion, waves: Waves, sea: Record, current: Table, state: Table, layers: Table, time: float
 ) -> tuple[Vector, Orbital]:
     """Return the current [m/s, world], and how the waves move the water, at a vessel's centre of buoyancy."""
     lever = rotate(body, vessel.buoyancy[0], vessel.buoyancy[1], vessel.buoyancy[2])
@@ -204,7 +206,7 @@ def water_at_vessel(
 
 @kernel
 def hull_loads(
-    hull: Record, stations: Table, windage: Table, waves: Table, sea: Record,
+    hull: Record, stations: Table, windage: Table, waves: Waves, sea: Record,
     air: Air, water: Vector, body: Motion, time: float,
 ) -> HullLoads:  # fmt: skip
     """Return what water and wind do to a hull; with `thrust` it is all that acts on it from outside.
@@ -222,7 +224,7 @@ def hull_loads(
 
 @kernel
 def water_at_hull(
-    hull: Record, body: Motion, waves: Table, sea: Record, current: Table, state: Table, layers: Table, time: float
+    hull: Record, body: Motion, waves: Waves, sea: Record, current: Table, state: Table, layers: Table, time: float
 ) -> Vector:
     """Return the water's velocity [m/s, world] at `hull.link_com`: the current's and the waves'."""
     lever = rotate(body, hull.link_com[0], hull.link_com[1], hull.link_com[2])
@@ -300,7 +302,7 @@ def thrust(hull: Record, body: Motion, a: Views, work: VesselWork | None, time: 
             own.angle, own.rate = servo_step(thruster, own.angle, own.rate, target, dt)
         if work is not None and thruster.measured >= 0:
             update_propeller(
-                hull, thruster, own, a.propellers, a.propeller_points, a.propeller_state, a.waves, a.sea[0],
+                hull, thruster, own, a.propellers, a.propeller_points, a.propeller_state, work.columns, a.sea[0],
                 a.current, a.current_state, a.layers, body, time, dt,
             )  # fmt: skip
         else:
@@ -330,10 +332,12 @@ def update_force(hull: Record, thruster: Record, own: Record, state: Table, body
 
 
 @inlined_kernel
-def push_floats(a: Views, work: VesselWork | None, air: Air, damping: FloatArray, time: float, dt: float) -> None:
+def push_floats(
+    a: Views, work: VesselWork | None, waves: Waves, air: Air, damping: FloatArray, time: float, dt: float
+) -> None:
     """Let water, wind and their own strength push all floating objects."""
     for i in range(a.floats.size):
-        apply(a.xfrc_applied, a.floats[i].body, floating(i, a, work, air, damping[i], time, dt))
+        apply(a.xfrc_applied, a.floats[i].body, floating(i, a, work, waves, air, damping[i], time, dt))
     if work is not None:
         for i in range(a.ropes.size):
             rope = a.ropes[i]
@@ -343,14 +347,16 @@ def push_floats(a: Views, work: VesselWork | None, air: Air, damping: FloatArray
 
 
 @inlined_kernel
-def push_links(a: Views, work: VesselWork | None, air: Air, damping: FloatArray, time: float, dt: float) -> None:
+def push_links(
+    a: Views, work: VesselWork | None, waves: Waves, air: Air, damping: FloatArray, time: float, dt: float
+) -> None:
     """Let water and wind push the links of objects that have joints; a row of `damping` after those of the floats."""
     for i in range(a.links.size):
         item, own = a.links[i], damping[a.floats.size + i]
         center = a.subtree_com[a.body_root[item.body]]
         body = link_motion(a.xpos[item.body], a.xmat[item.body], item.dof, a.dof_parent, a.cdof, center, a.qvel)
         load = wind_on_float(item, body, air)
-        found = flotation_of(item, a.link_state[i], body, a, work, load, time, dt, 0.0)
+        found = flotation_of(item, a.link_state[i], body, a, work, waves, load, time, dt, 0.0)
         own[0], own[1], own[2] = dt * found.sums.k, dt * found.sums.kz, dt * found.sums.kappa
         if item.qpos >= 0:  # what the float of the same body does is already there
             apply_more(a.xfrc_applied, item.body, add(load, found.wrench))
@@ -359,12 +365,12 @@ def push_links(a: Views, work: VesselWork | None, air: Air, damping: FloatArray,
 
 
 @inlined_kernel
-def push_docks(a: Views, air: Air, time: float, dt: float) -> None:
+def push_docks(a: Views, waves: Waves, air: Air, time: float, dt: float) -> None:
     """Let water and wind push the blocks of floating docks, and their moorings pull."""
     stream = current_velocity(a.current, a.current_state, a.layers, 0.0, time)
     for i in range(a.blocks.size):
         wrench = block_load(
-            i, a.blocks, a.raft_work, a.elements, a.element_state, a.block_state, a.waves, a.sea[0], stream, air,
+            i, a.blocks, a.raft_work, a.elements, a.element_state, a.block_state, waves, a.sea[0], stream, air,
             a.qpos, a.qvel, time, dt,
         )  # fmt: skip
         apply(a.xfrc_applied, a.blocks[i].body, wrench)
@@ -375,7 +381,7 @@ def push_docks(a: Views, air: Air, time: float, dt: float) -> None:
 
 @inlined_kernel
 def floating(
-    index: int, a: Views, work: VesselWork | None, air: Air, damping: FloatArray, time: float, dt: float
+    index: int, a: Views, work: VesselWork | None, waves: Waves, air: Air, damping: FloatArray, time: float, dt: float
 ) -> Wrench:
     """Wrench of water, wind and its own strength on what floats, about its centre of mass; zero on what is held."""
     item, state = a.floats[index], a.float_state[index]
@@ -387,25 +393,25 @@ def floating(
     if item.follower >= 0:
         follower = a.followers[item.follower]
         load = add(load, follow(follower, a.waypoints, a.follower_state[item.follower], item.com, body))
-    found = flotation_of(item, state, body, a, work, load, time, dt, dt)
+    found = flotation_of(item, state, body, a, work, waves, load, time, dt, dt)
     return add(load, flotation_of_step(item, body, found, dt, damping))
 
 
 @inlined_kernel
 def flotation_of(
-    item: Record, state: Record, body: Motion, a: Views, work: VesselWork | None, load: Wrench, time: float, dt: float,
-    ahead: float,
+    item: Record, state: Record, body: Motion, a: Views, work: VesselWork | None, waves: Waves, load: Wrench,
+    time: float, dt: float, ahead: float,
 ) -> Flotation:  # fmt: skip
     """Buoyancy and drag of what floats, `ahead` [s] from now as a free body; `load` is all else on it but weight."""
     if work is not None and item.profile == MARINE:
-        height = surface_height(a.waves, a.sea[0], body.x, body.y, time)
+        height = surface_height(waves, a.sea[0], body.x, body.y, time)
         east, north = current_velocity(a.current, a.current_state, a.layers, a.sea[0].level - body.z, time)
-        water = orbital_motion(a.waves, a.sea[0], body.x, body.y, body.z, time)
+        water = orbital_motion(waves, a.sea[0], body.x, body.y, body.z, time)
         return flotation_in_waves(item, a.elements, body, height, (east, north, 0.0), water, ahead, load)
     if item.profile == VRX3:
-        water_at_elements(item, a.elements, a.element_state, body, a.waves, a.sea[0], time, dt)
+        water_at_elements(item, a.elements, a.element_state, body, waves, a.sea[0], time, dt)
         return flotation(item, a.elements, a.element_state, body, 0.0, 0.0, ahead, load)
-    height = surface_height(a.waves, a.sea[0], body.x, body.y, time)
+    height = surface_height(waves, a.sea[0], body.x, body.y, time)
     rise = water_rise(state, height, dt)
     return flotation(item, a.elements, None, body, height, rise, ahead, load)
 

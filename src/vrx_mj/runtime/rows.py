@@ -14,7 +14,7 @@ from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.errors import CommandError
 from vrx_mj.libmujoco import c_function
 from vrx_mj.model.water import Sea
-from vrx_mj.physics.kernel import allocating_kernel, kernel
+from vrx_mj.physics.kernel import allocating_kernel, expanded_kernel, kernel
 from vrx_mj.physics.motion import motion
 from vrx_mj.physics.tables import WAVE, Record, Table
 from vrx_mj.physics.waves import random_phases, stretched, surface_height
@@ -63,7 +63,7 @@ def advance_rows_vrx(
     _advance_rows(first, last, runs, qpos, qvel, time, done, going, dt, steps, 1)
 
 
-@allocating_kernel
+@expanded_kernel
 def _advance_rows(
     first: int, last: int, runs: Table, qpos: FloatArray, qvel: FloatArray, time: FloatArray, done: IntArray,
     going: BoolArray, dt: float, steps: int, vrx: int | None,

@@ -13,10 +13,11 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import LidarConfig
+from vrx_mj.physics.elementary import cosine
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.noise import normal
 from vrx_mj.physics.tables import Record, Table
-from vrx_mj.physics.waves import cosine, ramp
+from vrx_mj.physics.waves import ramp
 from vrx_mj.sensors.rays import VIEW, angles, cast, grid, reflecting, shapes_of
 from vrx_mj.sensors.readings import PointCloud, Scan
 

@@ -18,7 +18,7 @@ from vrx_mj.physics.waves import ramp
 
 PACKAGE = Path(module.__file__).parents[1]
 SOURCE = PACKAGE.parent
-PROGRAM = "from vrx_mj.physics.waves import cosine; print(cosine(0.0))"
+PROGRAM = "from vrx_mj.physics.elementary import cosine; print(cosine(0.0))"
 
 
 @pytest.fixture
@@ -149,7 +149,7 @@ def test_processes_that_start_at_once_share_one_cache(tmp_path):
     ]
     outputs = [process.communicate(timeout=60)[0].strip() for process in running]
     assert outputs == ["1.0"] * 4
-    assert list((tmp_path / "cache").rglob("waves.cosine-*.nbc"))
+    assert list((tmp_path / "cache").rglob("elementary.cosine-*.nbc"))
 
 
 def test_a_process_without_a_home_starts(tmp_path):

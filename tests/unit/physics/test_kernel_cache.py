@@ -212,7 +212,7 @@ def test_a_folder_that_is_removed_meanwhile_is_made_again(folder):
 
 @pytest.mark.slow
 def test_a_process_that_is_killed_leaves_nothing_that_harms(folder):
-    program = "from vrx_mj.physics.waves import cosine; print('here', flush=True); print(cosine(0.0))"
+    program = "from vrx_mj.physics.elementary import cosine; print('here', flush=True); print(cosine(0.0))"
     place = os.environ | {"VRX_MJ_CACHE": str(folder), "PYTHONPATH": str(SOURCE)}
     command = [sys.executable, "-c", program]
     for wait in (0.0, 0.1, 0.3, 0.4, 0.5):

@@ -12,7 +12,7 @@ import vrx_mj.physics.kernel as module
 from vrx_mj.physics.kernel_cache import chosen_folder, insecure
 
 SOURCE = Path(module.__file__).parents[2]
-PROGRAM = "from vrx_mj.physics.waves import cosine; print('imported'); print(cosine(0.0))"
+PROGRAM = "from vrx_mj.physics.elementary import cosine; print('imported'); print(cosine(0.0))"
 STRANGER = 65534
 """Another user's number: nobody's, on Debian."""
 

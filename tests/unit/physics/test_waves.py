@@ -10,8 +10,6 @@ from hypothesis import strategies as st
 from unit.physics.rows import oracle, sea, sea_of
 from vrx_mj.physics.tables import WAVE
 from vrx_mj.physics.waves import (
-    cosine,
-    cosine_and_sine,
     cwr_components,
     pms_components,
     ramp,
@@ -221,36 +219,3 @@ def test_phases_are_those_at_the_origin_at_time_0():
     k, w, d = own["wavenumber"], own["frequency"], own["direction"]
     there = (own["amplitude"] * np.cos(k * (d @ [3.0, -4.0]) - w * 7.0 + [0.3, 1.0, -2.0])).sum()
     assert surface_height(own, calm, 3.0, -4.0, 7.0) == pytest.approx(there, abs=1e-14)
-
-
-# Our cosine against the C library's
-
-
-ROUNDING = 4e-16  # eleven terms of up to 1.3, summed pairwise, each rounded to 1.1e-16
-
-
-@given(st.floats(-2e6, 2e6))
-def test_it_is_the_c_library_s(angle):
-    assert cosine(angle) == pytest.approx(math.cos(angle), abs=ROUNDING, rel=0)
-
-
-@pytest.mark.parametrize("quarter", range(-9, 10))
-def test_it_is_right_at_quarter_turns(quarter):
-    angle = quarter * math.pi / 2
-    assert cosine(angle) == pytest.approx(math.cos(angle), abs=ROUNDING, rel=0)
-
-
-@given(st.floats(-1e7, 1e7))
-def test_cosine_and_sine_are_the_cosine_to_the_bit_and_the_c_library_s_sine(angle):
-    cos, sin = cosine_and_sine(angle)
-    assert cos == cosine(angle)
-    assert sin == pytest.approx(math.sin(angle), abs=ROUNDING, rel=0)
-
-
-def test_zero_has_cosine_one():
-    assert cosine(0.0) == 1.0
-
-
-@pytest.mark.parametrize("angle", [math.nan, math.inf])
-def test_what_has_no_cosine_gives_nan(angle):
-    assert math.isnan(cosine(angle))

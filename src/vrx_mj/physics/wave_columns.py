@@ -1,0 +1,116 @@
+"""Many waves at once: what `elevation` and `orbital_motion` give, to the bit, in a third of the time.
+
+The waves lie in columns, so that a processor takes several at a time: all phases, then all cosines, then all that is
+summed. The sums are in the order of the waves, so no bit depends on how many a processor takes.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.physics.elementary import (
+    FAR,
+    cosine,
+    cosine_and_sine,
+    exponential,
+    near_cosine,
+    near_cosine_and_sine,
+)
+from vrx_mj.physics.kernel import allocating_kernel, kernel
+from vrx_mj.physics.tables import Record, Table, Waves
+
+__all__ = ["bottom_share", "decay", "elevation_of_columns", "motion_of_columns", "wave_columns"]
+
+_EAST: Final = 0
+_NORTH: Final = 1
+_WAVENUMBER: Final = 2
+_FREQUENCY: Final = 3
+_PHASE: Final = 4
+_AMPLITUDE: Final = 5
+_ORBITAL: Final = 6
+_BOTTOM: Final = 7  # `bottom_share`
+_WORK: Final = 8  # memory, from here on
+_ROWS: Final = _WORK + 4
+_TOGETHER = 8
+"""Waves that a processor takes at most at a time: columns are filled up with waves of no height."""
+
+
+@kernel
+def bottom_share(wavenumber: float, depth: float) -> float:
+    """Return e^(-2 k h): what the bed throws back of a wave at the surface; 0 in deep water."""
+    return 0.0 if wavenumber * depth > 20.0 else exponential(-2.0 * wavenumber * depth)
+
+
+@kernel
+def decay(wavenumber: float, z: float, bottom: float) -> tuple[float, float]:
+    """Return cosh(k (z + h)) / cosh(k h) and sinh(k (z + h)) / cosh(k h) for z <= 0; in deep water, both e^(k z).
+
+    `bottom` is `bottom_share`.
+    """
+    down = exponential(wavenumber * z)
+    up, whole = bottom / down, 1.0 + bottom
+    return (down + up) / whole, (down - up) / whole
+
+
+@allocating_kernel
+def wave_columns(waves: Table, sea: Record) -> FloatArray:
+    """Return the columns of waves, (rows, n)."""
+    columns = np.zeros((_ROWS, (waves.size + _TOGETHER - 1) // _TOGETHER * _TOGETHER))
+    for i in range(waves.size):
+        wave = waves[i]
+        columns[_EAST, i], columns[_NORTH, i] = wave.direction[0], wave.direction[1]
+        columns[_WAVENUMBER, i], columns[_FREQUENCY, i] = wave.wavenumber, wave.frequency
+        columns[_PHASE, i], columns[_AMPLITUDE, i], columns[_ORBITAL, i] = wave.phase, wave.amplitude, wave.orbital
+        columns[_BOTTOM, i] = bottom_share(wave.wavenumber, sea.depth)
+    return columns
+
+
+@kernel
+def elevation_of_columns(columns: Waves, x: float, y: float, t: float) -> float:
+    """Return `elevation` at (x, y) [m] and time `t` [s]."""
+    east, north, wavenumber = columns[_EAST], columns[_NORTH], columns[_WAVENUMBER]
+    frequency, phase, amplitude, part = columns[_FREQUENCY], columns[_PHASE], columns[_AMPLITUDE], columns[_WORK]
+    far = 0
+    for i in range(part.size):
+        angle = wavenumber[i] * (east[i] * x + north[i] * y) - frequency[i] * t + phase[i]
+        far |= not abs(angle) < FAR
+        part[i] = amplitude[i] * near_cosine(angle)
+    if far:
+        for i in range(part.size):
+            angle = wavenumber[i] * (east[i] * x + north[i] * y) - frequency[i] * t + phase[i]
+            part[i] = amplitude[i] * cosine(angle)
+    height = 0.0
+    for i in range(part.size):
+        height += part[i]
+    return height
+
+
+@kernel
+def motion_of_columns(columns: Waves, x: float, y: float, z: float, t: float) -> tuple[float, ...]:
+    """Return the six sums of `orbital_motion` at (x, y) [m], `z` [m] over the mean level, and time `t` [s]."""
+    east, north, wavenumber = columns[_EAST], columns[_NORTH], columns[_WAVENUMBER]
+    frequency, phase, orbital, bottom = columns[_FREQUENCY], columns[_PHASE], columns[_ORBITAL], columns[_BOTTOM]
+    cos, sin, along, up = columns[_WORK], columns[_WORK + 1], columns[_WORK + 2], columns[_WORK + 3]
+    far = 0
+    for i in range(cos.size):
+        angle = wavenumber[i] * (east[i] * x + north[i] * y) - frequency[i] * t + phase[i]
+        far |= not abs(angle) < FAR
+        cos[i], sin[i] = near_cosine_and_sine(angle)
+    if far:
+        for i in range(cos.size):
+            angle = wavenumber[i] * (east[i] * x + north[i] * y) - frequency[i] * t + phase[i]
+            cos[i], sin[i] = cosine_and_sine(angle)
+    for i in range(cos.size):
+        level, upright = decay(wavenumber[i], z, bottom[i])
+        along[i], up[i] = orbital[i] * level, orbital[i] * upright
+    u, v, w, du, dv, dw = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(cos.size):
+        c, s, f = along[i] * cos[i], along[i] * sin[i], frequency[i]
+        u += east[i] * c
+        v += north[i] * c
+        w += up[i] * sin[i]
+        du += east[i] * (f * s)
+        dv += north[i] * (f * s)
+        dw -= f * (up[i] * cos[i])
+    return u, v, w, du, dv, dw

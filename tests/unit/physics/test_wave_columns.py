@@ -1,0 +1,28 @@
+"""Waves in columns against the sums over the table of waves, which they equal to the bit."""
+
+import math
+
+import numpy as np
+import pytest
+
+from unit.physics.rows import sea
+from vrx_mj.linear_waves import Site
+from vrx_mj.physics.kinematics import orbital_motion
+from vrx_mj.physics.spectra import irregular_sea, jonswap
+from vrx_mj.physics.wave_columns import wave_columns
+from vrx_mj.physics.waves import surface_height
+
+
+@pytest.mark.parametrize("depth", [math.inf, 3.0])
+@pytest.mark.parametrize("count", [0, 1, 7, 8, 60, 61])
+@pytest.mark.parametrize("far", [1.0, 1e6])
+def test_columns_give_the_sums_to_the_bit(count, depth, far):
+    """Far: phases beyond a million radians, of which the C library takes the cosine."""
+    components = irregular_sea(jonswap(2.4), 0.3, (0.8, 7.0), (1.0, 0.2), count, 8.0, Site(depth)) if count else []
+    phases = np.random.default_rng(count).uniform(0.0, 6.28, count)
+    rows = [wave._asdict() | {"steepness": 0.0, "phase": p} for wave, p in zip(components, phases, strict=True)]
+    waves, record = sea(rows, depth=depth, level=0.3, tau=20.0)
+    columns = wave_columns(waves, record)
+    for x, y, z, t in np.random.default_rng(5).uniform((-90, -90, -4, 0), (90, 90, 1, 900), (50, 4)):
+        assert surface_height(columns, record, far * x, y, t) == surface_height(waves, record, far * x, y, t)
+        assert orbital_motion(columns, record, far * x, y, z, t) == orbital_motion(waves, record, far * x, y, z, t)
