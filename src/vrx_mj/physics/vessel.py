@@ -169,7 +169,7 @@ def pressure_on_vessel(
     mesh = vertices[start : start + count]
     if waves.size > 0:
         box = wave_box(mesh, body, level, work.places)
-        fill_box(box, waves, sea, t, work.polynomial)
+        fill_box(box, work.columns, sea, t, work.polynomial)
         pressures_in_box(box, work.polynomial, work.places, sea, count, work.pressures)
     else:
         up = body.r20, body.r21, body.r22

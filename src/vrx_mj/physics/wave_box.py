@@ -13,10 +13,11 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.physics.elementary import cosine_and_sine
+from vrx_mj.physics.elementary import exponential, near_cosine_and_sine
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, rotate
-from vrx_mj.physics.tables import Record, Table
+from vrx_mj.physics.tables import Record
+from vrx_mj.physics.wave_columns import AMPLITUDE, BOTTOM, EAST, FREQUENCY, MEMORY, NORTH, PHASE, WAVENUMBER
 from vrx_mj.physics.waves import ramp
 
 __all__ = ["LEVELS", "SIDE", "WaveBox", "fill_box", "heading_of", "pressures_in_box", "wave_box"]
@@ -28,6 +29,8 @@ LEVELS: Final = 4
 _FADES, _FADED = 3.0, 5.0  # k a at which a wave begins to fade, and at which it is gone
 _SPARE = 1.25  # depth of the box over that of the lowest point: crests lift the surface from which depth counts
 _THINNEST = 0.05  # least sides and depth of the box [m]
+_ALONG = MEMORY  # rows of memory: cosine and sine, their powers, then pairs for the rows of nodes, and the levels
+_ACROSS, _LEVELS = _ALONG + 4, _ALONG + 14
 
 
 class WaveBox(NamedTuple):
@@ -101,15 +104,17 @@ def _share(angle: float) -> float:
 
 
 @kernel
-def fill_box(box: WaveBox, waves: Table, sea: Record, t: float, out: FloatArray) -> None:
+def fill_box(box: WaveBox, columns: FloatArray, sea: Record, t: float, out: FloatArray) -> None:
     """Write the polynomial of the waves' pressure head [m] at time `t` [s] into `out`, (LEVELS, SIDE, SIDE).
 
     Its coefficients are those of the powers of depth, across and along, in units of the box: `pressures_in_box`
-    evaluates it.
+    evaluates it. `columns` are `wave_columns`, whose memory is used.
     """
-    out[:] = 0.0
-    for i in range(waves.size):
-        _add_wave(box, waves[i], sea, t, out)
+    _phases_in_box(box, columns, t)
+    _heights_in_box(box, columns)
+    for level in range(LEVELS):
+        for row in range(SIDE):
+            _add_up(columns, level, row, out[level, row])
     grown = ramp(sea, t)
     for level in range(LEVELS):
         for row in range(SIDE):
@@ -119,6 +124,74 @@ def fill_box(box: WaveBox, waves: Table, sea: Record, t: float, out: FloatArray)
     for row in range(SIDE):
         for column in range(SIDE):
             _to_depth_coefficients(out[:, row, column])
+
+
+@kernel
+def _phases_in_box(box: WaveBox, columns: FloatArray, t: float) -> None:
+    """Write cosine and sine of each wave in the middle of every row across, and from node to node along, to memory."""
+    east, north, wavenumber = columns[EAST], columns[NORTH], columns[WAVENUMBER]
+    frequency, phase = columns[FREQUENCY], columns[PHASE]
+    c1, s1, c1c1, c1s1 = columns[_ALONG], columns[_ALONG + 1], columns[_ALONG + 2], columns[_ALONG + 3]
+    turn, turned = columns[_LEVELS], columns[_LEVELS + 1]
+    c, s = columns[_ACROSS + 4], columns[_ACROSS + 5]
+    for i in range(c1.size):
+        k = wavenumber[i]
+        c[i], s[i] = near_cosine_and_sine(k * (east[i] * box.x + north[i] * box.y) - frequency[i] * t + phase[i])
+    for i in range(c1.size):
+        angle = 0.5 * wavenumber[i] * box.half_length * (east[i] * box.cos + north[i] * box.sin)
+        c1[i], s1[i] = near_cosine_and_sine(angle)
+    for i in range(c1.size):
+        angle = 0.5 * wavenumber[i] * box.half_width * (north[i] * box.cos - east[i] * box.sin)
+        turn[i], turned[i] = near_cosine_and_sine(angle)
+        c1c1[i], c1s1[i] = c1[i] * c1[i], c1[i] * s1[i]
+    for row in (2, 3):
+        _turn_row(columns, row, row + 1, 1.0)
+        _turn_row(columns, 4 - row, 3 - row, -1.0)
+
+
+@kernel
+def _turn_row(columns: FloatArray, start: int, end: int, sign: float) -> None:
+    """Write cosine and sine of the waves in a row of nodes, from those in the row beside it."""
+    turn, turned = columns[_LEVELS], columns[_LEVELS + 1]
+    c, s = columns[_ACROSS + 2 * start], columns[_ACROSS + 2 * start + 1]
+    cos, sin = columns[_ACROSS + 2 * end], columns[_ACROSS + 2 * end + 1]
+    for i in range(c.size):
+        cos[i] = c[i] * turn[i] - sign * s[i] * turned[i]
+        sin[i] = s[i] * turn[i] + sign * c[i] * turned[i]
+
+
+@kernel
+def _heights_in_box(box: WaveBox, columns: FloatArray) -> None:
+    """Write the height of each wave at every level of the box to memory: what has not faded out, by its decay."""
+    east, north, wavenumber = columns[EAST], columns[NORTH], columns[WAVENUMBER]
+    amplitude, bottom, top = columns[AMPLITUDE], columns[BOTTOM], columns[_LEVELS]
+    for i in range(top.size):
+        k = wavenumber[i]
+        along = k * box.half_length * (east[i] * box.cos + north[i] * box.sin)
+        across = k * box.half_width * (north[i] * box.cos - east[i] * box.sin)
+        top[i] = amplitude[i] * _share(along) * _share(across)
+    for level in range(1, LEVELS):
+        height, down = columns[_LEVELS + level], level / (LEVELS - 1) * box.depth
+        for i in range(top.size):
+            fall = exponential(-wavenumber[i] * down)
+            height[i] = top[i] * (fall + bottom[i] / fall) / (1.0 + bottom[i])
+
+
+@kernel
+def _add_up(columns: FloatArray, level: int, row: int, out: FloatArray) -> None:
+    """Write the sums of all waves at the nodes of a row into `out`, (SIDE,)."""
+    height, c, s = columns[_LEVELS + level], columns[_ACROSS + 2 * row], columns[_ACROSS + 2 * row + 1]
+    c1, s1, c1c1, c1s1 = columns[_ALONG], columns[_ALONG + 1], columns[_ALONG + 2], columns[_ALONG + 3]
+    middle, even, odd, far_even, far_odd = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(c.size):
+        p, q = height[i] * c[i], height[i] * s[i]
+        middle += p
+        even += p * c1[i]
+        odd += q * s1[i]
+        far_even += p * c1c1[i]
+        far_odd += q * c1s1[i]
+    far_even, far_odd = 2.0 * far_even - middle, 2.0 * far_odd
+    out[0], out[1], out[2], out[3], out[4] = far_even + far_odd, even + odd, middle, even - odd, far_even - far_odd
 
 
 @kernel
@@ -140,45 +213,6 @@ def _to_depth_coefficients(values: FloatArray) -> None:
 
 
 @kernel
-def _add_wave(box: WaveBox, wave: Record, sea: Record, t: float, out: FloatArray) -> None:
-    """Add what a wave presses at the nodes, from the surface down."""
-    east, north, k = wave.direction[0], wave.direction[1], wave.wavenumber
-    along = k * box.half_length * (east * box.cos + north * box.sin)
-    across = k * box.half_width * (north * box.cos - east * box.sin)
-    height = wave.amplitude * _share(along) * _share(across)
-    if height == 0.0:
-        return
-    middle = k * (east * box.x + north * box.y) - wave.frequency * t + wave.phase
-    step = 2.0 * across / (SIDE - 1)
-    c1, s1 = cosine_and_sine(0.5 * along)
-    c2, s2 = c1 * c1 - s1 * s1, 2.0 * c1 * s1
-    cs, ss = cosine_and_sine(step)
-    cos, sin = cosine_and_sine(middle - across)
-    down, up, bottom = _decay_of_level(k, box.depth, sea.depth)
-    for row in range(SIDE):
-        fall, rise = height / (1.0 + bottom), bottom * height / (1.0 + bottom)
-        for level in range(LEVELS):
-            c, s = (fall + rise) * cos, (fall + rise) * sin
-            nodes = out[level, row]
-            nodes[0] += c * c2 + s * s2
-            nodes[1] += c * c1 + s * s1
-            nodes[2] += c
-            nodes[3] += c * c1 - s * s1
-            nodes[4] += c * c2 - s * s2
-            fall, rise = fall * down, rise * up
-        cos, sin = cos * cs - sin * ss, sin * cs + cos * ss
-
-
-@kernel
-def _decay_of_level(k: float, depth: float, water: float) -> tuple[float, float, float]:
-    """Return what e^(k z) and e^(-k z) are multiplied by from node to node, and e^(-2 k h)."""
-    down = math.exp(-k * depth / (LEVELS - 1))
-    if k * water > 20.0:
-        return down, 0.0, 0.0
-    return down, 1.0 / down, math.exp(-2.0 * k * water)
-
-
-@kernel
 def pressures_in_box(
     box: WaveBox, polynomial: FloatArray, places: FloatArray, sea: Record, count: int, out: FloatArray
 ) -> None:
@@ -188,24 +222,28 @@ def pressures_in_box(
     the depth -z', and eta is that at the surface.
     """
     weight, whole = sea.density * sea.gravity, sea.depth
+    shallow = 1.0 / whole  # 0 in deep water
+    length, width, depth = 1.0 / box.half_length, 1.0 / box.half_width, 1.0 / box.depth
+    top, second, third, fourth = polynomial[0], polynomial[1], polynomial[2], polynomial[3]
     for i in range(count):
-        s, r, z = places[0, i] / box.half_length, places[1, i] / box.half_width, places[2, i]
-        surface = _plane(polynomial[0], s, r)
-        below = surface - z
-        if below > 0.0:
-            if whole < math.inf:
-                below *= whole / (whole + surface)
-            d = min(below / box.depth, 1.0)
-            deeper = _plane(polynomial[1], s, r) + d * (_plane(polynomial[2], s, r) + d * _plane(polynomial[3], s, r))
-            surface += d * deeper
-        out[i] = weight * (surface - z)
+        s, r, z = places[0, i] * length, places[1, i] * width, places[2, i]
+        surface = _plane(top, s, r)
+        below = max(surface - z, 0.0) / (1.0 + shallow * surface)
+        d = min(below * depth, 1.0)
+        deeper = _plane(second, s, r) + d * (_plane(third, s, r) + d * _plane(fourth, s, r))
+        out[i] = weight * (surface + d * deeper - z)
 
 
 @kernel
 def _plane(c: FloatArray, s: float, r: float) -> float:
     """Return the value of a polynomial (SIDE, SIDE) at `s` along and `r` across."""
-    total = 0.0
-    for row in range(SIDE - 1, -1, -1):
-        a = c[row]
-        total = total * r + a[0] + s * (a[1] + s * (a[2] + s * (a[3] + s * a[4])))
-    return total
+    s2, r2 = s * s, r * r
+    return (_line(c[0], s, s2) + r * _line(c[1], s, s2)) + r2 * (
+        (_line(c[2], s, s2) + r * _line(c[3], s, s2)) + r2 * _line(c[4], s, s2)
+    )
+
+
+@kernel
+def _line(a: FloatArray, s: float, s2: float) -> float:
+    """Return the value of a polynomial (SIDE,) at `s`, whose square is `s2`."""
+    return float((a[0] + s * a[1]) + s2 * ((a[2] + s * a[3]) + s2 * a[4]))

@@ -20,18 +20,33 @@ from vrx_mj.physics.elementary import (
 from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.tables import Record, Table, Waves
 
-__all__ = ["bottom_share", "decay", "elevation_of_columns", "motion_of_columns", "wave_columns"]
+__all__ = [
+    "AMPLITUDE",
+    "BOTTOM",
+    "EAST",
+    "FREQUENCY",
+    "MEMORY",
+    "NORTH",
+    "ORBITAL",
+    "PHASE",
+    "WAVENUMBER",
+    "bottom_share",
+    "decay",
+    "elevation_of_columns",
+    "motion_of_columns",
+    "wave_columns",
+]
 
-_EAST: Final = 0
-_NORTH: Final = 1
-_WAVENUMBER: Final = 2
-_FREQUENCY: Final = 3
-_PHASE: Final = 4
-_AMPLITUDE: Final = 5
-_ORBITAL: Final = 6
-_BOTTOM: Final = 7  # `bottom_share`
-_WORK: Final = 8  # memory, from here on
-_ROWS: Final = _WORK + 4
+EAST: Final = 0
+NORTH: Final = 1
+WAVENUMBER: Final = 2
+FREQUENCY: Final = 3
+PHASE: Final = 4
+AMPLITUDE: Final = 5
+ORBITAL: Final = 6
+BOTTOM: Final = 7  # `bottom_share`
+MEMORY: Final = 8  # 18 rows, from here on: what a kernel writes there is gone when the next one does
+_ROWS: Final = MEMORY + 18
 _TOGETHER = 8
 """Waves that a processor takes at most at a time: columns are filled up with waves of no height."""
 
@@ -59,18 +74,18 @@ def wave_columns(waves: Table, sea: Record) -> FloatArray:
     columns = np.zeros((_ROWS, (waves.size + _TOGETHER - 1) // _TOGETHER * _TOGETHER))
     for i in range(waves.size):
         wave = waves[i]
-        columns[_EAST, i], columns[_NORTH, i] = wave.direction[0], wave.direction[1]
-        columns[_WAVENUMBER, i], columns[_FREQUENCY, i] = wave.wavenumber, wave.frequency
-        columns[_PHASE, i], columns[_AMPLITUDE, i], columns[_ORBITAL, i] = wave.phase, wave.amplitude, wave.orbital
-        columns[_BOTTOM, i] = bottom_share(wave.wavenumber, sea.depth)
+        columns[EAST, i], columns[NORTH, i] = wave.direction[0], wave.direction[1]
+        columns[WAVENUMBER, i], columns[FREQUENCY, i] = wave.wavenumber, wave.frequency
+        columns[PHASE, i], columns[AMPLITUDE, i], columns[ORBITAL, i] = wave.phase, wave.amplitude, wave.orbital
+        columns[BOTTOM, i] = bottom_share(wave.wavenumber, sea.depth)
     return columns
 
 
 @kernel
 def elevation_of_columns(columns: Waves, x: float, y: float, t: float) -> float:
     """Return `elevation` at (x, y) [m] and time `t` [s]."""
-    east, north, wavenumber = columns[_EAST], columns[_NORTH], columns[_WAVENUMBER]
-    frequency, phase, amplitude, part = columns[_FREQUENCY], columns[_PHASE], columns[_AMPLITUDE], columns[_WORK]
+    east, north, wavenumber = columns[EAST], columns[NORTH], columns[WAVENUMBER]
+    frequency, phase, amplitude, part = columns[FREQUENCY], columns[PHASE], columns[AMPLITUDE], columns[MEMORY]
     far = 0
     for i in range(part.size):
         angle = wavenumber[i] * (east[i] * x + north[i] * y) - frequency[i] * t + phase[i]
@@ -89,9 +104,9 @@ def elevation_of_columns(columns: Waves, x: float, y: float, t: float) -> float:
 @kernel
 def motion_of_columns(columns: Waves, x: float, y: float, z: float, t: float) -> tuple[float, ...]:
     """Return the six sums of `orbital_motion` at (x, y) [m], `z` [m] over the mean level, and time `t` [s]."""
-    east, north, wavenumber = columns[_EAST], columns[_NORTH], columns[_WAVENUMBER]
-    frequency, phase, orbital, bottom = columns[_FREQUENCY], columns[_PHASE], columns[_ORBITAL], columns[_BOTTOM]
-    cos, sin, along, up = columns[_WORK], columns[_WORK + 1], columns[_WORK + 2], columns[_WORK + 3]
+    east, north, wavenumber = columns[EAST], columns[NORTH], columns[WAVENUMBER]
+    frequency, phase, orbital, bottom = columns[FREQUENCY], columns[PHASE], columns[ORBITAL], columns[BOTTOM]
+    cos, sin, along, up = columns[MEMORY], columns[MEMORY + 1], columns[MEMORY + 2], columns[MEMORY + 3]
     far = 0
     for i in range(cos.size):
         angle = wavenumber[i] * (east[i] * x + north[i] * y) - frequency[i] * t + phase[i]

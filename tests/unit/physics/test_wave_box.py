@@ -10,6 +10,7 @@ from vrx_mj.linear_waves import Site
 from vrx_mj.physics.kinematics import water_pressure
 from vrx_mj.physics.spectra import irregular_sea, jonswap, regular_wave
 from vrx_mj.physics.wave_box import LEVELS, SIDE, fill_box, pressures_in_box, wave_box
+from vrx_mj.physics.wave_columns import wave_columns
 
 POINTS = np.random.default_rng(1).uniform(-1.0, 1.0, (300, 3)) * (2.5, 1.2, 0.4)
 POSE = (3.0, 4.0, 0.05, 0.1, -0.05, 0.6)
@@ -23,7 +24,7 @@ def pressures(points, pose, waves, water, t):
     body, count = moving(pose[:3], pose[3:]), len(points)
     places, out, polynomial = np.zeros((3, count)), np.zeros(count), np.zeros((LEVELS, SIDE, SIDE))
     box = wave_box(points, body, 0.0, places)
-    fill_box(box, waves, water, t, polynomial)
+    fill_box(box, wave_columns(waves, water), water, t, polynomial)
     pressures_in_box(box, polynomial, places, water, count, out)
     turn = np.array(body[3:12]).reshape(3, 3)
     exact = [water_pressure(waves, water, *place, t) for place in points @ turn.T + np.array(body[:3])]
