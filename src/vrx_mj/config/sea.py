@@ -213,7 +213,8 @@ class SeaConfig(Config):
         if self.hs <= most:
             return []
         key = "model" if self.significant_height is None else "significant_height"
-        return [((key,), f"waves of {self.tp:.3g} s break at {most:.3g} m{self._where()}, got {self.hs:.3g} m")]
+        text = f"waves of {self.tp:.3g} s break at {most:.3g} m{self._where()}, got {self.hs:.3g} m"
+        return [((key,), f"{text}; {self._advice('peak_period')}")]
 
     def _missing(self) -> str | None:
         """Which key a spectrum lacks."""
@@ -232,8 +233,12 @@ class SeaConfig(Config):
         most = breaking_height(self.period, self.site)
         if self.height > most:
             text = f"a wave of {self.period:.3g} s breaks at {most:.3g} m{self._where()}, got {self.height:.3g} m"
-            return [(("height",), text)]
+            return [(("height",), f"{text}; {self._advice('period')}")]
         return []
+
+    def _advice(self, key: str) -> str:
+        """What to do about waves that break; a longer period helps little in shallow water."""
+        return f"give less height, or a longer {key}{' or more depth' if self.depth else ''}"
 
     def _where(self) -> str:
         return f" in {self.depth:g} m of water" if self.depth else ""

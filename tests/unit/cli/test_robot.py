@@ -1,4 +1,5 @@
 import json
+import re
 import xml.etree.ElementTree as ET
 
 import mujoco
@@ -297,6 +298,58 @@ def test_a_mesh_that_is_open_or_inside_out_is_mended_and_said(cli, folder):
     said = cli("robot", "hydro", "open.obj", "--mass", "4100")
     assert said.code == 0
     assert "mesh open.obj is open (3 edges without a second triangle): its convex hull is used" in said.err
+
+
+def scene(*boxes):
+    """An OBJ of boxes, each from one corner to another."""
+    points, faces = [], []
+    for (a, b, c), (d, e, f) in boxes:
+        faces += [[int(word) + len(points) for word in line.split()[1:]] for line in BARGE.split("\n")[8:]]
+        points += [(x, y, z) for x in (a, d) for y in (b, e) for z in (c, f)]
+    lines = [f"v {x} {y} {z}" for x, y, z in points] + [f"f {i} {j} {k}" for i, j, k in faces]
+    return "\n".join(lines)
+
+
+@pytest.mark.filterwarnings("always")
+def test_parts_of_a_hull_that_overlap_are_said(cli, folder):
+    (folder / "two.obj").write_text(scene(((-2, -1, 0), (2, 0.5, 1)), ((-2, -0.5, 0), (2, 1, 1))), encoding="utf-8")
+    said = cli("robot", "hydro", "two.obj", "--mass", "4100")
+    assert (said.code, said.err) == (
+        0,
+        (
+            "warning: mesh two.obj: its surfaces overlap: 4 of 8 m3 count twice and lift too much; join them to "
+            "one, for "
+            "example with Blender's Boolean union\n"
+        ),
+    )
+
+
+TWISTED = re.sub(r"v 2 (-?)1", lambda found: "v 2 1" if found[1] else "v 2 -1", BARGE)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            TWISTED,
+            (
+                "mesh odd.obj: its surface passes through itself: 3 m3 of 6 m3 are inside out; 2 pairs of triangles "
+                "cross, the first at (0, 0, 0.375) m; repair it, for example with Blender's 3D-Print Toolbox"
+            ),
+        ),
+        (
+            scene(((-2000, -1000, 0), (2000, 1000, 1000))),
+            (
+                "it hardly touches the water: 4100 kg, its volume of 8e+09 m3 carries 8.2e+12 kg; check the mesh's "
+                "unit (m): --scale 0.001 takes one in mm"
+            ),
+        ),
+    ],
+)
+def test_hulls_without_a_sheet(cli, folder, text, message):
+    (folder / "odd.obj").write_text(text, encoding="utf-8")
+    said = cli("robot", "hydro", "odd.obj", "--mass", "4100")
+    assert (said.code, said.out, said.err) == (2, "", f"{message}\n")
 
 
 @pytest.mark.parametrize(

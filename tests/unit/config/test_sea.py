@@ -59,15 +59,21 @@ def test_a_spectrum_of_a_file_has_its_height_and_peak(tmp_path):
         ),
         (
             {"model": "jonswap", "significant_height": 3.0, "peak_period": 3.0},
-            "sea.significant_height: waves of 3 s break at 2 m, got 3 m",
+            "sea.significant_height: waves of 3 s break at 2 m, got 3 m; give less height, or a longer peak_period",
         ),
         (
             {"model": "pm", "sea_state": 6, "depth": 4.0},
-            "sea.model: waves of 11.2 s break at 3.42 m in 4 m of water, got 5 m",
+            (
+                "sea.model: waves of 11.2 s break at 3.42 m in 4 m of water, got 5 m; give less height, or a longer "
+                "peak_period or more depth"
+            ),
         ),
         ({"model": "file"}, "sea.model: file needs the key `file`, the path of a spectrum"),
         ({"model": "regular"}, "sea.model: regular needs `height`, crest over trough [m]"),
-        ({"model": "stokes5", "height": 3.0, "period": 3.0}, "sea.height: a wave of 3 s breaks at 2 m, got 3 m"),
+        (
+            {"model": "stokes5", "height": 3.0, "period": 3.0},
+            "sea.height: a wave of 3 s breaks at 2 m, got 3 m; give less height, or a longer period",
+        ),
         ({"model": "jonswap", "sea_state": 7}, "sea.sea_state: must be below 7, got 7"),
         ({"model": "jonswap", "sea_state": 2, "components": 501}, "sea.components: must be at most 500, got 501"),
         ({"model": "jonswap", "sea_state": 2, "spreading": 0}, "sea.spreading: must be above 0, got 0"),
