@@ -211,6 +211,7 @@ def joint_layout(layouts: Sequence[RowLayout]) -> RowLayout:
         thrusters=tuple(dict.fromkeys(thruster for layout in layouts for thruster in layout.thrusters)),
         bodies=tuple(MovingBody(name, kind, starts["qpos", name], starts["dof", name]) for name, kind in kinds.items()),
         display_marks=widths["marks", ""],
+        wind_angles=widths["wind angle", ""],
     )
 
 
@@ -228,7 +229,7 @@ def column_groups(layout: RowLayout) -> dict[ColumnGroup, int]:
         groups |= {(table, ""): anchored} if anchored else {}
         ends = [*(start for start, _ in bodies[1:]), end]
         groups |= {(table, name): after - start for (start, name), after in zip(bodies, ends, strict=False)}
-    return groups | {("marks", ""): layout.display_marks}
+    return groups | {("marks", ""): layout.display_marks, ("wind angle", ""): layout.wind_angles}
 
 
 def columns_in(joint: RowLayout, layout: RowLayout) -> IntArray:

@@ -252,7 +252,10 @@ class MovingChunks:
         return np.stack([rows[:, self._layout.velocity(boat)] for boat in self._boats], axis=1)
 
     def _wind(self, rows: FloatArray) -> Chunk:
-        direction = np.array([*self._scene.wind_direction, 0.0])
+        east, north = self._scene.wind_direction
+        turned = rows[:, self._layout.wind_angle].sum(axis=1)  # none, or one
+        cos, sin = np.cos(turned), np.sin(turned)
+        direction = np.stack([cos * east - sin * north, sin * east + cos * north, np.zeros(len(rows))], axis=1)
         vectors = rows[:, 1:2] * direction * ARROW_PER_WIND
         columns = rr.Arrows3D.columns(vectors=vectors.astype(np.float32))
         return Chunk.from_columns("/world/fleet/wind", [times(rows[:, 0])], columns)

@@ -143,6 +143,12 @@ class Record:
         """Wind speeds (n,) [m/s]."""
         return self.rows[:, 1]
 
+    @property
+    def wind_angle(self) -> FloatArray:
+        """Angles (n,) by which the wind blows off `wind_direction` [rad], counter-clockwise; 0 unless it turns."""
+        angles: FloatArray = self.rows[:, self.layout.wind_angle].sum(axis=1)
+        return angles
+
     @cached_property
     def boats(self) -> Mapping[str, Track]:
         """What each boat did, by name."""

@@ -249,7 +249,8 @@ class RecordScene:
         )
         thrusters = tuple((thruster.boat, thruster.name) for thruster in self.thrusters)
         marks = sum(len(shown.display.start) for shown in self.displays)
-        return RowLayout(self.nq, self.nv, thrusters, tuple(moving), marks)
+        turning = int(self.parameters is not None and self.parameters.air is not None)
+        return RowLayout(self.nq, self.nv, thrusters, tuple(moving), marks, turning)
 
 
 @dataclass(frozen=True)
@@ -264,7 +265,7 @@ class MovingBody:
 
 @dataclass(frozen=True)
 class RowLayout:
-    """Columns of a row: time, wind speed, thrusts, steering angles, qpos, qvel, marks of lights and placards."""
+    """Columns of a row: time, wind speed, thrusts, steering angles, qpos, qvel, marks of what is shown, wind angle."""
 
     nq: Count
     nv: Count
@@ -273,11 +274,13 @@ class RowLayout:
     bodies: Annotated[tuple[MovingBody, ...], FailFast()]
     display_marks: Count = 0
     """Number of columns for what lights and placards show."""
+    wind_angles: Count = 0
+    """1 where the wind's direction changes, else 0."""
 
     @property
     def width(self) -> int:
         """Number of columns."""
-        return int(self.marks.stop)
+        return int(self.wind_angle.stop)
 
     @property
     def thrust(self) -> slice:
@@ -304,6 +307,11 @@ class RowLayout:
         """What lights and placards show, as `sensors.displays` has it."""
         return slice(self.qvel.stop, self.qvel.stop + self.display_marks)
 
+    @property
+    def wind_angle(self) -> slice:
+        """Angle by which the wind blows off its direction at the start [rad], counter-clockwise."""
+        return slice(self.marks.stop, self.marks.stop + self.wind_angles)
+
     def pose(self, body: MovingBody) -> slice:
         """The 7 columns of a body's position and quaternion."""
         start = self.qpos.start + body.qpos
@@ -321,6 +329,7 @@ class RowLayout:
         names += [f"{boat} {name} angle" for boat, name in self.thrusters]
         names += [f"qpos[{i}]" for i in range(self.nq)] + [f"qvel[{i}]" for i in range(self.nv)]
         names += [f"display[{i}]" for i in range(self.display_marks)]
+        names += ["wind_angle"] * self.wind_angles
         for column, name in self._body_names():
             names[column] = name
         return tuple(names)

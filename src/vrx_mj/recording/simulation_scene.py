@@ -130,7 +130,8 @@ def check_columns(boat_set: BoatSet, model: mujoco.MjModel) -> None:
     )
     engines = tuple((world.boats[engine.hull], engine.name) for engine in world.parameters.thrusters)
     marks = sum(len(display.start) for display in displays_of(world.parameters))
-    if boat_set.layout != RowLayout(int(model.nq), int(model.nv), engines, bodies, marks):
+    turning = int(world.parameters.air is not None)
+    if boat_set.layout != RowLayout(int(model.nq), int(model.nv), engines, bodies, marks, turning):
         raise RecordError("the recording is damaged: the columns of its rows are not those of its world")
 
 

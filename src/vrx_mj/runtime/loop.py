@@ -471,7 +471,7 @@ def full(sampling: IntArray, samples: FloatArray) -> bool:
 
 @inlined_kernel
 def sample(a: Views, time: float) -> None:
-    """Copy a row [time, wind speed, thrusts, steering angles, qpos, qvel, device state] if one is due.
+    """Copy a row [time, wind speed, thrusts, steering angles, qpos, qvel, device state, wind angle] if one is due.
 
     Of the device state it has the last numbers, as many as there is room for: those of lights and placards.
     """
@@ -494,5 +494,8 @@ def sample(a: Views, time: float) -> None:
     for k in range(a.qvel.size):
         row[start + a.qpos.size + k] = a.qvel[k]
     end = start + a.qpos.size + a.qvel.size
-    for k in range(row.size - end):
-        row[end + k] = a.device_state[a.device_state.size - row.size + end + k]
+    marks = row.size - end - a.air_state.size
+    for k in range(marks):
+        row[end + k] = a.device_state[a.device_state.size - marks + k]
+    for k in range(a.air_state.size):
+        row[end + marks + k] = a.air_state[k].angle

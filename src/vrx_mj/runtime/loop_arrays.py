@@ -311,7 +311,8 @@ class LoopArrays:
     @property
     def columns(self) -> int:
         """How many numbers a row has."""
-        return 2 + 2 * len(self.thrusters) + len(self.data.qpos) + len(self.data.qvel) + len(self.display_marks)
+        moving = len(self.data.qpos) + len(self.data.qvel)
+        return 2 + 2 * len(self.thrusters) + moving + len(self.display_marks) + len(self.air_state)
 
     def release(self, boat: str) -> None:
         """Let go of a boat that is held by a weld."""
@@ -433,7 +434,8 @@ class LoopArrays:
         """The row of this moment, at `time` [s], as `sample` makes them in the loop."""
         engines, now = self.thruster_state, [time, self.wind_state["speed"][0]]
         moving = self.data.qpos, self.data.qvel
-        return np.concatenate((now, engines["thrust"], engines["angle"], *moving, self.display_marks))
+        shown = self.display_marks, self.air_state["angle"]
+        return np.concatenate((now, engines["thrust"], engines["angle"], *moving, *shown))
 
     def by_name(self, sampling: IntArray, samples: FloatArray) -> dict[str, npt.NDArray[Any]]:
         """All arrays of a run, with those that a recorder has filled."""

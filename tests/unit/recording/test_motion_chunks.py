@@ -28,6 +28,7 @@ from vrx_mj.recording.motion_chunks import (
     thrust_arrows,
     transforms,
 )
+from vrx_mj.recording.reader import read_record
 from vrx_mj.recording.record_scene import RecordedJoint, RecordedPart, RecordedThruster
 from vrx_mj.recording.simulation_scene import scene_of
 
@@ -91,6 +92,24 @@ def test_the_poses_of_boats_are_those_of_the_rows():
     x, y, z, w = np.ravel(column(chunks["/world/boats/a"], "quaternion"))
     assert (w, x, y, z) == pytest.approx(quaternion(0.1, 0.2, 2.5), abs=1e-6)
     assert np.ravel(column(chunks["/world/boats/a"], "translation")) == pytest.approx([3.0, -2.0, 0.5], abs=1e-6)
+
+
+def test_the_wind_s_arrow_turns_with_the_wind(tmp_path):
+    """Wind toward north that turns by 3 degrees a second, counter-clockwise: after 30 s it blows toward west."""
+    wind = {"direction": 90.0, "mean_velocity": 6.0, "turning": 3.0}
+    world = vrx_mj.compile_world(
+        water(sea={"model": "none"}, physics={"profile": "marine"}, wind=wind), fleet=boats((0, 0, 0))
+    )
+    sim = vrx_mj.Simulation(world)
+    with vrx_mj.record(sim, tmp_path / "run.rrd"):
+        sim.step(duration=30.0)
+    found = read_record(tmp_path / "run.rrd")
+    assert found.wind_angle == pytest.approx(np.radians(3.0 * found.time), abs=1e-6)
+    assert found.rows[-1].tolist() == sim.row().tolist()
+    chunks = {chunk.entity_path: chunk for chunk in MovingChunks(scene_of(sim))(found.rows[[0, -1]])}
+    first, last = np.reshape(column(chunks["/world/fleet/wind"], "vectors"), (2, 3))
+    assert first / np.linalg.norm(first) == pytest.approx([0.0, 1.0, 0.0], abs=1e-6)
+    assert last / np.linalg.norm(last) == pytest.approx([-1.0, 0.0, 0.0], abs=1e-3)
 
 
 BOATS = np.array([[0.0, 20.0], [17.3, -10.0], [-17.3, -10.0]])
