@@ -185,12 +185,17 @@ def hull() -> Trimesh:
 
 
 def water_hull() -> Trimesh:
-    """The port hull for water pressure: few faces of about one size, whose sections have the area of the round ones."""
-    straight = np.linspace(STERN + 0.16, BOW_START, 9)
-    bow = np.linspace(BOW_START, BOW_END, 6)[1:]
+    """The port hull for water pressure: few faces, most of them below; its sections have the area of the round ones."""
+    straight = np.linspace(STERN + 0.16, BOW_START, 7)
+    bow = np.linspace(BOW_START, BOW_END, 5)[1:]
     line, radius = hull_axis(np.concatenate([[STERN], straight, bow, [BOW_END + 0.05]]))
-    sides = 10
-    return tube(line, radius * math.sqrt(2.0 * math.pi / (sides * math.sin(2.0 * math.pi / sides))), sides)
+    below, above = 6, 3
+    lower = math.sqrt(math.pi / (below * math.sin(math.pi / below)))
+    wedge = math.sin(math.pi / above)
+    upper = (math.sqrt(lower**2 + (above - 2) * math.pi / wedge) - lower) / (above - 2)
+    circles = circle(below, math.pi), circle(above, stop=math.pi)
+    section = np.vstack([lower * circles[0], lower * circles[1][:1], upper * circles[1][1:]])
+    return outward(loft(np.array([at + r * section @ np.eye(3)[1:] for at, r in zip(line, radius, strict=True)])))
 
 
 def sleeve(start: float, stop: float, swell: float, pieces: int) -> Trimesh:

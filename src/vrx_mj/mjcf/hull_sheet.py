@@ -10,11 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vrx_mj.arrays import FloatArray, IntArray
+from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import VrxError
 from vrx_mj.frames import rotation
 from vrx_mj.mjcf.hull_checks import MOST_LIFT
-from vrx_mj.physics.panels import panel_wrench, still_pressures
+from vrx_mj.physics.panel_mesh import panels_of
+from vrx_mj.physics.panels import wrench_of_still_water
 
 __all__ = ["HullSheet", "hull_sheet"]
 
@@ -86,14 +87,13 @@ class _Hull:
 
     def __init__(self, corners: FloatArray, center: Sequence[float], weight: float) -> None:
         self._vertices = np.ascontiguousarray(corners.reshape(-1, 3) - np.asarray(center, np.float64))
-        self._triangles: IntArray = np.arange(len(self._vertices), dtype=np.int64).reshape(-1, 3)
-        self._pressures, self._weight = np.empty(len(self._vertices)), weight
+        self._panels = panels_of(self._vertices, np.arange(len(self._vertices)).reshape(-1, 3))
+        self._weight = weight
 
     def wrench(self, height: float, roll: float = 0.0, pitch: float = 0.0) -> FloatArray:
         """Force [N] and torque [N m] (6,) of the water about the centre, which is `height` [m] over it; world axes."""
         turn = rotation(roll, pitch, 0.0)
-        still_pressures(self._vertices, turn[2], height, self._weight, self._pressures)
-        found = np.array(panel_wrench(self._vertices, self._triangles, self._pressures))
+        found = wrench_of_still_water(self._panels, turn[2], height, self._weight)
         return np.concatenate((np.array(turn) @ found[:3], np.array(turn) @ found[3:]))
 
     def height(self, load: float, roll: float = 0.0) -> float:

@@ -12,7 +12,7 @@ SEAM = 1e-9
 """Distance [m] within which two corners are one point."""
 FEWEST = 200
 """Triangles that a compact hull has at least, of about the same size."""
-ALONG = 12
+ALONG = 8
 """Parts into which a slender hull is divided along its length."""
 
 

@@ -14,9 +14,9 @@ import numpy.typing as npt
 __all__ = [
     "AIR", "AIR_STATE", "BLOCK", "BOX", "CURRENT", "CURRENT_STATE", "CYLINDER", "ELEMENT", "ELEMENT_STATE", "FLOAT",
     "FLOAT_STATE", "FOLLOWER", "FOLLOWER_STATE", "GLF", "GUST_BAND", "HULL", "LAYER", "LINEAR", "MARINE", "MATRIX",
-    "MEMORY", "MEMORY_STATE", "MESH", "MOORING", "NEWTONS", "PROPELLER", "PROPELLER_POINT", "PROPELLER_STATE", "ROPE",
-    "RUDDER", "SEA", "SPHERE", "STATION", "STRIP", "THRUSTER", "THRUSTER_STATE", "VESSEL", "VRX", "VRX3", "WAVE",
-    "WAYPOINT", "WIND", "WINDAGE", "WIND_STATE", "Record", "Table", "Waves", "columns_of", "table",
+    "MEMORY", "MEMORY_STATE", "MESH", "MOORING", "NEWTONS", "PART", "PROPELLER", "PROPELLER_POINT", "PROPELLER_STATE",
+    "ROPE", "RUDDER", "SEA", "SPHERE", "STATION", "STRIP", "THRUSTER", "THRUSTER_STATE", "VESSEL", "VRX", "VRX3",
+    "WAVE", "WAYPOINT", "WIND", "WINDAGE", "WIND_STATE", "Record", "Table", "Waves", "columns_of", "table",
 ]  # fmt: skip
 
 Table = npt.NDArray[np.void]
@@ -125,13 +125,28 @@ HULL = np.dtype(
     align=True,
 )
 
+PART = np.dtype(
+    [
+        ("center", *_vector),  # of its box [m], body axes
+        ("start", _i),  # its points are consecutive; they are counted from the vessel's first
+        ("size", _i),
+    ],
+    align=True,
+)
+"""A part of a vessel's mesh: `panel_mesh.Part`."""
+
 VESSEL = np.dtype(
     [
         ("hydrostatics", _i),  # MESH or MATRIX
-        ("vertex_start", _i),  # the points of its mesh are consecutive rows
-        ("vertex_count", _i),
+        ("point_start", _i),  # the points of its mesh are consecutive
+        ("point_count", _i),
         ("triangle_start", _i),  # its triangles are, too; they count the points from the mesh's first
         ("triangle_count", _i),
+        ("part_start", _i),  # the parts of its mesh are consecutive
+        ("part_count", _i),
+        ("half", *_vector),  # half sides of the box of a part [m]
+        ("wave_rows", _i),  # nodes of that box for the waves, across and over the depth
+        ("wave_levels", _i),
         ("added_mass", *_matrix),  # the following about the link's origin, body axes; [kg, kg m, kg m2]
         ("munk", _i),  # 1: with Munk's moment
         ("damping", *_matrix),  # [N s/m, N s, N m s]

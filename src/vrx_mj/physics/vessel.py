@@ -8,11 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vrx_mj.arrays import FloatArray, IntArray
+from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.physics.added_mass import added_mass_bias
 from vrx_mj.physics.crossflow import crossflow_drag
 from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.kinematics import Orbital, surface_slope
+from vrx_mj.physics.lanes import WIDTH
 from vrx_mj.physics.motion import (
     Motion,
     Vector,
@@ -26,28 +27,32 @@ from vrx_mj.physics.motion import (
     zero_vector,
     zero_wrench,
 )  # fmt: skip
-from vrx_mj.physics.panels import panel_wrench, still_pressures
+from vrx_mj.physics.panels import CUT, panel_wrench, still_pressures
 from vrx_mj.physics.radiation import diffraction_load, memory_load, memory_step
 from vrx_mj.physics.tables import MATRIX, Record, Table
-from vrx_mj.physics.wave_box import LEVELS, SIDE, fill_box, heading_of, pressures_in_box, wave_box
+from vrx_mj.physics.wave_box import LEVELS, ROWS, heading_of, pressures_in_waves
 from vrx_mj.physics.wave_columns import wave_columns
 from vrx_mj.physics.waves import surface_height
 
 __all__ = [
-    "VesselLoads", "VesselWork", "WaveLoads", "damping_of_vessel", "pressure_on_vessel", "restoring_of_vessel",
-    "vessel_loads", "vessel_work", "wave_loads",
+    "HullMeshes", "VesselLoads", "VesselWork", "WaveLoads", "damping_of_vessel", "pressure_on_vessel",
+    "restoring_of_vessel", "vessel_loads", "vessel_work", "wave_loads",
 ]  # fmt: skip
 
 
 class VesselWork(NamedTuple):
-    """The waves, and memory for the pressures on a mesh of at most n points."""
+    """The waves, and memory for the pressures on a mesh of at most n points and m triangles."""
 
-    places: FloatArray
-    """(3, n)"""
     pressures: FloatArray
     """(n,)"""
+    wet: ByteArray
+    """(n,)"""
+    found: IntArray
+    """(m,)"""
+    cut: FloatArray
+    """(CUT, m + WIDTH)"""
     polynomial: FloatArray
-    """(LEVELS, SIDE, SIDE)"""
+    """(LEVELS, ROWS, WIDTH)"""
     columns: FloatArray
     """The waves in columns."""
 
@@ -61,6 +66,19 @@ class VesselLoads(NamedTuple):
     added_mass_bias: Wrench
 
 
+class HullMeshes(NamedTuple):
+    """The meshes of all vessels, one after the other."""
+
+    parts: Table
+    """`tables.PART`."""
+    points: FloatArray
+    """Each vessel's (3, n) [m], body axes."""
+    shares: FloatArray
+    """Each vessel's (6, n), of `panel_mesh.Panels`."""
+    triangles: IntArray
+    """(m, 3)"""
+
+
 class WaveLoads(NamedTuple):
     """What the waves that a hull makes and scatters do to it: world axes, about `hull.link_com`."""
 
@@ -70,24 +88,24 @@ class WaveLoads(NamedTuple):
 
 
 @allocating_kernel
-def vessel_work(points: int, waves: Table, sea: Record) -> VesselWork:
-    """Return memory for meshes of so many points in a sea."""
-    polynomial = np.empty((LEVELS, SIDE, SIDE))
-    return VesselWork(np.empty((3, points)), np.empty(points), polynomial, wave_columns(waves, sea))
+def vessel_work(points: int, triangles: int, waves: Table, sea: Record) -> VesselWork:
+    """Return memory for meshes of so many points and triangles in a sea."""
+    wet, found, cut = np.empty(points, np.uint8), np.empty(triangles, np.uint32), np.zeros((CUT, triangles + WIDTH))
+    polynomial = np.zeros((LEVELS, ROWS, WIDTH))
+    return VesselWork(np.empty(points), wet, found, cut, polynomial, wave_columns(waves, sea))
 
 
 @kernel
 def vessel_loads(
-    hull: Record, vessel: Record, vertices: FloatArray, triangles: IntArray, strips: Table, waves: Table, sea: Record,
-    stream: Vector, orbital: Orbital, body: Motion, t: float, work: VesselWork,
+    hull: Record, vessel: Record, meshes: HullMeshes, strips: Table, waves: Table, sea: Record, stream: Vector,
+    orbital: Orbital, body: Motion, t: float, work: VesselWork,
 ) -> VesselLoads:  # fmt: skip
     """Return what water does to a hull.
 
     Args:
         hull: a row of `tables.HULL`.
         vessel: its row of `tables.VESSEL`.
-        vertices: of all meshes, (n, 3) [m], body axes.
-        triangles: of all meshes, (m, 3).
+        meshes: of all vessels.
         strips: `tables.STRIP`.
         waves: `tables.WAVE`.
         sea: a row of `tables.SEA`.
@@ -99,11 +117,10 @@ def vessel_loads(
     """
     water = stream[0] + orbital.u, stream[1] + orbital.v, stream[2] + orbital.w
     through = relative_motion(body, water)
-    level = sea.level
     if vessel.hydrostatics == MATRIX:
-        pressed = restoring_of_vessel(vessel, waves, sea, level, body, t)
+        pressed = restoring_of_vessel(vessel, waves, sea, body, t)
     else:
-        pressed = pressure_on_vessel(vessel, vertices, triangles, waves, sea, level, body, t, work)
+        pressed = pressure_on_vessel(vessel, meshes, waves, sea, body, t, work)
     if vessel.diffraction_frequencies > 0:  # in which is what the water's acceleration does
         bias = added_mass_bias(vessel, relative_motion(body, stream), zero_vector())
     else:
@@ -161,31 +178,32 @@ def _placed(wrench: Wrench, hull: Record, body: Motion) -> Wrench:
 
 @kernel
 def pressure_on_vessel(
-    vessel: Record, vertices: FloatArray, triangles: IntArray, waves: Table, sea: Record, level: float,
-    body: Motion, t: float, work: VesselWork,
-) -> Wrench:  # fmt: skip
-    """Return hydrostatic and Froude-Krylov pressure on a hull's mesh; `level` is that of the mean surface [m]."""
-    start, count = vessel.vertex_start, vessel.vertex_count
-    mesh = vertices[start : start + count]
+    vessel: Record, meshes: HullMeshes, waves: Table, sea: Record, body: Motion, t: float, work: VesselWork
+) -> Wrench:
+    """Return hydrostatic and Froude-Krylov pressure on a hull's mesh: body axes, about the link's origin."""
+    start, count = vessel.point_start, vessel.point_count
+    points = meshes.points[3 * start : 3 * (start + count)].reshape((3, count))
+    shares = meshes.shares[6 * start : 6 * (start + count)].reshape((6, count))
+    pressures = work.pressures[:count]
     if waves.size > 0:
-        box = wave_box(mesh, body, level, work.places)
-        fill_box(box, work.columns, sea, t, work.polynomial)
-        pressures_in_box(box, work.polynomial, work.places, sea, count, work.pressures)
+        parts = meshes.parts[vessel.part_start : vessel.part_start + vessel.part_count]
+        pressures_in_waves(vessel, parts, points, work.columns, sea, body, t, work.polynomial, pressures)
     else:
         up = body.r20, body.r21, body.r22
-        still_pressures(mesh, up, body.z - level, sea.density * sea.gravity, work.pressures)
+        still_pressures(points, up, body.z - sea.level, sea.density * sea.gravity, pressures)
     first = vessel.triangle_start
-    return panel_wrench(mesh, triangles[first : first + vessel.triangle_count], work.pressures)
+    triangles = meshes.triangles[first : first + vessel.triangle_count]
+    return panel_wrench(points, shares, triangles, pressures, work.wet, work.found, work.cut)
 
 
 @kernel
-def restoring_of_vessel(vessel: Record, waves: Table, sea: Record, level: float, body: Motion, t: float) -> Wrench:
+def restoring_of_vessel(vessel: Record, waves: Table, sea: Record, body: Motion, t: float) -> Wrench:
     """Return W n - G d of a hull with a stiffness, on the plane that the surface is at the link's origin.
 
     W is the weight that it carries at rest, n the plane's normal, and d = (0, 0, rise, n_y, -n_x, 0) in body axes: the
     angles of small heel and trim against the plane.
     """
-    height = level + surface_height(waves, sea, body.x, body.y, t)
+    height = sea.level + surface_height(waves, sea, body.x, body.y, t)
     east, north = surface_slope(waves, sea, body.x, body.y, t)
     long = np.sqrt(1.0 + east * east + north * north)
     x, y, z = unrotate(body, -east / long, -north / long, 1.0 / long)

@@ -1,10 +1,13 @@
-"""The waves in a box around a hull: what all of them press there, as one polynomial.
+"""The waves in boxes around the parts of a hull: what all of them press there, as one polynomial for each.
 
 A hull's mesh has hundreds of points and a sea dozens of waves. So the waves are added up at the nodes of a box that
 lies level around the mesh, in its heading, and the polynomial through these serves all points: of degree 4 along and
-across, and 3 over the depth, which counts from the surface (Wheeler, 1970). Over a side of 2 a [m], a wave of k [rad/m]
-in the side's direction is met within (k a)^5 / 1057 of its amplitude. Waves as short as the hull, which it hardly feels
-as a whole, fade out from k a = 3 to 5.
+across and 3 over the depth, which counts from the surface (Wheeler, 1970); of degree 2 across a slender hull, and over
+the depth of a shallow one (`panel_mesh`). Each hull of a catamaran has a box of its own.
+
+Over a side of 2 a [m], a wave of k [rad/m] in the side's direction is met within (k a)^5 / 1057 of its amplitude, or
+within (k a)^3 / 15.6 by a polynomial of degree 2. Waves as short as the hull, which it hardly feels as a whole, fade
+out from k a = 3 to 5, by a polynomial of degree 2 from 1.5 to 2.5.
 """
 
 import math
@@ -13,36 +16,43 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.physics.elementary import exponential, near_cosine_and_sine
+from vrx_mj.physics.elementary import cosines_and_sines, exponentials
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, rotate
-from vrx_mj.physics.tables import Record
+from vrx_mj.physics.lanes import WIDTH, Lanes, larger, load, smaller, spread, store, total
+from vrx_mj.physics.motion import Motion, Vector, rotate
+from vrx_mj.physics.tables import Record, Table
 from vrx_mj.physics.wave_columns import AMPLITUDE, BOTTOM, EAST, FREQUENCY, MEMORY, NORTH, PHASE, WAVENUMBER
 from vrx_mj.physics.waves import ramp
 
-__all__ = ["LEVELS", "SIDE", "WaveBox", "fill_box", "heading_of", "pressures_in_box", "wave_box"]
+__all__ = ["LEVELS", "ROWS", "SHALLOW_LEVELS", "SIDE", "SLENDER_ROWS", "WaveBox", "heading_of", "pressures_in_waves"]
 
 SIDE: Final = 5
-"""Nodes of the box along, and across."""
+"""Nodes of the box along."""
+ROWS: Final = 5
+"""Nodes across."""
+SLENDER_ROWS: Final = 3
+"""Nodes across a slender hull."""
 LEVELS: Final = 4
-"""Nodes over its depth."""
-_FADES, _FADED = 3.0, 5.0  # k a at which a wave begins to fade, and at which it is gone
-_SPARE = 1.25  # depth of the box over that of the lowest point: crests lift the surface from which depth counts
+"""Nodes over the depth."""
+SHALLOW_LEVELS: Final = 3
+"""Nodes over the depth of a shallow hull."""
+_FADES, _FADED = 3.0, 5.0  # k a at which a wave begins to fade, and at which it is gone; half of it by three nodes
+_SPARE = 1.25  # depth of the box over that of the lowest corner: crests lift the surface from which depth counts
 _THINNEST = 0.05  # least sides and depth of the box [m]
-_ALONG = MEMORY  # rows of memory: cosine and sine, their powers, then pairs for the rows of nodes, and the levels
-_ACROSS, _LEVELS = _ALONG + 4, _ALONG + 14
+_ALONG = MEMORY  # rows of memory: cosine and sine, and powers, along; across; then the middle, a row, and the levels
+_ACROSS, _MIDDLE, _ROW, _LEVELS = _ALONG + 4, _ALONG + 6, _ALONG + 8, _ALONG + 10
 
 
 class WaveBox(NamedTuple):
-    """A level box: its middle [m], cosine and sine of its heading, half its sides [m] and its depth [m]."""
+    """Level boxes of one size: cosine and sine of their heading, half their sides and depth [m], and their nodes."""
 
-    x: float
-    y: float
     cos: float
     sin: float
     half_length: float
     half_width: float
     depth: float
+    rows: int
+    levels: int
 
 
 def _to_powers(nodes: FloatArray) -> tuple[tuple[float, ...], ...]:
@@ -52,7 +62,9 @@ def _to_powers(nodes: FloatArray) -> tuple[tuple[float, ...], ...]:
 
 
 _SIDE_POWERS = _to_powers(np.linspace(-1.0, 1.0, SIDE))
+_SLENDER_POWERS = _to_powers(np.linspace(-1.0, 1.0, SLENDER_ROWS))
 _DEPTH_POWERS = _to_powers(np.linspace(0.0, 1.0, LEVELS))
+_SHALLOW_POWERS = _to_powers(np.linspace(0.0, 1.0, SHALLOW_LEVELS))
 
 
 @kernel
@@ -64,186 +76,244 @@ def heading_of(m: Motion) -> tuple[float, float]:
 
 
 @kernel
-def wave_box(vertices: FloatArray, motion: Motion, level: float, places: FloatArray) -> WaveBox:
-    """Return the box around a mesh, and write where its points are into `places`.
+def pressures_in_waves(
+    vessel: Record, parts: Table, points: FloatArray, columns: FloatArray, sea: Record,
+    body: Motion, t: float, polynomial: FloatArray, out: FloatArray,
+) -> None:  # fmt: skip
+    """Write the water's pressures over the air's [Pa] at a hull's points into `out`; below zero over the surface.
+
+    p = rho g (sum eta_i cosh(k_i (z' + h)) / cosh(k_i h) - z), z' = (z - eta) h / (h + eta).
 
     Args:
-        vertices: (n, 3) [m], body axes.
-        motion: of the link.
-        level: of the mean surface [m].
-        places: (3, n) along, across and over the mean surface, axes of the box from the link's origin [m].
+        vessel: a row of `tables.VESSEL`.
+        parts: its rows of `tables.PART`.
+        points: of the vessel, (3, n) [m], body axes.
+        columns: `wave_columns`, whose memory is used.
+        sea: a row of `tables.SEA`.
+        body: motion of the link.
+        t: time [s].
+        polynomial: memory, (LEVELS, ROWS, WIDTH).
+        out: for its points, (n,).
     """
-    cos, sin = heading_of(motion)
-    least, most = (math.inf, math.inf, math.inf), (-math.inf, -math.inf)
-    for i in range(len(vertices)):
-        x, y, z = rotate(motion, vertices[i, 0], vertices[i, 1], vertices[i, 2])
-        along, across, up = cos * x + sin * y, cos * y - sin * x, motion.z + z - level
-        places[0, i], places[1, i], places[2, i] = along, across, up
-        least = min(least[0], along), min(least[1], across), min(least[2], up)
-        most = max(most[0], along), max(most[1], across)
-    a, b = 0.5 * (least[0] + most[0]), 0.5 * (least[1] + most[1])
-    for i in range(len(vertices)):
-        places[0, i] -= a
-        places[1, i] -= b
-    return WaveBox(
-        motion.x + cos * a - sin * b,
-        motion.y + sin * a + cos * b,
-        cos,
-        sin,
-        max(most[0] - a, _THINNEST),
-        max(most[1] - b, _THINNEST),
-        max(-_SPARE * least[2], _THINNEST),
-    )
+    box = _box_around(vessel, parts, body, sea.level)
+    _spread_over(box, columns, sea)
+    for i in range(parts.size):
+        part = parts[i]
+        x, y, z = rotate(body, part.center[0], part.center[1], part.center[2])
+        _fill_box(box, body.x + x, body.y + y, columns, sea, t, polynomial)
+        _evaluate(box, part, (x, y, z), polynomial, points, sea, body, out)
 
 
 @kernel
-def _share(angle: float) -> float:
-    """Return the share of a wave of k a = `angle` that is left: 1, from `_FADES` on less, from `_FADED` on none."""
-    beyond = min(max((abs(angle) - _FADES) / (_FADED - _FADES), 0.0), 1.0)
+def _box_around(vessel: Record, parts: Table, body: Motion, level: float) -> WaveBox:
+    """Return the size of the level boxes, in the hull's heading, that hold each its part."""
+    cos, sin = heading_of(body)
+    h = vessel.half
+    length, width = _reach(_along(cos, sin, body), h), _reach(_along(-sin, cos, body), h)
+    lowest = math.inf
+    for i in range(parts.size):
+        c = parts[i].center
+        lowest = min(lowest, rotate(body, c[0], c[1], c[2])[2])
+    lowest += body.z - level - _reach((body.r20, body.r21, body.r22), h)
+    depth = max(-_SPARE * lowest, _THINNEST)
+    return WaveBox(cos, sin, max(length, _THINNEST), max(width, _THINNEST), depth, vessel.wave_rows, vessel.wave_levels)
+
+
+@kernel
+def _reach(direction: Vector, half: FloatArray) -> float:
+    """Return how far a box of half sides reaches from its middle in a direction."""
+    return float(abs(direction[0]) * half[0] + abs(direction[1]) * half[1] + abs(direction[2]) * half[2])
+
+
+@kernel
+def _share(angles: Lanes, fades: float, faded: float) -> Lanes:
+    """Return the share of waves of k a = `angles` that is left: 1, less from `fades` on, none from `faded` on."""
+    beyond = (larger(angles, 0.0 - angles) - fades) * (1.0 / (faded - fades))
+    beyond = smaller(larger(beyond, spread(0.0)), spread(1.0))
     return 1.0 - beyond * beyond * (3.0 - 2.0 * beyond)
 
 
 @kernel
-def fill_box(box: WaveBox, columns: FloatArray, sea: Record, t: float, out: FloatArray) -> None:
-    """Write the polynomial of the waves' pressure head [m] at time `t` [s] into `out`, (LEVELS, SIDE, SIDE).
+def _spread_over(box: WaveBox, columns: FloatArray, sea: Record) -> None:
+    """Write to memory how each wave turns from node to node, and its height at every level: what has not faded out."""
+    east, north, wavenumber, amplitude = columns[EAST], columns[NORTH], columns[WAVENUMBER], columns[AMPLITUDE]
+    c1, s1, c2, s2 = columns[_ALONG], columns[_ALONG + 1], columns[_ALONG + 2], columns[_ALONG + 3]
+    turn, turned, bottom = columns[_ACROSS], columns[_ACROSS + 1], columns[BOTTOM]
+    slender, deep = box.rows != ROWS, sea.depth == math.inf
+    fades, faded, spacing = (0.5 * _FADES, 0.5 * _FADED, 1.0) if slender else (_FADES, _FADED, 0.5)
+    for i in range(0, c1.size, WIDTH):
+        k, x, y = load(wavenumber, i), load(east, i), load(north, i)
+        along = k * (x * box.cos + y * box.sin) * box.half_length
+        across = k * (y * box.cos - x * box.sin) * box.half_width
+        height = load(amplitude, i) * _share(along, _FADES, _FADED) * _share(across, fades, faded)
+        c, s = cosines_and_sines(0.5 * along)
+        store(c1, i, c)
+        store(s1, i, s)
+        store(c2, i, c * c)
+        store(s2, i, c * s)
+        c, s = cosines_and_sines(spacing * across)
+        store(turn, i, c)
+        store(turned, i, s)
+        fall = exponentials(k * (-box.depth / (box.levels - 1)))
+        if deep:
+            for level in range(box.levels):
+                store(columns[_LEVELS + level], i, height)
+                height = height * fall
+        else:
+            bed, rise = load(bottom, i), 1.0 / fall
+            down, up = height / (bed + 1.0), bed * height / (bed + 1.0)
+            for level in range(box.levels):
+                store(columns[_LEVELS + level], i, down + up)
+                down, up = down * fall, up * rise
 
-    Its coefficients are those of the powers of depth, across and along, in units of the box: `pressures_in_box`
-    evaluates it. `columns` are `wave_columns`, whose memory is used.
+
+@kernel
+def _fill_box(
+    box: WaveBox, x: float, y: float, columns: FloatArray, sea: Record, t: float, out: FloatArray
+) -> None:  # fmt: skip
+    """Write the polynomial of the waves' pressure head [m] around (x, y) [m] into `out`, (LEVELS, ROWS, WIDTH).
+
+    Its coefficients are those of the powers of depth, across and along, in units of the box.
     """
-    _phases_in_box(box, columns, t)
-    _heights_in_box(box, columns)
-    for level in range(LEVELS):
-        for row in range(SIDE):
-            _add_up(columns, level, row, out[level, row])
+    east, north, wavenumber = columns[EAST], columns[NORTH], columns[WAVENUMBER]
+    frequency, phase, c, s = columns[FREQUENCY], columns[PHASE], columns[_MIDDLE], columns[_MIDDLE + 1]
+    for i in range(0, c.size, WIDTH):
+        along = load(wavenumber, i) * (load(east, i) * x + load(north, i) * y)
+        cos, sin = cosines_and_sines(along - load(frequency, i) * t + load(phase, i))
+        store(c, i, cos)
+        store(s, i, sin)
+    middle = box.rows // 2
+    _add_up(columns, _MIDDLE, box.levels, out[:, middle])
+    for sign in (-1, 1):
+        for away in range(1, middle + 1):
+            _turn_row(columns, _MIDDLE if away == 1 else _ROW, float(sign))
+            _add_up(columns, _ROW, box.levels, out[:, middle + sign * away])
     grown = ramp(sea, t)
-    for level in range(LEVELS):
-        for row in range(SIDE):
-            _to_coefficients(out[level, row], grown)
-        for column in range(SIDE):
-            _to_coefficients(out[level, :, column], 1.0)
-    for row in range(SIDE):
-        for column in range(SIDE):
-            _to_depth_coefficients(out[:, row, column])
+    for level in range(box.levels):
+        _to_powers_across(out[level], box.rows, grown)
+    for row in range(box.rows):
+        _to_powers_of_depth(out[:, row], box.levels)
 
 
 @kernel
-def _phases_in_box(box: WaveBox, columns: FloatArray, t: float) -> None:
-    """Write cosine and sine of each wave in the middle of every row across, and from node to node along, to memory."""
-    east, north, wavenumber = columns[EAST], columns[NORTH], columns[WAVENUMBER]
-    frequency, phase = columns[FREQUENCY], columns[PHASE]
-    c1, s1, c1c1, c1s1 = columns[_ALONG], columns[_ALONG + 1], columns[_ALONG + 2], columns[_ALONG + 3]
-    turn, turned = columns[_LEVELS], columns[_LEVELS + 1]
-    c, s = columns[_ACROSS + 4], columns[_ACROSS + 5]
-    for i in range(c1.size):
-        k = wavenumber[i]
-        c[i], s[i] = near_cosine_and_sine(k * (east[i] * box.x + north[i] * box.y) - frequency[i] * t + phase[i])
-    for i in range(c1.size):
-        angle = 0.5 * wavenumber[i] * box.half_length * (east[i] * box.cos + north[i] * box.sin)
-        c1[i], s1[i] = near_cosine_and_sine(angle)
-    for i in range(c1.size):
-        angle = 0.5 * wavenumber[i] * box.half_width * (north[i] * box.cos - east[i] * box.sin)
-        turn[i], turned[i] = near_cosine_and_sine(angle)
-        c1c1[i], c1s1[i] = c1[i] * c1[i], c1[i] * s1[i]
-    for row in (2, 3):
-        _turn_row(columns, row, row + 1, 1.0)
-        _turn_row(columns, 4 - row, 3 - row, -1.0)
-
-
-@kernel
-def _turn_row(columns: FloatArray, start: int, end: int, sign: float) -> None:
+def _turn_row(columns: FloatArray, start: int, sign: float) -> None:
     """Write cosine and sine of the waves in a row of nodes, from those in the row beside it."""
-    turn, turned = columns[_LEVELS], columns[_LEVELS + 1]
-    c, s = columns[_ACROSS + 2 * start], columns[_ACROSS + 2 * start + 1]
-    cos, sin = columns[_ACROSS + 2 * end], columns[_ACROSS + 2 * end + 1]
-    for i in range(c.size):
-        cos[i] = c[i] * turn[i] - sign * s[i] * turned[i]
-        sin[i] = s[i] * turn[i] + sign * c[i] * turned[i]
+    turn, turned = columns[_ACROSS], columns[_ACROSS + 1]
+    c, s, cos, sin = columns[start], columns[start + 1], columns[_ROW], columns[_ROW + 1]
+    for i in range(0, c.size, WIDTH):
+        here, there, on, off = load(c, i), load(s, i), load(turn, i), load(turned, i) * sign
+        store(cos, i, here * on - there * off)
+        store(sin, i, there * on + here * off)
 
 
 @kernel
-def _heights_in_box(box: WaveBox, columns: FloatArray) -> None:
-    """Write the height of each wave at every level of the box to memory: what has not faded out, by its decay."""
-    east, north, wavenumber = columns[EAST], columns[NORTH], columns[WAVENUMBER]
-    amplitude, bottom, top = columns[AMPLITUDE], columns[BOTTOM], columns[_LEVELS]
-    for i in range(top.size):
-        k = wavenumber[i]
-        along = k * box.half_length * (east[i] * box.cos + north[i] * box.sin)
-        across = k * box.half_width * (north[i] * box.cos - east[i] * box.sin)
-        top[i] = amplitude[i] * _share(along) * _share(across)
-    for level in range(1, LEVELS):
-        height, down = columns[_LEVELS + level], level / (LEVELS - 1) * box.depth
-        for i in range(top.size):
-            fall = exponential(-wavenumber[i] * down)
-            height[i] = top[i] * (fall + bottom[i] / fall) / (1.0 + bottom[i])
+def _add_up(columns: FloatArray, row: int, levels: int, out: FloatArray) -> None:
+    """Write the coefficients of the powers along, in a row of nodes at all levels, into `out`, (LEVELS, WIDTH).
 
-
-@kernel
-def _add_up(columns: FloatArray, level: int, row: int, out: FloatArray) -> None:
-    """Write the sums of all waves at the nodes of a row into `out`, (SIDE,)."""
-    height, c, s = columns[_LEVELS + level], columns[_ACROSS + 2 * row], columns[_ACROSS + 2 * row + 1]
-    c1, s1, c1c1, c1s1 = columns[_ALONG], columns[_ALONG + 1], columns[_ALONG + 2], columns[_ALONG + 3]
-    middle, even, odd, far_even, far_odd = 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(c.size):
-        p, q = height[i] * c[i], height[i] * s[i]
-        middle += p
-        even += p * c1[i]
-        odd += q * s1[i]
-        far_even += p * c1c1[i]
-        far_odd += q * c1s1[i]
-    far_even, far_odd = 2.0 * far_even - middle, 2.0 * far_odd
-    out[0], out[1], out[2], out[3], out[4] = far_even + far_odd, even + odd, middle, even - odd, far_even - far_odd
-
-
-@kernel
-def _to_coefficients(values: FloatArray, factor: float) -> None:
-    """Replace (SIDE,) values at nodes by coefficients of powers, times a factor."""
-    a, b, c, d, e = values[0], values[1], values[2], values[3], values[4]
-    for power in range(SIDE):
-        m = _SIDE_POWERS[power]
-        values[power] = factor * (m[0] * a + m[1] * b + m[2] * c + m[3] * d + m[4] * e)
-
-
-@kernel
-def _to_depth_coefficients(values: FloatArray) -> None:
-    """Replace (LEVELS,) values at nodes by coefficients of powers."""
-    a, b, c, d = values[0], values[1], values[2], values[3]
-    for power in range(LEVELS):
-        m = _DEPTH_POWERS[power]
-        values[power] = m[0] * a + m[1] * b + m[2] * c + m[3] * d
-
-
-@kernel
-def pressures_in_box(
-    box: WaveBox, polynomial: FloatArray, places: FloatArray, sea: Record, count: int, out: FloatArray
-) -> None:
-    """Write the water's pressures over the air's [Pa] at `count` points into `out`; below zero over the surface.
-
-    p = rho g (sum eta_i cosh(k_i (z' + h)) / cosh(k_i h) - z), z' = (z - eta) h / (h + eta): the polynomial's value at
-    the depth -z', and eta is that at the surface.
+    Of the sums of waves at nodes, half a side apart: their even and odd parts, and of these the coefficients.
     """
-    weight, whole = sea.density * sea.gravity, sea.depth
-    shallow = 1.0 / whole  # 0 in deep water
+    c, s = columns[row], columns[row + 1]
+    c1, s1, c2, s2 = columns[_ALONG], columns[_ALONG + 1], columns[_ALONG + 2], columns[_ALONG + 3]
+    for level in range(levels):
+        height, own = columns[_LEVELS + level], out[level]
+        zero, even, odd, far_even, far_odd = spread(0.0), spread(0.0), spread(0.0), spread(0.0), spread(0.0)
+        for i in range(0, c.size, WIDTH):
+            h = load(height, i)
+            p, q = h * load(c, i), h * load(s, i)
+            zero += p
+            even += p * load(c1, i)
+            odd += q * load(s1, i)
+            far_even += p * load(c2, i)
+            far_odd += q * load(s2, i)
+        a, b, d = total(zero), total(even), total(odd)
+        b, d, e, f = b - a, -d, 2.0 * (total(far_even) - a), -2.0 * total(far_odd)
+        own[0], own[1], own[2] = a, (8.0 * d - f) / 3.0, (16.0 * b - e) / 3.0
+        own[3], own[4] = (4.0 * f - 8.0 * d) / 3.0, (4.0 * e - 16.0 * b) / 3.0
+
+
+@kernel
+def _to_powers_across(rows: FloatArray, number: int, factor: float) -> None:
+    """Replace the values in rows of nodes, (ROWS, WIDTH), by coefficients of powers across, times a factor."""
+    if number == SLENDER_ROWS:
+        m = _SLENDER_POWERS
+        a, b, c = load(rows[0], 0) * factor, load(rows[1], 0) * factor, load(rows[2], 0) * factor
+        store(rows[0], 0, b)
+        store(rows[1], 0, a * m[1][0] + c * m[1][2])
+        store(rows[2], 0, a * m[2][0] + b * m[2][1] + c * m[2][2])
+        return
+    a, b, c = load(rows[0], 0) * factor, load(rows[1], 0) * factor, load(rows[2], 0) * factor
+    d, e = load(rows[3], 0) * factor, load(rows[4], 0) * factor
+    for power in range(ROWS):
+        n = _SIDE_POWERS[power]
+        store(rows[power], 0, a * n[0] + b * n[1] + c * n[2] + d * n[3] + e * n[4])
+
+
+@kernel
+def _to_powers_of_depth(values: FloatArray, levels: int) -> None:
+    """Replace values at levels, (LEVELS, WIDTH), by coefficients of powers of depth."""
+    a, b, c = load(values[0], 0), load(values[1], 0), load(values[2], 0)
+    if levels == SHALLOW_LEVELS:
+        for power in range(1, SHALLOW_LEVELS):
+            n = _SHALLOW_POWERS[power]
+            store(values[power], 0, a * n[0] + b * n[1] + c * n[2])
+        return
+    d = load(values[3], 0)
+    for power in range(1, LEVELS):
+        m = _DEPTH_POWERS[power]
+        store(values[power], 0, a * m[0] + b * m[1] + c * m[2] + d * m[3])
+
+
+@kernel
+def _evaluate(
+    box: WaveBox, part: Record, middle: Vector, polynomial: FloatArray, points: FloatArray, sea: Record, body: Motion,
+    out: FloatArray,
+) -> None:  # fmt: skip
+    """Write the pressures [Pa] at a part's points into `out`; `middle` is that of its box from the link's origin [m].
+
+    The polynomial's value at the depth -z' is that of the waves there, and eta is that at the surface.
+    """
+    weight, shallow = sea.density * sea.gravity, 1.0 / sea.depth  # 0 in deep water
     length, width, depth = 1.0 / box.half_length, 1.0 / box.half_width, 1.0 / box.depth
-    top, second, third, fourth = polynomial[0], polynomial[1], polynomial[2], polynomial[3]
-    for i in range(count):
-        s, r, z = places[0, i] * length, places[1, i] * width, places[2, i]
-        surface = _plane(top, s, r)
-        below = max(surface - z, 0.0) / (1.0 + shallow * surface)
-        d = min(below * depth, 1.0)
-        deeper = _plane(second, s, r) + d * (_plane(third, s, r) + d * _plane(fourth, s, r))
-        out[i] = weight * (surface + d * deeper - z)
+    ax, ay, az = _along(box.cos * length, box.sin * length, body)
+    bx, by, bz = _along(-box.sin * width, box.cos * width, body)
+    a0 = -length * (box.cos * middle[0] + box.sin * middle[1])
+    b0 = -width * (box.cos * middle[1] - box.sin * middle[0])
+    c0 = body.z - sea.level
+    xs, ys, zs = points[0], points[1], points[2]
+    for i in range(part.start, part.start + part.size, WIDTH):
+        x, y, z = load(xs, i), load(ys, i), load(zs, i)
+        s = (x * ax + y * ay) + (z * az + a0)
+        r = (x * bx + y * by) + (z * bz + b0)
+        up = (x * body.r20 + y * body.r21) + (z * body.r22 + c0)
+        surface = _plane(polynomial[0], box.rows, s, r)
+        head = surface - up
+        below = larger(head, spread(0.0))
+        if total(below) > 0.0:
+            d = smaller(below * depth / (surface * shallow + 1.0), spread(1.0))
+            deeper = _plane(polynomial[box.levels - 1], box.rows, s, r)
+            for power in range(box.levels - 2, 0, -1):
+                deeper = deeper * d + _plane(polynomial[power], box.rows, s, r)
+            head += deeper * d
+        store(out, i, head * weight)
 
 
 @kernel
-def _plane(c: FloatArray, s: float, r: float) -> float:
-    """Return the value of a polynomial (SIDE, SIDE) at `s` along and `r` across."""
-    s2, r2 = s * s, r * r
-    return (_line(c[0], s, s2) + r * _line(c[1], s, s2)) + r2 * (
-        (_line(c[2], s, s2) + r * _line(c[3], s, s2)) + r2 * _line(c[4], s, s2)
-    )
+def _along(cos: float, sin: float, m: Motion) -> Vector:
+    """Return a level direction, or a multiple of it, in body axes."""
+    return cos * m.r00 + sin * m.r10, cos * m.r01 + sin * m.r11, cos * m.r02 + sin * m.r12
 
 
 @kernel
-def _line(a: FloatArray, s: float, s2: float) -> float:
-    """Return the value of a polynomial (SIDE,) at `s`, whose square is `s2`."""
-    return float((a[0] + s * a[1]) + s2 * ((a[2] + s * a[3]) + s2 * a[4]))
+def _plane(c: FloatArray, rows: int, s: Lanes, r: Lanes) -> Lanes:
+    """Return values of a polynomial (rows, SIDE) at places along and across."""
+    s2 = s * s
+    value = _line(c[rows - 1], s, s2)
+    for row in range(rows - 2, -1, -1):
+        value = value * r + _line(c[row], s, s2)
+    return value
+
+
+@kernel
+def _line(a: FloatArray, s: Lanes, s2: Lanes) -> Lanes:
+    """Return values of a polynomial (SIDE,) at places, whose squares are given."""
+    return (s * a[1] + a[0]) + s2 * ((s * a[3] + a[2]) + s2 * a[4])

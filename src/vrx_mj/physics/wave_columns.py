@@ -1,7 +1,8 @@
-"""Many waves at once: what `elevation` and `orbital_motion` give, to the bit, in a third of the time.
+"""Many waves at once: what `elevation` gives, to the bit, and `orbital_motion`, in a third of the time.
 
 The waves lie in columns, so that a processor takes several at a time: all phases, then all cosines, then all that is
-summed. The sums are in the order of the waves, so no bit depends on how many a processor takes.
+summed. Heights are summed in the order of the waves, motions in the fixed order of `lanes`, so no bit depends on how
+many a processor takes.
 """
 
 from typing import Final
@@ -13,11 +14,13 @@ from vrx_mj.physics.elementary import (
     FAR,
     cosine,
     cosine_and_sine,
+    cosines_and_sines,
     exponential,
+    exponentials,
     near_cosine,
-    near_cosine_and_sine,
 )
 from vrx_mj.physics.kernel import allocating_kernel, kernel
+from vrx_mj.physics.lanes import WIDTH, larger, load, spread, store, total
 from vrx_mj.physics.tables import Record, Table, Waves
 
 __all__ = [
@@ -47,8 +50,6 @@ ORBITAL: Final = 6
 BOTTOM: Final = 7  # `bottom_share`
 MEMORY: Final = 8  # 18 rows, from here on: what a kernel writes there is gone when the next one does
 _ROWS: Final = MEMORY + 18
-_TOGETHER = 8
-"""Waves that a processor takes at most at a time: columns are filled up with waves of no height."""
 
 
 @kernel
@@ -70,8 +71,8 @@ def decay(wavenumber: float, z: float, bottom: float) -> tuple[float, float]:
 
 @allocating_kernel
 def wave_columns(waves: Table, sea: Record) -> FloatArray:
-    """Return the columns of waves, (rows, n)."""
-    columns = np.zeros((_ROWS, (waves.size + _TOGETHER - 1) // _TOGETHER * _TOGETHER))
+    """Return the columns of waves, (rows, n): filled up to whole lanes with waves of no height."""
+    columns = np.zeros((_ROWS, (waves.size + WIDTH - 1) // WIDTH * WIDTH))
     for i in range(waves.size):
         wave = waves[i]
         columns[EAST, i], columns[NORTH, i] = wave.direction[0], wave.direction[1]
@@ -106,26 +107,29 @@ def motion_of_columns(columns: Waves, x: float, y: float, z: float, t: float) ->
     """Return the six sums of `orbital_motion` at (x, y) [m], `z` [m] over the mean level, and time `t` [s]."""
     east, north, wavenumber = columns[EAST], columns[NORTH], columns[WAVENUMBER]
     frequency, phase, orbital, bottom = columns[FREQUENCY], columns[PHASE], columns[ORBITAL], columns[BOTTOM]
-    cos, sin, along, up = columns[MEMORY], columns[MEMORY + 1], columns[MEMORY + 2], columns[MEMORY + 3]
-    far = 0
-    for i in range(cos.size):
-        angle = wavenumber[i] * (east[i] * x + north[i] * y) - frequency[i] * t + phase[i]
-        far |= not abs(angle) < FAR
-        cos[i], sin[i] = near_cosine_and_sine(angle)
-    if far:
+    cos, sin, most = columns[MEMORY], columns[MEMORY + 1], spread(0.0)
+    for i in range(0, cos.size, WIDTH):
+        along = load(wavenumber, i) * (load(east, i) * x + load(north, i) * y)
+        angle = along - load(frequency, i) * t + load(phase, i)
+        c, s = cosines_and_sines(angle)
+        store(cos, i, c)
+        store(sin, i, s)
+        most = larger(larger(angle, 0.0 - angle), most)
+    if total(most) > FAR:
         for i in range(cos.size):
             angle = wavenumber[i] * (east[i] * x + north[i] * y) - frequency[i] * t + phase[i]
             cos[i], sin[i] = cosine_and_sine(angle)
-    for i in range(cos.size):
-        level, upright = decay(wavenumber[i], z, bottom[i])
-        along[i], up[i] = orbital[i] * level, orbital[i] * upright
-    u, v, w, du, dv, dw = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(cos.size):
-        c, s, f = along[i] * cos[i], along[i] * sin[i], frequency[i]
-        u += east[i] * c
-        v += north[i] * c
-        w += up[i] * sin[i]
-        du += east[i] * (f * s)
-        dv += north[i] * (f * s)
-        dw -= f * (up[i] * cos[i])
-    return u, v, w, du, dv, dw
+    u, v, w, du, dv, dw = spread(0.0), spread(0.0), spread(0.0), spread(0.0), spread(0.0), spread(0.0)
+    for i in range(0, cos.size, WIDTH):
+        own, f, bed = load(orbital, i), load(frequency, i), load(bottom, i)
+        down = exponentials(load(wavenumber, i) * z)
+        up, whole = bed / down, bed + 1.0
+        level, upright = own * ((down + up) / whole), own * ((down - up) / whole)
+        c, s = level * load(cos, i), level * load(sin, i) * f
+        u += load(east, i) * c
+        v += load(north, i) * c
+        w += upright * load(sin, i)
+        du += load(east, i) * s
+        dv += load(north, i) * s
+        dw -= f * (upright * load(cos, i))
+    return total(u), total(v), total(w), total(du), total(dv), total(dw)

@@ -73,11 +73,10 @@ def _loads(
     if hull["vessel"] < 0:
         water = water_at_hull(hull, body, *moving)
         return hull_loads(hull, arrays.stations, arrays.windage, *weather, here, water, body, time)._asdict()
-    vessel, work = arrays.vessels[hull["vessel"]], vessel_work(len(arrays.vertices), *weather)
+    vessel, meshes = arrays.vessels[hull["vessel"]], arrays.meshes
+    work = vessel_work(meshes.points.size // 3, len(meshes.triangles), *weather)
     water, orbital = water_at_vessel(vessel, body, *moving)
-    loads = vessel_loads(
-        hull, vessel, arrays.vertices, arrays.triangles, arrays.strips, *weather, water, orbital, body, time, work
-    )
+    loads = vessel_loads(hull, vessel, meshes, arrays.strips, *weather, water, orbital, body, time, work)
     made = wave_loads(
         hull, vessel, arrays.memory, arrays.memory_state.copy(), arrays.diffraction, *weather, water, orbital, body,
         time, arrays.timestep,

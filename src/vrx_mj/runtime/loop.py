@@ -54,7 +54,7 @@ from vrx_mj.physics.thrust import (
     thrust_force,
     thruster_wrench,
 )
-from vrx_mj.physics.vessel import VesselWork, vessel_loads, vessel_work, wave_loads
+from vrx_mj.physics.vessel import HullMeshes, VesselWork, vessel_loads, vessel_work, wave_loads
 from vrx_mj.physics.waves import surface_height
 from vrx_mj.physics.wind import air_velocity, wind_at_hull, wind_on_float, wind_on_hull, wind_step
 from vrx_mj.runtime.proximity import contact_free, touch_begins
@@ -113,7 +113,7 @@ def advance(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
     when the sample buffer is full or a touch has begun, -1 when the state has diverged.
     """
     a = views(runs[row])
-    work = vessel_work(len(a.vertices), a.waves, a.sea[0])
+    work = vessel_work(a.points.size // 3, len(a.triangles), a.waves, a.sea[0])
     return _advance(runs, row, time, dt, steps, work, work.columns)
 
 
@@ -181,7 +181,17 @@ def push_vessel(hull: Record, body: Motion, a: Views, work: VesselWork, air: Air
     vessel = a.vessels[hull.vessel]
     stream, orbital = water_at_vessel(vessel, body, work.columns, a.sea[0], a.current, a.current_state, a.layers, time)
     loads = vessel_loads(
-        hull, vessel, a.vertices, a.triangles, a.strips, a.waves, a.sea[0], stream, orbital, body, time, work
+        hull,
+        vessel,
+        HullMeshes(a.parts, a.points, a.shares, a.triangles),
+        a.strips,
+        a.waves,
+        a.sea[0],
+        stream,
+        orbital,
+        body,
+        time,
+        work,
     )
     blown = wind_on_hull(hull, a.windage, body, wind_at_hull(hull, a.air, air))
     wrench = add(add(add(loads.hydrostatics, loads.drag), loads.added_mass_bias), blown)

@@ -1,5 +1,6 @@
 """The tables of the compiled loop for one world: parameters, state, and views of MuJoCo's arrays."""
 
+import functools
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -18,7 +19,10 @@ from vrx_mj.model.boats import Hull, Propeller, Thruster, Vessel, Windage
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics import tables
 from vrx_mj.physics.noise import stream_key
+from vrx_mj.physics.panel_mesh import Panels, panels_of
 from vrx_mj.physics.raft import RAFT_WORK
+from vrx_mj.physics.vessel import HullMeshes
+from vrx_mj.physics.wave_box import LEVELS, ROWS, SHALLOW_LEVELS, SLENDER_ROWS
 from vrx_mj.physics.waves import random_phases
 from vrx_mj.physics.windage import Areas, blendermann_curve, three_number_curve, windage_rows
 from vrx_mj.runtime.loop import HUGE
@@ -101,21 +105,31 @@ def _windage(own: Windage) -> list[dict[str, float]]:
     return windage_rows([(angle, cx, cy, 1.0, cn) for angle, cx, cy, cn in own.curve], areas)
 
 
-def _vessel_rows(kinds: Sequence[Vessel]) -> list[dict[str, Any]]:
+@functools.lru_cache(maxsize=32)
+def _mesh(kind: Vessel) -> Panels:
+    """The mesh of a hull's model: the loop's arrays are made anew with every boat that comes or goes."""
+    vertices, triangles = np.array(kind.vertices, np.float64), np.array(kind.triangles, np.int64)
+    return panels_of(vertices.reshape(-1, 3), triangles.reshape(-1, 3))
+
+
+def _vessel_rows(kinds: Sequence[Vessel], meshes: Sequence[Panels]) -> list[dict[str, Any]]:
     """Rows of `tables.VESSEL`; what each has in other tables follows what the one before has there."""
-    rows, vertices, triangles, strips, memories, forces = [], 0, 0, 0, 0, 0
-    for kind in kinds:
+    rows, ends = [], dict.fromkeys(("point", "triangle", "part", "strip", "memory"), 0)
+    forces = 0
+    for kind, mesh in zip(kinds, meshes, strict=True):
         row, table = dict(vars(kind)), kind.diffraction.forces if kind.diffraction else ()
-        del row["diffraction"]
-        row |= {"vertex_start": vertices, "vertex_count": len(row.pop("vertices"))}
-        row |= {"triangle_start": triangles, "triangle_count": len(row.pop("triangles"))}
-        row |= {"strip_start": strips, "strip_count": len(row.pop("strips"))}
-        row |= {"memory_start": memories, "memory_count": len(row.pop("memory"))}
+        for name in ("diffraction", "vertices", "triangles", "strips", "memory"):
+            del row[name]
+        pressed = mesh.points.shape[1], len(mesh.triangles), len(mesh.parts)
+        own = *pressed, len(kind.strips), len(kind.memory)
+        for name, count in zip(ends, own, strict=True):
+            row |= {f"{name}_start": ends[name], f"{name}_count": count}
+            ends[name] += count
+        row |= {"half": mesh.half, "wave_rows": SLENDER_ROWS if mesh.is_slender else ROWS}
+        row |= {"wave_levels": SHALLOW_LEVELS if mesh.is_shallow else LEVELS}
         row |= {"diffraction_start": forces, "diffraction_frequencies": len(table)}
         row |= {"diffraction_angles": len(table[0]) if table else 0}
         row |= {"diffraction_step": kind.diffraction.step if kind.diffraction else 0.0}
-        vertices, triangles = vertices + len(kind.vertices), triangles + len(kind.triangles)
-        strips, memories = strips + len(kind.strips), memories + len(kind.memory)
         forces += sum(map(len, table))
         rows.append(row)
     return rows
@@ -257,14 +271,22 @@ class LoopArrays:
 
     def _vessels(self, kinds: Sequence[Vessel], memories: int) -> None:
         """Tables of the models of hulls in profile `marine`, and so many numbers of their memory."""
-        self.vessels = tables.table(tables.VESSEL, _vessel_rows(kinds))
+        meshes = [_mesh(kind) for kind in kinds]
+        self.vessels = tables.table(tables.VESSEL, _vessel_rows(kinds, meshes))
         self.strips = tables.table(tables.STRIP, [vars(row) for kind in kinds for row in kind.strips])
         self.memory = tables.table(tables.MEMORY, [vars(row) for kind in kinds for row in kind.memory])
         self.memory_state = np.zeros(memories, tables.MEMORY_STATE)
         forces = [row for kind in kinds if kind.diffraction for angles in kind.diffraction.forces for row in angles]
         self.diffraction = np.array(forces, np.float64).reshape(-1, 12)
-        self.vertices = np.array([point for kind in kinds for point in kind.vertices], np.float64).reshape(-1, 3)
-        self.triangles = np.array([corner for kind in kinds for corner in kind.triangles], np.int64).reshape(-1, 3)
+        self.parts = tables.table(tables.PART, [part._asdict() for mesh in meshes for part in mesh.parts])
+        self.points = np.concatenate([np.zeros(0), *(mesh.points.ravel() for mesh in meshes)])
+        self.shares = np.concatenate([np.zeros(0), *(mesh.shares.ravel() for mesh in meshes)])
+        self.triangles = np.concatenate([np.zeros((0, 3), np.uint32), *(mesh.triangles for mesh in meshes)])
+
+    @property
+    def meshes(self) -> HullMeshes:
+        """Those of all vessels."""
+        return HullMeshes(self.parts, self.points, self.shares, self.triangles)
 
     def _mount(self, world: World, known: "LoopArrays | None") -> None:
         """Sensors, lights and placards, and what the sensors' clocks keep."""

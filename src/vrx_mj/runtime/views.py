@@ -73,10 +73,11 @@ class Views(NamedTuple):
     hulls: Annotated[Table, Array(tables.HULL)]
     windage: Annotated[Table, Array(tables.WINDAGE)]
     vessels: Annotated[Table, Array(tables.VESSEL)]
-    vertices: Annotated[FloatArray, Array(ndim=2)]
-    """Points of the meshes of vessels, (n, 3) [m], body axes."""
-    triangles: Annotated[IntArray, Array(np.int64, ndim=2)]
-    """Their triangles, (m, 3)."""
+    parts: Annotated[Table, Array(tables.PART)]
+    points: Annotated[FloatArray, Array()]
+    """Of the meshes of vessels, as are the two that follow: `vessel.HullMeshes`."""
+    shares: Annotated[FloatArray, Array()]
+    triangles: Annotated[IntArray, Array(np.uint32, ndim=2)]
     strips: Annotated[Table, Array(tables.STRIP)]
     memory: Annotated[Table, Array(tables.MEMORY)]
     memory_state: Annotated[Table, Array(tables.MEMORY_STATE, use=STATE)]

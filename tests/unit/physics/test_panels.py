@@ -9,7 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from unit.physics.rows import rotation
-from vrx_mj.physics.panels import panel_wrench, still_pressures
+from vrx_mj.physics.lanes import WIDTH
+from vrx_mj.physics.panel_mesh import panels_of
+from vrx_mj.physics.panels import wrench_of_pressures, wrench_of_still_water
 from vrx_mj.resources import root
 
 TABLES = root() / "assets" / "validation"
@@ -37,9 +39,7 @@ def wrench(mesh, roll=0.0, pitch=0.0, height=0.0, weight=WEIGHT):
     """World axes, about the link's origin."""
     vertices, triangles = mesh
     turn = rotation(roll, pitch, 0.0)
-    pressures = np.empty(len(vertices))
-    still_pressures(vertices, turn[2], height, weight, pressures)
-    found = np.array(panel_wrench(vertices, triangles, pressures))
+    found = wrench_of_still_water(panels_of(vertices, triangles), turn[2], height, weight)
     return np.concatenate((turn @ found[:3], turn @ found[3:]))
 
 
@@ -112,6 +112,13 @@ def test_what_is_under_water_and_what_is_over_it_make_the_whole(roll, height):
     assert below + above == pytest.approx(WEIGHT * 0.28, rel=1e-9)
 
 
+def triangle_wrench(corners, pressures):
+    """Of one triangle by the kernels, whose points may be in another order than its corners."""
+    mesh = panels_of(corners, np.array([[0, 1, 2]]))
+    places = [int(np.flatnonzero((corners == point).all(axis=1))[0]) for point in mesh.points.T]
+    return wrench_of_pressures(mesh, pressures[places])
+
+
 def test_dry_and_wet_corners_in_every_order():
     """A triangle cut anywhere gives what its parts give: pressure is linear, whatever the corners' numbers."""
     random = np.random.default_rng(3)
@@ -119,11 +126,50 @@ def test_dry_and_wet_corners_in_every_order():
         corners, pressures = random.normal(size=(3, 3)), random.normal(size=3)
         order = random.permutation(3)
         turned = order if np.linalg.det(np.eye(3)[order]) > 0 else order[::-1]
-        one = panel_wrench(corners, np.array([[0, 1, 2]]), pressures)
-        other = panel_wrench(corners[turned], np.array([[0, 1, 2]]), pressures[turned])
-        assert np.array(one) == pytest.approx(np.array(other), abs=1e-12)
+        one, other = triangle_wrench(corners, pressures), triangle_wrench(corners[turned], pressures[turned])
+        assert one == pytest.approx(other, abs=1e-12)
         fine, many = subdivided(corners, pressures, 48)
-        assert np.array(one) == pytest.approx(np.array(many), abs=2e-3), fine
+        assert one == pytest.approx(many, abs=2e-3), fine
+
+
+@pytest.mark.parametrize("dry", [0.0, -0.0, -1e-300, -1e9])
+def test_a_corner_at_the_surface_or_far_over_it_makes_no_trouble(dry):
+    """The wet piece of a triangle grows from its whole to nothing as the dry corner rises."""
+    corners = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+    found = triangle_wrench(corners, np.array([3.0, dry, dry]))
+    share = 3.0 / (3.0 - dry)
+    assert found[2] == pytest.approx(-0.5 * share**2, rel=1e-12)
+    assert np.isfinite(found).all()
+
+
+def catamaran():
+    vertices, triangles = barge(4.0, 0.5, 0.5)
+    both = [vertices + np.array([0.0, side, 0.0]) for side in (-1.0, 1.0)]
+    return np.concatenate(both), np.concatenate([triangles, triangles + len(vertices)])
+
+
+def test_hulls_beside_each_other_are_parts():
+    mesh = panels_of(*catamaran())
+    assert [(part.center, part.start, part.size) for part in mesh.parts] == [
+        ((0.0, -1.0, 0.0), 0, WIDTH), ((0.0, 1.0, 0.0), WIDTH, WIDTH)
+    ]  # fmt: skip
+    assert mesh.half == (2.0, 0.25, 0.25)
+    assert (mesh.is_slender, mesh.is_shallow) == (True, True)
+
+
+def test_a_bulb_under_a_hull_is_of_its_part():
+    vertices, triangles = barge(4.0, 1.0, 0.5)
+    both = np.concatenate([vertices, 0.2 * vertices - (0.0, 0.0, 1.0)])
+    mesh = panels_of(both, np.concatenate([triangles, triangles + len(vertices)]))
+    assert [part.size for part in mesh.parts] == [2 * WIDTH]
+    assert mesh.points.shape == (3, 2 * WIDTH)
+
+
+def test_the_shares_of_a_closed_surface_cancel():
+    """The same pressure everywhere does nothing."""
+    for vertices, triangles in (catamaran(), off("sphere")):
+        shares = panels_of(vertices, triangles).shares
+        assert shares.sum(axis=1) == pytest.approx(np.zeros(6), abs=1e-12 * np.abs(shares).sum())
 
 
 def subdivided(corners, pressures, count):

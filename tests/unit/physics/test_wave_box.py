@@ -8,8 +8,10 @@ import pytest
 from unit.physics.rows import moving, sea
 from vrx_mj.linear_waves import Site
 from vrx_mj.physics.kinematics import water_pressure
+from vrx_mj.physics.lanes import WIDTH
 from vrx_mj.physics.spectra import irregular_sea, jonswap, regular_wave
-from vrx_mj.physics.wave_box import LEVELS, SIDE, fill_box, pressures_in_box, wave_box
+from vrx_mj.physics.tables import PART, VESSEL, table
+from vrx_mj.physics.wave_box import LEVELS, ROWS, SHALLOW_LEVELS, SLENDER_ROWS, pressures_in_waves
 from vrx_mj.physics.wave_columns import wave_columns
 
 POINTS = np.random.default_rng(1).uniform(-1.0, 1.0, (300, 3)) * (2.5, 1.2, 0.4)
@@ -20,15 +22,20 @@ def components(waves):
     return [{**wave._asdict(), "steepness": 0.0} for wave in waves]
 
 
-def pressures(points, pose, waves, water, t):
-    body, count = moving(pose[:3], pose[3:]), len(points)
-    places, out, polynomial = np.zeros((3, count)), np.zeros(count), np.zeros((LEVELS, SIDE, SIDE))
-    box = wave_box(points, body, 0.0, places)
-    fill_box(box, wave_columns(waves, water), water, t, polynomial)
-    pressures_in_box(box, polynomial, places, water, count, out)
+def pressures(points, pose, waves, water, t, rows=ROWS, levels=LEVELS):
+    """Of the polynomial, and of the sum over the waves."""
+    body = moving(pose[:3], pose[3:])
+    filled = np.pad(points, ((0, -len(points) % WIDTH), (0, 0)), mode="edge")
+    low, high = points.min(axis=0), points.max(axis=0)
+    parts = table(PART, [{"center": 0.5 * (low + high), "start": 0, "size": len(filled)}])
+    vessel = np.zeros(1, VESSEL)[0]
+    vessel["half"], vessel["wave_rows"], vessel["wave_levels"] = 0.5 * (high - low), rows, levels
+    out, polynomial = np.zeros(len(filled)), np.zeros((LEVELS, ROWS, WIDTH))
+    columns, turned = wave_columns(waves, water), np.ascontiguousarray(filled.T)
+    pressures_in_waves(vessel, parts, turned, columns, water, body, t, polynomial, out)
     turn = np.array(body[3:12]).reshape(3, 3)
     exact = [water_pressure(waves, water, *place, t) for place in points @ turn.T + np.array(body[:3])]
-    return out, np.array(exact)
+    return out[: len(points)], np.array(exact)
 
 
 @pytest.mark.parametrize("depth", [math.inf, 5.0])
@@ -65,3 +72,26 @@ def test_ripples_fade_out():
     waves, water = sea(components(regular_wave(0.02, math.sqrt(2.0 * math.pi / 9.81), (1.0, 0.0), Site())))
     found, _ = pressures(POINTS, (0, 0, 0, 0, 0, 0), waves, water, 0.0)
     assert found == pytest.approx(-1025.0 * 9.81 * POINTS[:, 2], rel=1e-9)
+
+
+@pytest.mark.parametrize(("length", "bound"), [(3.0, 6e-3), (6.0, 8e-4), (20.0, 2e-5)])
+def test_three_nodes_are_enough_across_a_slender_hull(length, bound):
+    """The bound is (k a)^3 / 15.6 of half its breadth, 0.2 m, and of the depth."""
+    k = 2.0 * math.pi / length
+    waves, water = sea(components(regular_wave(0.02, math.sqrt(2.0 * math.pi * length / 9.81), (0.0, 1.0), Site())))
+    slender, pose = POINTS * (0.1, 0.2 / 1.2, 0.5), (3.0, 4.0, 0.05, 0.05, -0.05, 0.0)
+    found, exact = pressures(slender, pose, waves, water, 1.3, SLENDER_ROWS, SHALLOW_LEVELS)
+    wet = exact > 0.0
+    assert k * 0.2 < 0.5
+    assert np.abs(found - exact)[wet].max() < bound * 1025.0 * 9.81 * 0.01
+    assert (found[~wet] <= 0.0).all()
+
+
+def test_fewer_nodes_give_nearly_the_same():
+    """In a sea whose waves are long beside the box, to a hundredth of the waves' pressure."""
+    waves, water = sea(components(irregular_sea(jonswap(5.0, 3.3), 0.5, (0.8, 3.0), (1.0, 0.5), 60, 8.0, Site())))
+    slender = POINTS * (1.0, 0.2, 0.5)
+    many, _ = pressures(slender, POSE, waves, water, 12.0)
+    few, _ = pressures(slender, POSE, waves, water, 12.0, SLENDER_ROWS, SHALLOW_LEVELS)
+    wet = many > 0.0
+    assert 0.0 < np.abs(many - few)[wet].max() < 0.01 * 1025.0 * 9.81 * 0.25

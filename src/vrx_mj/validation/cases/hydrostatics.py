@@ -8,7 +8,8 @@ from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.frames import rotation
 from vrx_mj.mjcf.hull_sheet import HullSheet, hull_sheet
-from vrx_mj.physics.panels import panel_wrench, still_pressures
+from vrx_mj.physics.panel_mesh import panels_of
+from vrx_mj.physics.panels import wrench_of_still_water
 from vrx_mj.validation.reference import mesh, rows, source
 from vrx_mj.validation.rows import Case, Findings, Row, near
 from vrx_mj.validation.setups import GRAVITY
@@ -73,9 +74,7 @@ def still_wrench(hull: Mesh, heel: float, trim: float, height: float, weight: fl
     """Force [N] and torque [N m] (6,) of still water on a mesh about its origin, world axes; angles in degrees."""
     vertices, triangles = hull
     turn = np.array(rotation(math.radians(heel), math.radians(trim), 0.0))
-    pressures = np.empty(len(vertices))
-    still_pressures(vertices, turn[2], height, weight, pressures)
-    found = np.array(panel_wrench(vertices, triangles, pressures))
+    found = wrench_of_still_water(panels_of(vertices, triangles), turn[2], height, weight)
     return np.concatenate((turn @ found[:3], turn @ found[3:]))
 
 

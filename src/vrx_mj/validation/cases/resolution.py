@@ -7,7 +7,8 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
-from vrx_mj.physics.panels import panel_wrench
+from vrx_mj.physics.panel_mesh import panels_of
+from vrx_mj.physics.panels import wrench_of_pressures
 from vrx_mj.validation.cases.seas import PERIOD, moment
 from vrx_mj.validation.rows import Case, Findings, Row, between
 from vrx_mj.validation.setups import GRAVITY, marine_world
@@ -46,11 +47,12 @@ def _barge(cuts: int) -> FloatArray:
 
 def _force(cuts: int, phase: float) -> FloatArray:
     """Force (6,) of the pressure of a wave of 1 m, at one phase, on the barge at rest."""
-    points = _barge(cuts).reshape(-1, 3)
-    triangles = np.arange(len(points), dtype=np.int64).reshape(-1, 3)
-    wave = DENSITY * GRAVITY * np.exp(WAVE * points[:, 2]) * np.cos(WAVE * points[:, 0] + phase)
-    still = np.full(len(points), CALM)
-    with_wave, without = (np.array(panel_wrench(points, triangles, p)) for p in (still + wave, still))
+    corners = _barge(cuts).reshape(-1, 3)
+    mesh = panels_of(corners, np.arange(len(corners)).reshape(-1, 3))
+    x, _, z = mesh.points
+    wave = DENSITY * GRAVITY * np.exp(WAVE * z) * np.cos(WAVE * x + phase)
+    still = np.full(len(x), CALM)
+    with_wave, without = (wrench_of_pressures(mesh, pressures) for pressures in (still + wave, still))
     return np.asarray(with_wave - without)
 
 
