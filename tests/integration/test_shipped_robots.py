@@ -133,7 +133,7 @@ def test_what_drifts_has_the_stiffness_of_its_closed_form(robot, draft, gm):
 
 
 @pytest.mark.parametrize("robot", ADRIFT)
-@pytest.mark.filterwarnings("ignore:robot sphere. 1.67 % of the sea's energy is in waves beyond 3.57 rad/s")
+@pytest.mark.filterwarnings("ignore:robot sphere. 1.67 % of the sea's energy is in waves beyond 3.59 rad/s")
 def test_what_drifts_rides_a_sea_of_state_3(robot):
     sim = marine(robot, {"model": "jonswap", "sea_state": 3, "components": 60})
     assert sim.command_names("a") == ()

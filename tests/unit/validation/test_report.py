@@ -98,8 +98,19 @@ def test_tables_name_their_source():
         assert reference.rows(table.stem)
 
 
+def test_multipoles_have_hulmes_digits():
+    """Hulme (1982): added mass and damping in heave, as his paper prints them."""
+    hulme = {0.05: (0.8764, 0.1036), 0.1: (0.8627, 0.1816), 0.2: (0.7938, 0.2793), 0.3: (0.7157, 0.3254),
+             0.5: (0.5861, 0.3391), 0.7: (0.4999, 0.3098), 1.0: (0.4284, 0.2484), 1.4: (0.3924, 0.1756),
+             2.0: (0.3884, 0.1031), 2.5: (0.3988, 0.0674), 3.0: (0.4111, 0.0452)}  # fmt: skip
+    for row in reference.rows("hemisphere"):
+        mass, damping = hulme[float(row["ka"])]
+        assert float(row["added_mass"]) == pytest.approx(mass, abs=6e-5)
+        assert float(row["damping"]) == pytest.approx(damping, abs=6e-5)
+
+
 OUTSIDE = {"sphere-decay": ["first trough, height", "second trough, height"]}
-"""Rows that are known to be outside, by their case: docs/physics.md says by how much, and what is known of why."""
+"""Rows that are known to be outside, by their case: docs/validation.md says by how much, and why."""
 
 
 @pytest.mark.slow

@@ -2,12 +2,15 @@
 
 import json
 import math
+from typing import Any
 
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.resources import root
+from vrx_mj.validation.reference import rows as table_rows
+from vrx_mj.validation.reference import source
 from vrx_mj.validation.rows import Case, Findings, Row, between, near
 from vrx_mj.validation.setups import packaged_simulation
 
@@ -23,13 +26,16 @@ IEA_EXTREMES = (
 HEAVE = {3.0: (0.115, 0.118), 4.0: (0.99, 1.18), 4.4: (1.77, 1.88), 5.0: (1.42, 1.53), 6.0: (1.12, 1.16),
          8.0: (1.03, 1.03), 11.0: (1.01, 1.01)}  # fmt: skip
 """Heave over the amplitude of the wave by its period [s]: lowest and highest of the codes."""
+RADIUS = 5.0
+NUMBERS = (0.3, 0.5, 0.7, 1.0, 1.4, 2.0)
+"""Wavenumbers times radius at which radiation is compared; the decay's is 1.03."""
 RELATIVE = {4.4: 1.56, 5.0: 1.41, 11.0: 1.00}
 """The same without diffraction, in the relative form, in the frequency domain."""
 
 
-def _decay(world: str, drop: float, until: float) -> tuple[FloatArray, FloatArray]:
+def _decay(world: str, drop: float, until: float, **keys: Any) -> tuple[FloatArray, FloatArray]:
     """Times [s] and heights [m] of a sphere that is let go at a height."""
-    sim = packaged_simulation(world)
+    sim = packaged_simulation(world, **keys)
     (boat,) = sim.boats
     sim.set_boat(boat, pose=(0.0, 0.0, drop, 0.0, 0.0, 0.0))
     heights = [drop]
@@ -66,6 +72,21 @@ def decay() -> Findings:
         (Series("five codes and CFD", at, of, kind="points", reference=True), Series("ours", times, heights)),
     )
     return Findings(tuple(rows), (chart,))
+
+
+def decay_in_theory() -> Findings:
+    """The benchmark of IEA OES against its own equation with exact coefficients."""
+    exact = [each for each in table_rows("hemisphere_decay") if each["theory"] == "restoring"]
+    physics = {"profile": "marine", "gravity": 9.81, "timestep": 0.001}
+    times, heights = _decay("iea_sphere", 1.0, 8.0, physics=physics)
+    rows: list[Row] = []
+    for each, (time, height) in zip(exact, _extremes(times, heights), strict=False):
+        name = each["extreme"]
+        rows += [
+            near(f"{name}, height", "m", float(each["height"]), height, relative=0.002),
+            near(f"{name}, time", "s", float(each["time"]), time, relative=0.002),
+        ]
+    return Findings(tuple(rows))
 
 
 def tank_decay() -> Findings:
@@ -130,16 +151,47 @@ def heave_in_waves() -> Findings:
     return Findings(tuple(rows), (chart,))
 
 
-def added_mass() -> Findings:
-    """Added mass in heave of the sphere's file at both ends of the frequencies."""
+def radiation() -> Findings:
+    """Added mass and damping in heave of the sphere's file, and added mass at both ends of the frequencies."""
     table = json.loads((root() / "assets" / "robots" / "sphere" / "hydro.json").read_text(encoding="utf-8"))
-    displaced = table["density"] * 2.0 / 3.0 * math.pi * 5.0**3
-    return Findings(
-        (
-            near("A33 / (rho V), frequency 0", "", 0.831, table["added_mass_zero"][2][2] / displaced, relative=0.03),
-            near("A33 / (rho V), infinite", "", 0.5, table["added_mass_infinite"][2][2] / displaced, relative=0.03),
+    displaced = table["density"] * 2.0 / 3.0 * math.pi * RADIUS**3
+    rows = [
+        near("A33 / (rho V), frequency 0", "", 0.831, table["added_mass_zero"][2][2] / displaced, relative=0.03),
+        near("A33 / (rho V), infinite", "", 0.5, table["added_mass_infinite"][2][2] / displaced, relative=0.03),
+    ]
+    omega = np.array(table["frequencies"])
+    numbers = omega**2 * RADIUS / table["gravity"]
+    ours = {
+        "A33 / (rho V)": np.array(table["added_mass"])[:, 2, 2] / displaced,
+        "B33 / (rho V omega)": np.array(table["damping"])[:, 2, 2] / (displaced * omega),
+    }
+    exact = np.array([[float(each[key]) for key in each] for each in table_rows("hemisphere")]).T
+    charts = []
+    for name, reference in zip(ours, exact[1:], strict=True):
+        charts.append(
+            Chart(
+                name,
+                "k a",
+                name,
+                (
+                    Series("multipoles", exact[0], reference, kind="points", reference=True),
+                    Series("ours", numbers, ours[name]),
+                ),
+            )
         )
-    )
+        rows += [
+            near(f"{name}, k a {ka:g}", "", value, _at(ka, numbers, ours[name]), relative=0.005)
+            for ka, value in zip(exact[0], reference, strict=True)
+            if ka in NUMBERS
+        ]
+    return Findings(tuple(rows), tuple(charts))
+
+
+def _at(number: float, numbers: FloatArray, values: FloatArray) -> float:
+    """A value between samples, by the cubic through the four around it."""
+    first = int(np.searchsorted(numbers, number)) - 2
+    x, y = numbers[first : first + 4], values[first : first + 4]
+    return float(sum(y[i] * np.prod([(number - x[j]) / (x[i] - x[j]) for j in range(4) if j != i]) for i in range(4)))
 
 
 MEMORY = ("physics/radiation.py", "physics/vessel.py", "adapters/pole_fit.py", "adapters/hydro.py")
@@ -152,6 +204,14 @@ CASES = (
         source="Wendt et al. (2019), benchmark of IEA OES: lowest and highest of five codes and CFD.",
         files=MEMORY,
         run=decay,
+    ),
+    Case(
+        name="sphere-theory",
+        title="Free decay of a sphere, in theory",
+        setup=f"{WORLD}/iea_sphere.yaml as in sphere-decay, in steps of 1 ms: at 10 ms all is half a step early.",
+        source=source("hemisphere_decay"),
+        files=MEMORY,
+        run=decay_in_theory,
     ),
     Case(
         name="sphere-tank",
@@ -175,10 +235,11 @@ CASES = (
     ),
     Case(
         name="hemisphere",
-        title="Added mass of a hemisphere",
-        setup="assets/robots/sphere/hydro.json, which Capytaine computed with 656 panels.",
-        source="Hulme (1982): 0.831 of the displaced mass at frequency 0, 0.5 at infinite frequency.",
+        title="Waves that a hemisphere makes in heave",
+        setup="assets/robots/sphere/hydro.json, which Capytaine computed with 2592 panels.",
+        source="Hulme (1982): 0.831 of the displaced mass at frequency 0, 0.5 at infinite frequency. Between: "
+        + source("hemisphere"),
         files=("adapters/hydro.py",),
-        run=added_mass,
+        run=radiation,
     ),
 )
