@@ -99,7 +99,7 @@ def test_tables_name_their_source():
 
 
 def test_multipoles_have_hulmes_digits():
-    """Hulme (1982): added mass and damping in heave, as his paper prints them."""
+    """Hulme (1982): added mass and damping in heave, as LHEEA's repository of benchmarks quotes them."""
     hulme = {0.05: (0.8764, 0.1036), 0.1: (0.8627, 0.1816), 0.2: (0.7938, 0.2793), 0.3: (0.7157, 0.3254),
              0.5: (0.5861, 0.3391), 0.7: (0.4999, 0.3098), 1.0: (0.4284, 0.2484), 1.4: (0.3924, 0.1756),
              2.0: (0.3884, 0.1031), 2.5: (0.3988, 0.0674), 3.0: (0.4111, 0.0452)}  # fmt: skip
