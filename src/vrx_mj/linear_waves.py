@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-__all__ = ["DEEP", "SEA_STATES", "Site", "breaking_height", "developed_period", "wavenumber"]
+__all__ = ["DEEP", "SEA_STATES", "Site", "breaking_height", "developed_period", "steepest_sea", "wavenumber"]
 
 SEA_STATES = (0.0, 0.05, 0.3, 0.875, 1.875, 3.25, 5.0)
 """Significant height [m] of sea states 0 to 6: middles of the heights in WMO's code table 3700."""
@@ -55,3 +55,14 @@ def breaking_height(period: float, site: Site = Site()) -> float:  # noqa: B008
     """Return the height [m] at which a wave of a period [s] breaks: 0.142 L tanh(k h) (Miche, 1944)."""
     k = wavenumber(2.0 * math.pi / period, site)
     return STEEPEST * 2.0 * math.pi / k * math.tanh(min(k * site.depth, DEEP))
+
+
+def steepest_sea(period: float, site: Site = Site()) -> float:  # noqa: B008
+    """Return the greatest significant height [m] of a sea of a peak period [s].
+
+    In deep water Hs is at most a fifteenth of the peak's wave length g Tp^2 / 2 pi up to 8 s, at most a 25th of it from
+    15 s on, and linear in between (DNV-RP-C205, 2010, 3.5.4); in shallow water it is at most `breaking_height`, too.
+    """
+    long = min(max((period - 8.0) / 7.0, 0.0), 1.0)
+    share = (1.0 - long) / 15.0 + long / 25.0
+    return min(share * site.gravity * period**2 / (2.0 * math.pi), breaking_height(period, site))

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from vrx_mj.linear_waves import SEA_STATES, Site, breaking_height, developed_period, wavenumber
+from vrx_mj.linear_waves import SEA_STATES, Site, breaking_height, developed_period, steepest_sea, wavenumber
 
 
 @pytest.mark.parametrize(
@@ -31,3 +31,19 @@ def test_sea_states_and_their_periods():
 def test_where_waves_break():
     assert breaking_height(3.0) == pytest.approx(0.142 * 9.81 * 9.0 / (2.0 * math.pi))
     assert breaking_height(60.0, Site(1.0)) == pytest.approx(0.142 * 2.0 * math.pi, rel=2e-3)  # 0.89 of the depth
+
+
+@pytest.mark.parametrize(
+    ("period", "share"), [(3.0, 1 / 15), (8.0, 1 / 15), (11.5, 4 / 75), (15.0, 1 / 25), (20.0, 1 / 25)]
+)
+def test_a_sea_s_height_is_a_share_of_its_length(period, share):
+    """DNV-RP-C205 (2010), 3.5.4."""
+    assert steepest_sea(period) == pytest.approx(share * 9.81 * period**2 / (2.0 * math.pi))
+
+
+def test_a_shallow_sea_is_no_higher_than_its_waves():
+    assert steepest_sea(11.2, Site(4.0)) == breaking_height(11.2, Site(4.0)) < steepest_sea(11.2)
+
+
+def test_sea_states_that_the_wind_has_raised_do_not_break():
+    assert all(height < steepest_sea(developed_period(max(height, 1e-3))) for height in SEA_STATES)

@@ -13,7 +13,7 @@ from vrx_mj.config.search import ReadingError, read_limited
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import SEA_WATER_DENSITY
 from vrx_mj.errors import VrxError
-from vrx_mj.linear_waves import SEA_STATES, Site, breaking_height, developed_period
+from vrx_mj.linear_waves import SEA_STATES, Site, breaking_height, developed_period, steepest_sea
 
 __all__ = ["REGULAR", "SPECTRA", "SeaConfig", "SpectrumTable", "read_spectrum"]
 
@@ -209,11 +209,11 @@ class SeaConfig(Config):
             return [(("model",), missing)]
         if self.significant_height is not None and self.sea_state is not None:
             return [(("sea_state",), "sea_state is a height too: give it or significant_height")]
-        most = breaking_height(self.tp, self.site)
+        most = steepest_sea(self.tp, self.site)
         if self.hs <= most:
             return []
         key = "model" if self.significant_height is None else "significant_height"
-        text = f"waves of {self.tp:.3g} s break at {most:.3g} m{self._where()}, got {self.hs:.3g} m"
+        text = f"a sea of {self.tp:.3g} s breaks at {most:.3g} m{self._where()}, got {self.hs:.3g} m"
         return [((key,), f"{text}; {self._advice('peak_period')}")]
 
     def _missing(self) -> str | None:
