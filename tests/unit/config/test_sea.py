@@ -59,7 +59,10 @@ def test_a_spectrum_of_a_file_has_its_height_and_peak(tmp_path):
         ),
         (
             {"model": "jonswap", "significant_height": 3.0, "peak_period": 3.0},
-            "sea.significant_height: a sea of 3 s breaks at 0.937 m, got 3 m; give less height, or a longer peak_period",
+            (
+                "sea.significant_height: a sea of 3 s breaks at 0.937 m, got 3 m; give less height, or a longer "
+                "peak_period"
+            ),
         ),
         (
             {"model": "pm", "sea_state": 6, "depth": 4.0},
