@@ -13,7 +13,12 @@ from vrx_mj.validation.setups import GRAVITY, marine_simulation, packaged_simula
 
 __all__ = ["CASES"]
 
-SKIFF = {"usv_count": 1, "robot": "skiff"}
+ADRIFT = (
+    ("skiff", "stern to it", 0.0), ("wamv", "stern to it", 0.0), ("wamv", "beam to it", 0.5 * math.pi),
+    ("wamv", "bow into it", math.pi), ("otter", "stern to it", 0.0), ("heron", "stern to it", 0.0),
+    ("heron", "bow into it", math.pi),
+)  # fmt: skip
+"""Robots in a swell, and their headings [rad]; it travels along 0."""
 
 
 def sphere_orbit() -> Findings:
@@ -78,24 +83,23 @@ def current_adrift() -> Findings:
 
 
 def swell_adrift() -> Findings:
-    """A boat adrift in a long swell."""
-    height, period = 2.48, 20.0
-    sim = marine_simulation(SKIFF, sea={"model": "regular", "height": height, "period": period})
+    """Boats adrift in a long swell."""
+    amplitude, period = 2.48, 20.0
     omega = 2.0 * math.pi / period
-    stokes = omega * omega**2 / GRAVITY * (0.5 * height) ** 2
-    sim.step(duration=10.0 * period)
-    times, places = _sailed(sim, 20.0 * period, 800)
-    drift = (places[-1, 0] - places[0, 0]) / (times[-1] - times[0])
-    chart = Chart(
-        "Way of the boat along the swell",
-        "time [s]",
-        "way [m]",
-        (
-            Series("Stokes drift", times, stokes * (times - times[0]), reference=True),
-            Series("boat", times, places[:, 0] - places[0, 0]),
-        ),
-    )
-    return Findings((between("drift over 20 periods", "m/s", 0.0, 3.0 * stokes, float(drift)),), (chart,))
+    stokes = omega * omega**2 / GRAVITY * amplitude**2
+    rows, series, times = [], [], np.zeros(1)
+    for robot, name, heading in ADRIFT:
+        boats = [{"name": "a", "pose": [0.0, 0.0, 0.0, 0.0, 0.0, heading]}]
+        fleet = {"robot": robot, "boats": boats, "sensors": "none"}
+        sim = marine_simulation(fleet, sea={"model": "regular", "height": 2.0 * amplitude, "period": period})
+        sim.step(duration=10.0 * period)
+        times, places = _sailed(sim, 20.0 * period, 800)
+        way = places[:, 0] - places[0, 0]
+        drift = float(way[-1] / (times[-1] - times[0]))
+        rows.append(between(f"drift over 20 periods, {robot}, {name}", "m/s", 0.0, 3.0 * stokes, drift))
+        series.append(Series(f"{robot}, {name}", times, way))
+    line = Series("Stokes drift", times, stokes * (times - times[0]), reference=True)
+    return Findings(tuple(rows), (Chart("Way of the boats along the swell", "time [s]", "way [m]", (line, *series)),))
 
 
 def beam_wind() -> Findings:
@@ -140,11 +144,13 @@ CASES = (
     Case(
         name="swell-adrift",
         title="A boat adrift in a long swell",
-        setup="The robot skiff without commands in a regular wave of 2.48 m and 20 s: its way over 20 periods, "
-        "after 10.",
+        setup="Robots without commands in a regular wave of 20 s, 2.48 m in amplitude and 4.96 m from trough to "
+        "crest: their way over 20 periods, after 10. The skiff has VRX's lift; the WAM-V and the Heron are meshes, the "
+        "Otter is matrices.",
         source="A boat that is short beside the wave drifts with it, by about the water's drift at the surface, "
-        "omega k a^2 (Stokes, 1847); the band is up to three times this. In VRX it drifts against the waves.",
-        files=("physics/kinematics.py", "physics/hydrostatics.py", "physics/drag.py", "runtime/loop.py"),
+        "omega k a^2 (Stokes, 1847), 0.019 m/s; the band is up to three times this. In VRX it drifts against the "
+        "waves.",
+        files=("physics/kinematics.py", "physics/hydrostatics.py", "physics/vessel.py", "physics/drag.py"),
         run=swell_adrift,
     ),
     Case(
@@ -153,7 +159,8 @@ CASES = (
         setup="assets/validation/worlds/beam_wind.yaml: a boat without engines in a wind of 10 m/s from the side; "
         "its speed to lee.",
         source="The root of rho_air / 2 A_L c_y (V - v)^2 = d_1 v + d_2 v^2, with the numbers of the boat's file: "
-        "the apparent wind drives, not the true one.",
+        "the apparent wind drives, not the true one. The file's numbers are in both: the row shows that they act, not "
+        "that a boat has them.",
         files=("physics/windage.py", "physics/wind.py", "physics/drag.py", "runtime/loop.py"),
         run=beam_wind,
     ),

@@ -49,7 +49,8 @@ CASES = (
         setup="Robot heron in still water and still air, from rest, with both jets at three commands for 10 s.",
         source="Batista, L. F. W. et al. (2024), A Deep Reinforcement Learning Framework and Methodology for Reducing "
         "the Sim-to-Real Gap in ASV Navigation, IROS: the identified damping in surge, by which 22 to 24 N a side make "
-        "1.597 to 1.667 m/s; below that 2 T = d u^2.",
+        "1.597 to 1.667 m/s; below that 2 T = d u^2. The robot's file has that model's damping and thrusts: the rows "
+        "show that it moves by them, and are no measured speeds.",
         files=("physics/propeller.py", "physics/vessel.py", "runtime/loop.py"),
         run=top_speed,
     ),

@@ -56,10 +56,10 @@ def froude_krylov() -> Findings:
     rows: list[Row] = []
     charts = []
     for name, direction, along, across in (("head", (1.0, 0.0), LENGTH, BEAM), ("beam", (0.0, 1.0), BEAM, LENGTH)):
-        ours, chart = _wave_force(name, direction, height)
         share = math.sin(0.5 * k * along) / (0.5 * k * along)
         heave = STIFFNESS * math.exp(-k * DRAFT) * share
         push = 2.0 * DENSITY * GRAVITY * across * math.sin(0.5 * k * along) * (1.0 - math.exp(-k * DRAFT)) / k
+        ours, chart = _wave_force(name, direction, height, (heave, push))
         rows += [
             near(f"heave, {name} wave", "N/m", heave, ours[2], relative=5e-3),
             near(f"{'surge' if direction[0] else 'sway'}, {name} wave", "N/m", push, ours[0 if direction[0] else 1],
@@ -69,15 +69,21 @@ def froude_krylov() -> Findings:
     return Findings(tuple(rows), tuple(charts))
 
 
-def _wave_force(name: str, direction: tuple[float, float], height: float) -> tuple[list[float], Chart]:
-    """Amplitudes of surge, sway and heave per metre of wave [N/m], and the force over a period."""
+def _wave_force(
+    name: str, direction: tuple[float, float], height: float, closed: tuple[float, float]
+) -> tuple[list[float], Chart]:
+    """Amplitudes of surge, sway and heave per metre of wave [N/m], and the force over a period.
+
+    `closed` is what they are in heave and along the wave: in phase with the crest, and a quarter of a period before it.
+    """
     sea = {"model": "regular", "height": height, "period": 3.0, "direction": list(direction)}
     sim, found, times = packaged_simulation("barge", sea=sea), [], []
     for _ in range(60):
         found.append(_water(sim, np.zeros(6))[:3])
-        times.append(sim.time)
+        times.append(sim.time + sim.timestep)  # a force is that of the time at which its step ends
         sim.step(duration=0.05)
-    forces = np.array(found)
+    forces, phase = np.array(found), 2.0 * math.pi / 3.0 * np.array(times)
+    up, along = (0.5 * height * value for value in closed)
     turn = np.exp(2j * math.pi * np.arange(60) / 60)
     amplitude = 2.0 / 60.0 * np.abs(turn @ forces) / (0.5 * height)
     chart = Chart(
@@ -85,6 +91,8 @@ def _wave_force(name: str, direction: tuple[float, float], height: float) -> tup
         "time [s]",
         "force [N]",
         (
+            Series("closed forms", times, up * np.cos(phase), reference=True),
+            Series("", times, -along * np.sin(phase), reference=True),
             Series("heave less weight", times, forces[:, 2] - MASS * GRAVITY),
             Series("surge" if direction[0] else "sway", times, forces[:, 0 if direction[0] else 1]),
         ),
