@@ -87,10 +87,12 @@ def _strips(config: CrossFlowConfig, level: float, density: float) -> tuple[Stri
 
 def _stiffness(config: MarineHullConfig, body: MassProperties, point: FloatArray) -> tuple[float, dict[str, Any]]:
     """The height of the water at rest [m], and what a vessel has of a published model's restoring forces."""
+    stiff = np.array(config.restoring)
     return config.waterline, {
         "hydrostatics": MATRIX,
-        "restoring": _six(about_origin(np.array(config.restoring), point)),
+        "restoring": _six(about_origin(stiff, point)),
         "displacement": config.displacement or body.mass,
+        "spread": (max(stiff[4, 4] / stiff[2, 2], 0.0), max(stiff[3, 3] / stiff[2, 2], 0.0)),
         "waterline": config.waterline,
         "buoyancy": _three(point),
         "point": _three(point),
@@ -105,11 +107,14 @@ def _mesh(boat: Boat, config: MarineHullConfig, point: FloatArray, density: floa
     check_lift(boat.name, whole, body.mass)
     level = floating_level(corners, body.mass / density)
     points, triangles = panels_of(corners)
+    rest = displaced(corners, level)
     return level, {
         "hydrostatics": MESH,
         "vertices": tuple(_three(row) for row in points),
         "triangles": tuple((a, b, c) for a, b, c in triangles.tolist()),
-        "buoyancy": _three(displaced(corners, level).center),
+        "displacement": body.mass,
+        "buoyancy": _three(rest.center),
+        "spread": (float(rest.spread[0]) / rest.area, float(rest.spread[1]) / rest.area),
         "point": _three(point),
     }
 

@@ -136,11 +136,13 @@ class Vessel:
     restoring: SixBySix = ((0.0,) * 6,) * 6
     """Stiffness at rest [N/m, N, N m]."""
     displacement: NonNegative = 0.0
-    """With a matrix, mass at which the water is at `waterline` [kg]."""
+    """Mass of the water that it displaces at rest [kg]; with a matrix, it is at `waterline` then."""
     waterline: Real = 0.0
     """Height of the water then [m]."""
     buoyancy: Vec3
     """Centre of buoyancy at rest, where the water's motion counts [m]; with a matrix, where that mass is carried."""
+    spread: tuple[NonNegative, NonNegative]
+    """Second moments of the waterplane over its area, about its middle, along and across [m2]."""
     strips: Annotated[tuple[Strip, ...], Field(max_length=MOST_STRIPS)] = field(default=(), metadata=LEFT_OUT)
     """Lateral area by strips, on which the flow across the hull acts."""
     memory: Annotated[tuple[Memory, ...], Field(max_length=500)] = field(default=(), metadata=LEFT_OUT)

@@ -8,7 +8,7 @@ d(nu_r)/dt = [R^T (a - a_water) - w x v; dw/dt].
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, Vector, Wrench, unrotate
+from vrx_mj.physics.motion import Motion, Vector, Wrench, cross, unrotate
 from vrx_mj.physics.tables import Record
 
 __all__ = ["added_inertia_of_vessel", "added_mass_bias"]
@@ -47,35 +47,33 @@ def _times(a: FloatArray, row: int, v: Vector, w: Vector) -> Vector:
 
 
 @kernel
-def _cross(a: Vector, b: Vector) -> Vector:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-@kernel
-def added_mass_bias(vessel: Record, through: Motion, water: Vector) -> Wrench:
+def added_mass_bias(vessel: Record, through: Motion, water: Vector, turning: Vector) -> Wrench:
     """Return the force of the added mass at no acceleration: body axes, about the link's origin.
 
-    M_A [w x v + R^T a_water; 0] - [w x p; v x p + w x l], with (p, l) = M_A nu_r. Without `vessel.munk`, v x A11 v is
-    left out, which turns a boat across the stream (Munk, 1924).
+    M_A [w x v + R^T a_water; R^T alpha_water] - [w x p; v x p + w x l], with (p, l) = M_A nu_r. Without `vessel.munk`,
+    v x A11 v is left out, which turns a boat across the stream (Munk, 1924). The water's acceleration is that of a body
+    that goes and turns with it at the centre of buoyancy; its angular velocity is left out of nu_r here.
 
     Args:
         vessel: a row of `tables.VESSEL`.
         through: the link's motion through the water.
-        water: acceleration of the undisturbed water [m/s2], world axes.
+        water: acceleration of the undisturbed water at `vessel.buoyancy` [m/s2], world axes.
+        turning: angular acceleration of the undisturbed water [rad/s2], world axes.
     """
     m, a = through, vessel.added_mass
     v, w, none = (m.u, m.v, m.w), (m.p, m.q, m.r), (0.0, 0.0, 0.0)
-    turned, carried = _cross(w, v), unrotate(m, water[0], water[1], water[2])
-    rate = turned[0] + carried[0], turned[1] + carried[1], turned[2] + carried[2]
-    force, torque = _times(a, 0, rate, none), _times(a, 3, rate, none)
+    turned, carried, spin = cross(w, v), unrotate(m, *water), unrotate(m, *turning)
+    arm = cross(spin, (vessel.buoyancy[0], vessel.buoyancy[1], vessel.buoyancy[2]))
+    rate = turned[0] + carried[0] - arm[0], turned[1] + carried[1] - arm[1], turned[2] + carried[2] - arm[2]
+    force, torque = _times(a, 0, rate, spin), _times(a, 3, rate, spin)
     p, moment = _times(a, 0, v, w), _times(a, 3, v, w)
     munk = p if vessel.munk != 0 else _times(a, 0, none, w)
-    centripetal, across, turning = _cross(w, p), _cross(v, munk), _cross(w, moment)
+    centripetal, across, around = cross(w, p), cross(v, munk), cross(w, moment)
     return Wrench(
         force[0] - centripetal[0],
         force[1] - centripetal[1],
         force[2] - centripetal[2],
-        torque[0] - across[0] - turning[0],
-        torque[1] - across[1] - turning[1],
-        torque[2] - across[2] - turning[2],
+        torque[0] - across[0] - around[0],
+        torque[1] - across[1] - around[1],
+        torque[2] - across[2] - around[2],
     )

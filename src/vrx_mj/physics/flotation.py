@@ -32,7 +32,7 @@ from typing import NamedTuple
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, Vector, Wrench, add, rotate, rotated_wrench, unrotate, zero_wrench
+from vrx_mj.physics.motion import Motion, Vector, Wrench, add, cross, rotate, rotated_wrench, unrotate, zero_wrench
 from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.volumes import submerged
 from vrx_mj.physics.waves import surface_height
@@ -306,19 +306,14 @@ def _effective_inertia(
 def _solve(rows: tuple[Vector, Vector, Vector], h: Vector) -> Vector:
     """Return the solution of three linear equations (Cramer's rule)."""
     a, b, c = rows
-    bc = _cross(b, c)
+    bc = cross(b, c)
     det = a[0] * bc[0] + a[1] * bc[1] + a[2] * bc[2]
-    ca, ab = _cross(c, a), _cross(a, b)
+    ca, ab = cross(c, a), cross(a, b)
     return (
         (bc[0] * h[0] + ca[0] * h[1] + ab[0] * h[2]) / det,
         (bc[1] * h[0] + ca[1] * h[1] + ab[1] * h[2]) / det,
         (bc[2] * h[0] + ca[2] * h[1] + ab[2] * h[2]) / det,
     )
-
-
-@kernel
-def _cross(a: Vector, b: Vector) -> Vector:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @kernel

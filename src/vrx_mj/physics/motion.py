@@ -6,7 +6,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 
 __all__ = [
-    "Motion", "Vector", "Wrench", "add", "carry", "from_origin", "motion", "relative_motion", "rotate",
+    "Motion", "Vector", "Wrench", "add", "carry", "cross", "from_origin", "motion", "relative_motion", "rotate",
     "rotated_wrench", "shift", "unrotate", "zero_vector", "zero_wrench",
 ]  # fmt: skip
 
@@ -102,6 +102,12 @@ def relative_motion(motion: Motion, water: Vector) -> Motion:
         m.x, m.y, m.z, m.r00, m.r01, m.r02, m.r10, m.r11, m.r12, m.r20, m.r21, m.r22,
         m.u - u, m.v - v, m.w - w, m.p, m.q, m.r,
     )  # fmt: skip
+
+
+@kernel
+def cross(a: Vector, b: Vector) -> Vector:
+    """Return the vector product."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @kernel

@@ -117,6 +117,7 @@ HULL = np.dtype(
         ("windage_count", _i),  # 0: it has those of `wind`
         ("windage_height", _f),  # of the point where the wind acts, over the link's origin [m]
         ("windage_offset", _f),  # of that point ahead of the link's origin [m]
+        ("spread", _f, (2,)),  # second moments of its waterplane over the area, along and across [m2]
         ("vessel", _i),  # row of VESSEL; -1: stations carry it, and it has the added mass and drag above
         ("memory_start", _i),  # its rows of MEMORY_STATE are consecutive, as many as its vessel has of MEMORY
         ("thruster_start", _i),  # its thrusters are consecutive rows
@@ -153,7 +154,7 @@ VESSEL = np.dtype(
         ("damping_quadratic", _f, (6,)),  # [N s2/m2, N m s2]
         ("point", *_vector),  # to which the quadratic damping belongs [m], body axes
         ("restoring", *_matrix),  # [N/m, N, N m]
-        ("displacement", _f),  # mass at which the water is at `waterline`, with a matrix [kg]
+        ("displacement", _f),  # mass of the water that it displaces at rest [kg]
         ("waterline", _f),  # [m]
         ("buoyancy", *_vector),  # centre of buoyancy at rest, or where a matrix carries that mass [m], body axes
         ("strip_start", _i),  # its strips are consecutive

@@ -12,7 +12,7 @@ from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.physics.added_mass import added_mass_bias
 from vrx_mj.physics.crossflow import crossflow_drag
 from vrx_mj.physics.kernel import allocating_kernel, kernel
-from vrx_mj.physics.kinematics import Orbital, surface_slope
+from vrx_mj.physics.kinematics import Orbital, Turning, surface_slope, turned_with
 from vrx_mj.physics.lanes import WIDTH
 from vrx_mj.physics.motion import (
     Motion,
@@ -35,7 +35,7 @@ from vrx_mj.physics.wave_columns import wave_columns
 from vrx_mj.physics.waves import surface_height
 
 __all__ = [
-    "HullMeshes", "VesselLoads", "VesselWork", "WaveLoads", "damping_of_vessel", "pressure_on_vessel",
+    "HullMeshes", "VesselLoads", "VesselWater", "VesselWork", "WaveLoads", "damping_of_vessel", "pressure_on_vessel",
     "restoring_of_vessel", "vessel_loads", "vessel_work", "wave_loads",
 ]  # fmt: skip
 
@@ -64,6 +64,17 @@ class VesselLoads(NamedTuple):
     """Of still water and of the undisturbed waves (Froude-Krylov)."""
     drag: Wrench
     added_mass_bias: Wrench
+
+
+class VesselWater(NamedTuple):
+    """The undisturbed water at a hull's centre of buoyancy."""
+
+    stream: Vector
+    """The current [m/s], world axes."""
+    orbital: Orbital
+    """How the waves move it there."""
+    turning: Turning
+    """How the waves turn it over the hull's waterplane."""
 
 
 class HullMeshes(NamedTuple):
@@ -97,8 +108,8 @@ def vessel_work(points: int, triangles: int, waves: Table, sea: Record) -> Vesse
 
 @kernel
 def vessel_loads(
-    hull: Record, vessel: Record, meshes: HullMeshes, strips: Table, waves: Table, sea: Record, stream: Vector,
-    orbital: Orbital, body: Motion, t: float, work: VesselWork,
+    hull: Record, vessel: Record, meshes: HullMeshes, strips: Table, waves: Table, sea: Record, water: VesselWater,
+    body: Motion, t: float, work: VesselWork,
 ) -> VesselLoads:  # fmt: skip
     """Return what water does to a hull.
 
@@ -109,31 +120,31 @@ def vessel_loads(
         strips: `tables.STRIP`.
         waves: `tables.WAVE`.
         sea: a row of `tables.SEA`.
-        stream: the current [m/s], world axes.
-        orbital: how the waves move the undisturbed water there.
+        water: at its centre of buoyancy.
         body: motion of the link.
         t: time [s].
         work: memory.
     """
-    water = stream[0] + orbital.u, stream[1] + orbital.v, stream[2] + orbital.w
-    through = relative_motion(body, water)
+    stream, orbital, turning = water
+    through = relative_motion(body, (stream[0] + orbital.u, stream[1] + orbital.v, stream[2] + orbital.w))
     if vessel.hydrostatics == MATRIX:
         pressed = restoring_of_vessel(vessel, waves, sea, body, t)
     else:
         pressed = pressure_on_vessel(vessel, meshes, waves, sea, body, t, work)
     if vessel.diffraction_frequencies > 0:  # in which is what the water's acceleration does
-        bias = added_mass_bias(vessel, relative_motion(body, stream), zero_vector())
+        bias = added_mass_bias(vessel, relative_motion(body, stream), zero_vector(), zero_vector())
     else:
-        bias = added_mass_bias(vessel, through, (orbital.du, orbital.dv, orbital.dw))
+        rate = turning.dp, turning.dq, 0.0
+        bias = added_mass_bias(vessel, through, (orbital.du, orbital.dv, orbital.dw), rate)
     own = strips[vessel.strip_start : vessel.strip_start + vessel.strip_count]
-    drag = add(damping_of_vessel(vessel, through), crossflow_drag(own, through))
+    drag = add(damping_of_vessel(vessel, turned_with(through, turning, vessel.buoyancy)), crossflow_drag(own, through))
     return VesselLoads(_placed(pressed, hull, body), _placed(drag, hull, body), _placed(bias, hull, body))
 
 
 @kernel
 def wave_loads(
     hull: Record, vessel: Record, memory: Table, state: Table, diffraction: FloatArray, waves: Table, sea: Record,
-    stream: Vector, orbital: Orbital, body: Motion, t: float, dt: float,
+    water: VesselWater, body: Motion, t: float, dt: float,
 ) -> WaveLoads:  # fmt: skip
     """Return what the waves that a hull makes and scatters do to it, and advance its memory by `dt` [s].
 
@@ -148,14 +159,14 @@ def wave_loads(
         diffraction: of all vessels, (n, 12).
         waves: `tables.WAVE`.
         sea: a row of `tables.SEA`.
-        stream: the current [m/s], world axes.
-        orbital: how the waves move the undisturbed water there.
+        water: at its centre of buoyancy.
         body: motion of the link.
         t: time [s].
         dt: length of the step [s].
     """
     frequencies, angles = vessel.diffraction_frequencies, vessel.diffraction_angles
-    water = stream
+    stream, orbital, turning = water
+    through = relative_motion(body, stream)
     scattered = zero_wrench()
     if frequencies > 0:
         first = vessel.diffraction_start
@@ -163,10 +174,11 @@ def wave_loads(
         load = diffraction_load(entries, vessel.diffraction_step, waves, sea, body, heading_of(body), t)
         scattered = from_origin(load, body, hull.link_com)
     else:
-        water = stream[0] + orbital.u, stream[1] + orbital.v, stream[2] + orbital.w
+        through = relative_motion(body, (stream[0] + orbital.u, stream[1] + orbital.v, stream[2] + orbital.w))
+        through = turned_with(through, turning, vessel.buoyancy)
     rows = memory[vessel.memory_start : vessel.memory_start + vessel.memory_count]
     own = state[hull.memory_start : hull.memory_start + vessel.memory_count]
-    memory_step(rows, own, relative_motion(body, water), dt)
+    memory_step(rows, own, through, dt)
     return WaveLoads(_placed(memory_load(rows, own), hull, body), scattered)
 
 

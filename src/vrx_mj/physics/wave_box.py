@@ -37,20 +37,19 @@ LEVELS: Final = 4
 SHALLOW_LEVELS: Final = 3
 """Nodes over the depth of a shallow hull."""
 _FADES, _FADED = 3.0, 5.0  # k a at which a wave begins to fade, and at which it is gone; half of it by three nodes
-_SPARE = 1.25  # depth of the box over that of the lowest corner: crests lift the surface from which depth counts
+_SPARE = 1.25  # depth of a box over that of its lowest corner under the surface at its middle: crests are higher
 _THINNEST = 0.05  # least sides and depth of the box [m]
-_ALONG = MEMORY  # rows of memory: cosine and sine, and powers, along; across; then the middle, a row, and the levels
-_ACROSS, _MIDDLE, _ROW, _LEVELS = _ALONG + 4, _ALONG + 6, _ALONG + 8, _ALONG + 10
+_ALONG = MEMORY  # rows of memory: cosine and sine, and powers, along; across; the middle, a row; heights
+_ACROSS, _MIDDLE, _ROW, _HEIGHT, _LEVELS = _ALONG + 4, _ALONG + 6, _ALONG + 8, _ALONG + 10, _ALONG + 11
 
 
 class WaveBox(NamedTuple):
-    """Level boxes of one size: cosine and sine of their heading, half their sides and depth [m], and their nodes."""
+    """Level boxes of one size: cosine and sine of their heading, half their sides [m], and their nodes."""
 
     cos: float
     sin: float
     half_length: float
     half_width: float
-    depth: float
     rows: int
     levels: int
 
@@ -95,28 +94,26 @@ def pressures_in_waves(
         polynomial: memory, (LEVELS, ROWS, WIDTH).
         out: for its points, (n,).
     """
-    box = _box_around(vessel, parts, body, sea.level)
-    _spread_over(box, columns, sea)
+    box = _box_around(vessel, body)
+    _spread_over(box, columns)
+    grown, reach = ramp(sea, t), _reach((body.r20, body.r21, body.r22), vessel.half)
     for i in range(parts.size):
         part = parts[i]
         x, y, z = rotate(body, part.center[0], part.center[1], part.center[2])
-        _fill_box(box, body.x + x, body.y + y, columns, sea, t, polynomial)
-        _evaluate(box, part, (x, y, z), polynomial, points, sea, body, out)
+        height = _place_middle(columns, body.x + x, body.y + y, t) * grown
+        depth = max(_SPARE * (height - (body.z + z - sea.level - reach)), _THINNEST)
+        _spread_down(box, depth, columns, sea)
+        _fill_box(box, columns, grown, polynomial)
+        _evaluate(box, depth, part, (x, y, z), polynomial, points, sea, body, out)
 
 
 @kernel
-def _box_around(vessel: Record, parts: Table, body: Motion, level: float) -> WaveBox:
+def _box_around(vessel: Record, body: Motion) -> WaveBox:
     """Return the size of the level boxes, in the hull's heading, that hold each its part."""
     cos, sin = heading_of(body)
     h = vessel.half
     length, width = _reach(_along(cos, sin, body), h), _reach(_along(-sin, cos, body), h)
-    lowest = math.inf
-    for i in range(parts.size):
-        c = parts[i].center
-        lowest = min(lowest, rotate(body, c[0], c[1], c[2])[2])
-    lowest += body.z - level - _reach((body.r20, body.r21, body.r22), h)
-    depth = max(-_SPARE * lowest, _THINNEST)
-    return WaveBox(cos, sin, max(length, _THINNEST), max(width, _THINNEST), depth, vessel.wave_rows, vessel.wave_levels)
+    return WaveBox(cos, sin, max(length, _THINNEST), max(width, _THINNEST), vessel.wave_rows, vessel.wave_levels)
 
 
 @kernel
@@ -134,18 +131,18 @@ def _share(angles: Lanes, fades: float, faded: float) -> Lanes:
 
 
 @kernel
-def _spread_over(box: WaveBox, columns: FloatArray, sea: Record) -> None:
-    """Write to memory how each wave turns from node to node, and its height at every level: what has not faded out."""
+def _spread_over(box: WaveBox, columns: FloatArray) -> None:
+    """Write to memory how each wave turns from node to node, and its height: what has not faded out."""
     east, north, wavenumber, amplitude = columns[EAST], columns[NORTH], columns[WAVENUMBER], columns[AMPLITUDE]
     c1, s1, c2, s2 = columns[_ALONG], columns[_ALONG + 1], columns[_ALONG + 2], columns[_ALONG + 3]
-    turn, turned, bottom = columns[_ACROSS], columns[_ACROSS + 1], columns[BOTTOM]
-    slender, deep = box.rows != ROWS, sea.depth == math.inf
+    turn, turned, left = columns[_ACROSS], columns[_ACROSS + 1], columns[_HEIGHT]
+    slender = box.rows != ROWS
     fades, faded, spacing = (0.5 * _FADES, 0.5 * _FADED, 1.0) if slender else (_FADES, _FADED, 0.5)
     for i in range(0, c1.size, WIDTH):
         k, x, y = load(wavenumber, i), load(east, i), load(north, i)
         along = k * (x * box.cos + y * box.sin) * box.half_length
         across = k * (y * box.cos - x * box.sin) * box.half_width
-        height = load(amplitude, i) * _share(along, _FADES, _FADED) * _share(across, fades, faded)
+        store(left, i, load(amplitude, i) * _share(along, _FADES, _FADED) * _share(across, fades, faded))
         c, s = cosines_and_sines(0.5 * along)
         store(c1, i, c)
         store(s1, i, s)
@@ -154,7 +151,30 @@ def _spread_over(box: WaveBox, columns: FloatArray, sea: Record) -> None:
         c, s = cosines_and_sines(spacing * across)
         store(turn, i, c)
         store(turned, i, s)
-        fall = exponentials(k * (-box.depth / (box.levels - 1)))
+
+
+@kernel
+def _place_middle(columns: FloatArray, x: float, y: float, t: float) -> float:
+    """Write cosine and sine of each wave at (x, y) [m] to memory, and return the height of what has not faded [m]."""
+    east, north, wavenumber, left = columns[EAST], columns[NORTH], columns[WAVENUMBER], columns[_HEIGHT]
+    frequency, phase, c, s = columns[FREQUENCY], columns[PHASE], columns[_MIDDLE], columns[_MIDDLE + 1]
+    height = spread(0.0)
+    for i in range(0, c.size, WIDTH):
+        along = load(wavenumber, i) * (load(east, i) * x + load(north, i) * y)
+        cos, sin = cosines_and_sines(along - load(frequency, i) * t + load(phase, i))
+        store(c, i, cos)
+        store(s, i, sin)
+        height += load(left, i) * cos
+    return float(total(height))
+
+
+@kernel
+def _spread_down(box: WaveBox, depth: float, columns: FloatArray, sea: Record) -> None:
+    """Write the height of each wave at every level to memory: even steps down to a depth [m] under the surface."""
+    wavenumber, left, bottom = columns[WAVENUMBER], columns[_HEIGHT], columns[BOTTOM]
+    step, deep = -depth / (box.levels - 1), sea.depth == math.inf
+    for i in range(0, left.size, WIDTH):
+        height, fall = load(left, i), exponentials(load(wavenumber, i) * step)
         if deep:
             for level in range(box.levels):
                 store(columns[_LEVELS + level], i, height)
@@ -168,27 +188,17 @@ def _spread_over(box: WaveBox, columns: FloatArray, sea: Record) -> None:
 
 
 @kernel
-def _fill_box(
-    box: WaveBox, x: float, y: float, columns: FloatArray, sea: Record, t: float, out: FloatArray
-) -> None:  # fmt: skip
-    """Write the polynomial of the waves' pressure head [m] around (x, y) [m] into `out`, (LEVELS, ROWS, WIDTH).
+def _fill_box(box: WaveBox, columns: FloatArray, grown: float, out: FloatArray) -> None:
+    """Write the polynomial of the waves' pressure head [m] around a part's middle into `out`, (LEVELS, ROWS, WIDTH).
 
-    Its coefficients are those of the powers of depth, across and along, in units of the box.
+    Its coefficients are those of the powers of depth, across and along, in units of the box; `grown` is the sea's ramp.
     """
-    east, north, wavenumber = columns[EAST], columns[NORTH], columns[WAVENUMBER]
-    frequency, phase, c, s = columns[FREQUENCY], columns[PHASE], columns[_MIDDLE], columns[_MIDDLE + 1]
-    for i in range(0, c.size, WIDTH):
-        along = load(wavenumber, i) * (load(east, i) * x + load(north, i) * y)
-        cos, sin = cosines_and_sines(along - load(frequency, i) * t + load(phase, i))
-        store(c, i, cos)
-        store(s, i, sin)
     middle = box.rows // 2
     _add_up(columns, _MIDDLE, box.levels, out[:, middle])
     for sign in (-1, 1):
         for away in range(1, middle + 1):
             _turn_row(columns, _MIDDLE if away == 1 else _ROW, float(sign))
             _add_up(columns, _ROW, box.levels, out[:, middle + sign * away])
-    grown = ramp(sea, t)
     for level in range(box.levels):
         _to_powers_across(out[level], box.rows, grown)
     for row in range(box.rows):
@@ -265,15 +275,15 @@ def _to_powers_of_depth(values: FloatArray, levels: int) -> None:
 
 @kernel
 def _evaluate(
-    box: WaveBox, part: Record, middle: Vector, polynomial: FloatArray, points: FloatArray, sea: Record, body: Motion,
-    out: FloatArray,
+    box: WaveBox, depth: float, part: Record, middle: Vector, polynomial: FloatArray, points: FloatArray, sea: Record,
+    body: Motion, out: FloatArray,
 ) -> None:  # fmt: skip
     """Write the pressures [Pa] at a part's points into `out`; `middle` is that of its box from the link's origin [m].
 
     The polynomial's value at the depth -z' is that of the waves there, and eta is that at the surface.
     """
     weight, shallow = sea.density * sea.gravity, 1.0 / sea.depth  # 0 in deep water
-    length, width, depth = 1.0 / box.half_length, 1.0 / box.half_width, 1.0 / box.depth
+    length, width, shorter = 1.0 / box.half_length, 1.0 / box.half_width, 1.0 / depth
     ax, ay, az = _along(box.cos * length, box.sin * length, body)
     bx, by, bz = _along(-box.sin * width, box.cos * width, body)
     a0 = -length * (box.cos * middle[0] + box.sin * middle[1])
@@ -289,7 +299,7 @@ def _evaluate(
         head = surface - up
         below = larger(head, spread(0.0))
         if total(below) > 0.0:
-            d = smaller(below * depth / (surface * shallow + 1.0), spread(1.0))
+            d = smaller(below * shorter / (surface * shallow + 1.0), spread(1.0))
             deeper = _plane(polynomial[box.levels - 1], box.rows, s, r)
             for power in range(box.levels - 2, 0, -1):
                 deeper = deeper * d + _plane(polynomial[power], box.rows, s, r)

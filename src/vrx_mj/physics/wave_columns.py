@@ -21,6 +21,7 @@ from vrx_mj.physics.elementary import (
 )
 from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.lanes import WIDTH, larger, load, spread, store, total
+from vrx_mj.physics.motion import Vector
 from vrx_mj.physics.tables import Record, Table, Waves
 
 __all__ = [
@@ -37,6 +38,7 @@ __all__ = [
     "decay",
     "elevation_of_columns",
     "motion_of_columns",
+    "turning_of_columns",
     "wave_columns",
 ]
 
@@ -119,12 +121,14 @@ def motion_of_columns(columns: Waves, x: float, y: float, z: float, t: float) ->
         for i in range(cos.size):
             angle = wavenumber[i] * (east[i] * x + north[i] * y) - frequency[i] * t + phase[i]
             cos[i], sin[i] = cosine_and_sine(angle)
+    above = columns[MEMORY + 2]
     u, v, w, du, dv, dw = spread(0.0), spread(0.0), spread(0.0), spread(0.0), spread(0.0), spread(0.0)
     for i in range(0, cos.size, WIDTH):
         own, f, bed = load(orbital, i), load(frequency, i), load(bottom, i)
         down = exponentials(load(wavenumber, i) * z)
         up, whole = bed / down, bed + 1.0
         level, upright = own * ((down + up) / whole), own * ((down - up) / whole)
+        store(above, i, upright)
         c, s = level * load(cos, i), level * load(sin, i) * f
         u += load(east, i) * c
         v += load(north, i) * c
@@ -133,3 +137,22 @@ def motion_of_columns(columns: Waves, x: float, y: float, z: float, t: float) ->
         dv += load(north, i) * s
         dw -= f * (upright * load(cos, i))
     return total(u), total(v), total(w), total(du), total(dv), total(dw)
+
+
+@kernel
+def turning_of_columns(columns: Waves, reach: Vector) -> tuple[float, ...]:
+    """Return the four sums of `orbital_turning`, where and when `motion_of_columns` was asked for last."""
+    east, north, wavenumber, frequency = columns[EAST], columns[NORTH], columns[WAVENUMBER], columns[FREQUENCY]
+    cos, sin, above = columns[MEMORY], columns[MEMORY + 1], columns[MEMORY + 2]
+    p, q, dp, dq = spread(0.0), spread(0.0), spread(0.0), spread(0.0)
+    for i in range(0, cos.size, WIDTH):
+        k, f = load(wavenumber, i), load(frequency, i)
+        along, across = k * load(east, i), k * load(north, i)
+        long = along * along * reach[0] + along * across * reach[1] + across * across * reach[2] + 1.0
+        rise = load(above, i) / long
+        c, s = rise * load(cos, i), rise * load(sin, i) * f
+        p += across * c
+        q -= along * c
+        dp += across * s
+        dq -= along * s
+    return total(p), total(q), total(dp), total(dq)

@@ -11,13 +11,13 @@ from vrx_mj.frames import rotation_matrix
 from vrx_mj.physics.added_mass import added_inertia_of_vessel
 from vrx_mj.physics.current import current_step
 from vrx_mj.physics.drag import added_inertia
-from vrx_mj.physics.motion import Motion, Wrench, add, from_origin, motion, shift, zero_vector, zero_wrench
+from vrx_mj.physics.motion import Motion, Wrench, add, from_origin, motion, shift, zero_wrench
 from vrx_mj.physics.propeller import update_propeller
 from vrx_mj.physics.tables import MARINE, RUDDER, VRX3, Record, Table
 from vrx_mj.physics.thrust import servo_step, steering_target, thruster_wrench
 from vrx_mj.physics.vessel import vessel_loads, vessel_work, wave_loads
 from vrx_mj.physics.wind import air_velocity, wind_at_hull, wind_on_hull, wind_step
-from vrx_mj.runtime.loop import hull_loads, update_force, water_at_hull, water_at_vessel
+from vrx_mj.runtime.loop import hull_loads, motion_through_water, update_force, water_at_vessel
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
 
@@ -68,17 +68,17 @@ def _loads(
     """What water and wind do to a boat, about `link_com`; `stream` is the current's state."""
     here, weather = wind_at_hull(hull, arrays.air, air), (arrays.waves, arrays.sea[0])
     if hull["profile"] != MARINE:
-        return hull_loads(hull, arrays.stations, arrays.windage, *weather, here, zero_vector(), body, time)._asdict()
+        return hull_loads(hull, arrays.stations, arrays.windage, *weather, here, body, body, time)._asdict()
     moving = (*weather, arrays.current, stream, arrays.layers, time)
     if hull["vessel"] < 0:
-        water = water_at_hull(hull, body, *moving)
-        return hull_loads(hull, arrays.stations, arrays.windage, *weather, here, water, body, time)._asdict()
+        through = motion_through_water(hull, body, *moving)
+        return hull_loads(hull, arrays.stations, arrays.windage, *weather, here, body, through, time)._asdict()
     vessel, meshes = arrays.vessels[hull["vessel"]], arrays.meshes
     work = vessel_work(meshes.points.size // 3, len(meshes.triangles), *weather)
-    water, orbital = water_at_vessel(vessel, body, *moving)
-    loads = vessel_loads(hull, vessel, meshes, arrays.strips, *weather, water, orbital, body, time, work)
+    afloat = water_at_vessel(hull, vessel, body, *moving)
+    loads = vessel_loads(hull, vessel, meshes, arrays.strips, *weather, afloat, body, time, work)
     made = wave_loads(
-        hull, vessel, arrays.memory, arrays.memory_state.copy(), arrays.diffraction, *weather, water, orbital, body,
+        hull, vessel, arrays.memory, arrays.memory_state.copy(), arrays.diffraction, *weather, afloat, body,
         time, arrays.timestep,
     )  # fmt: skip
     return {**loads._asdict(), **made._asdict(), "wind": wind_on_hull(hull, arrays.windage, body, here)}

@@ -27,18 +27,16 @@ from vrx_mj.physics.flotation import (
 )
 from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.kernel import allocating_kernel, expanded_kernel, inlined_kernel, kernel
-from vrx_mj.physics.kinematics import Orbital, orbital_motion
+from vrx_mj.physics.kinematics import orbital_motion, orbital_turning, reach_of, turned_with
 from vrx_mj.physics.linkage import add_link_drag, link_motion
 from vrx_mj.physics.motion import (
     Motion,
-    Vector,
     Wrench,
     add,
     carry,
     motion,
     relative_motion,
     rotate,
-    zero_vector,
     zero_wrench,
 )  # fmt: skip
 from vrx_mj.physics.propeller import update_propeller
@@ -54,14 +52,22 @@ from vrx_mj.physics.thrust import (
     thrust_force,
     thruster_wrench,
 )
-from vrx_mj.physics.vessel import HullMeshes, VesselWork, vessel_loads, vessel_work, wave_loads
+from vrx_mj.physics.vessel import (
+    HullMeshes,
+    VesselWater,
+    VesselWork,
+    vessel_loads,
+    vessel_work,
+    wave_loads,
+)
+from vrx_mj.physics.wave_box import heading_of
 from vrx_mj.physics.waves import surface_height
 from vrx_mj.physics.wind import air_velocity, wind_at_hull, wind_on_float, wind_on_hull, wind_step
 from vrx_mj.runtime.proximity import contact_free, touch_begins
 from vrx_mj.runtime.sample_clocks import latch
 from vrx_mj.runtime.views import Views, views
 
-__all__ = ["HUGE", "advance", "advance_vrx", "hull_loads", "update_force", "water_at_hull", "water_at_vessel"]
+__all__ = ["HUGE", "advance", "advance_vrx", "hull_loads", "motion_through_water", "update_force", "water_at_vessel"]
 
 HUGE = 1e7
 """A state beyond this [m, m/s, rad/s] has diverged."""
@@ -161,15 +167,15 @@ def push_hulls(a: Views, work: VesselWork | None, waves: Waves, air: Air, time: 
     for i in range(a.hulls.size):
         hull = a.hulls[i]
         body = motion(a.qpos, a.qvel, hull.qpos, hull.dof)
-        water = zero_vector()
+        through = body
         if work is not None:
             if hull.vessel >= 0:
                 push_vessel(hull, body, a, work, air, time, dt)
                 continue
             if hull.profile == MARINE:
-                water = water_at_hull(hull, body, waves, a.sea[0], a.current, a.current_state, a.layers, time)
+                through = motion_through_water(hull, body, waves, a.sea[0], a.current, a.current_state, a.layers, time)
         here = wind_at_hull(hull, a.air, air)
-        loads = hull_loads(hull, a.stations, a.windage, waves, a.sea[0], here, water, body, time)
+        loads = hull_loads(hull, a.stations, a.windage, waves, a.sea[0], here, body, through, time)
         wrench = add(add(add(loads.hydrostatics, loads.drag), loads.added_mass_bias), loads.wind)
         push = thrust(hull, body, a, work, time, dt)
         apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
@@ -179,7 +185,7 @@ def push_hulls(a: Views, work: VesselWork | None, waves: Waves, air: Air, time: 
 def push_vessel(hull: Record, body: Motion, a: Views, work: VesselWork, air: Air, time: float, dt: float) -> None:
     """Let water, wind and its thrusters push a hull that has a model of its own."""
     vessel = a.vessels[hull.vessel]
-    stream, orbital = water_at_vessel(vessel, body, work.columns, a.sea[0], a.current, a.current_state, a.layers, time)
+    water = water_at_vessel(hull, vessel, body, work.columns, a.sea[0], a.current, a.current_state, a.layers, time)
     loads = vessel_loads(
         hull,
         vessel,
@@ -187,17 +193,14 @@ def push_vessel(hull: Record, body: Motion, a: Views, work: VesselWork, air: Air
         a.strips,
         a.waves,
         a.sea[0],
-        stream,
-        orbital,
+        water,
         body,
         time,
         work,
     )
     blown = wind_on_hull(hull, a.windage, body, wind_at_hull(hull, a.air, air))
     wrench = add(add(add(loads.hydrostatics, loads.drag), loads.added_mass_bias), blown)
-    made = wave_loads(
-        hull, vessel, a.memory, a.memory_state, a.diffraction, a.waves, a.sea[0], stream, orbital, body, time, dt
-    )
+    made = wave_loads(hull, vessel, a.memory, a.memory_state, a.diffraction, a.waves, a.sea[0], water, body, time, dt)
     wrench = add(wrench, add(made.radiation, made.diffraction))
     push = thrust(hull, body, a, work, time, dt)
     apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
@@ -205,25 +208,34 @@ def push_vessel(hull: Record, body: Motion, a: Views, work: VesselWork, air: Air
 
 @kernel
 def water_at_vessel(
-    vessel: Record, body: Motion, waves: Waves, sea: Record, current: Table, state: Table, layers: Table, time: float
-) -> tuple[Vector, Orbital]:
-    """Return the current [m/s, world], and how the waves move the water, at a vessel's centre of buoyancy."""
+    hull: Record,
+    vessel: Record,
+    body: Motion,
+    waves: Waves,
+    sea: Record,
+    current: Table,
+    state: Table,
+    layers: Table,
+    time: float,
+) -> VesselWater:
+    """Return how the current and the waves move the water at a vessel."""
     lever = rotate(body, vessel.buoyancy[0], vessel.buoyancy[1], vessel.buoyancy[2])
     x, y, z = body.x + lever[0], body.y + lever[1], body.z + lever[2]
     east, north = current_velocity(current, state, layers, sea.level - z, time)
-    return (east, north, 0.0), orbital_motion(waves, sea, x, y, z, time)
+    orbital = orbital_motion(waves, sea, x, y, z, time)
+    turning = orbital_turning(waves, sea, reach_of(hull, heading_of(body)), x, y, z, time)
+    return VesselWater((east, north, 0.0), orbital, turning)
 
 
 @kernel
 def hull_loads(
     hull: Record, stations: Table, windage: Table, waves: Waves, sea: Record,
-    air: Air, water: Vector, body: Motion, time: float,
+    air: Air, body: Motion, through: Motion, time: float,
 ) -> HullLoads:  # fmt: skip
     """Return what water and wind do to a hull; with `thrust` it is all that acts on it from outside.
 
-    `water` is the water's velocity there [m/s, world], which is zero in VRX's profiles.
+    `through` is its motion through the water, which is at rest in VRX's profiles.
     """
-    through = relative_motion(body, water) if hull.profile == MARINE else body
     return HullLoads(
         hydrostatics(hull, stations, waves, sea, body, time),
         drag_on_hull(hull, through),
@@ -233,15 +245,17 @@ def hull_loads(
 
 
 @kernel
-def water_at_hull(
+def motion_through_water(
     hull: Record, body: Motion, waves: Waves, sea: Record, current: Table, state: Table, layers: Table, time: float
-) -> Vector:
-    """Return the water's velocity [m/s, world] at `hull.link_com`: the current's and the waves'."""
+) -> Motion:
+    """Return a hull's motion through water that moves and turns as the current and the waves do at `hull.link_com`."""
     lever = rotate(body, hull.link_com[0], hull.link_com[1], hull.link_com[2])
     x, y, z = body.x + lever[0], body.y + lever[1], body.z + lever[2]
     east, north = current_velocity(current, state, layers, sea.level - z, time)
     orbital = orbital_motion(waves, sea, x, y, z, time)
-    return east + orbital.u, north + orbital.v, orbital.w
+    through = relative_motion(body, (east + orbital.u, north + orbital.v, orbital.w))
+    turning = orbital_turning(waves, sea, reach_of(hull, heading_of(body)), x, y, z, time)
+    return turned_with(through, turning, hull.link_com)
 
 
 @inlined_kernel

@@ -15,7 +15,7 @@ from vrx_mj.config.sensors import BallShooterConfig
 from vrx_mj.errors import CompileError, StateError
 from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.mjcf.world import World
-from vrx_mj.model.boats import Hull, Propeller, Thruster, Vessel, Windage
+from vrx_mj.model.boats import Hull, Propeller, Station, Thruster, Vessel, Windage
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics import tables
 from vrx_mj.physics.noise import stream_key
@@ -112,13 +112,26 @@ def _mesh(kind: Vessel) -> Panels:
     return panels_of(vertices.reshape(-1, 3), triangles.reshape(-1, 3))
 
 
+def _spread(stations: Sequence[Station], hull: Hull) -> tuple[float, float]:
+    """Second moments over the area, along and across [m2], of stations as rectangles of their floats' beam."""
+    own = stations[hull.station_start : hull.station_start + hull.station_count]
+    sides = np.array([(row.length, 2.0 * row.radius) for row in own]).reshape(-1, 2)
+    areas = sides.prod(axis=1)
+    if not areas.sum() > 0.0:
+        return 0.0, 0.0
+    places = np.array([row.position[:2] for row in own])
+    places = places - np.average(places, axis=0, weights=areas)
+    along, across = np.average(places**2 + sides**2 / 12.0, axis=0, weights=areas).tolist()
+    return along, across
+
+
 def _vessel_rows(kinds: Sequence[Vessel], meshes: Sequence[Panels]) -> list[dict[str, Any]]:
     """Rows of `tables.VESSEL`; what each has in other tables follows what the one before has there."""
     rows, ends = [], dict.fromkeys(("point", "triangle", "part", "strip", "memory"), 0)
     forces = 0
     for kind, mesh in zip(kinds, meshes, strict=True):
         row, table = dict(vars(kind)), kind.diffraction.forces if kind.diffraction else ()
-        for name in ("diffraction", "vertices", "triangles", "strips", "memory"):
+        for name in ("diffraction", "spread", "vertices", "triangles", "strips", "memory"):
             del row[name]
         pressed = mesh.points.shape[1], len(mesh.triangles), len(mesh.parts)
         own = *pressed, len(kind.strips), len(kind.memory)
@@ -189,7 +202,7 @@ class LoopArrays:
         self.model, self.data, self.contact_free = model, data, contact_free
         self.timestep = float(model.opt.timestep)
         self._weather(parameters, world.seed)
-        self._hulls(parameters.hulls)
+        self._hulls(parameters.hulls, parameters.stations)
         self.stations = tables.table(tables.STATION, [vars(row) for row in parameters.stations])
         self._thrusters(parameters.thrusters)
         self.floats = tables.table(tables.FLOAT, [self._free_body(vars(row)) for row in parameters.floats])
@@ -232,7 +245,7 @@ class LoopArrays:
         self.air = tables.table(tables.AIR, [{name: getattr(air, name) for name in AIR} | {"key": 0}] if air else [])
         self.air_state = np.zeros(len(self.air), tables.AIR_STATE)
 
-    def _hulls(self, hulls: Sequence[Hull]) -> None:
+    def _hulls(self, hulls: Sequence[Hull], stations: Sequence[Station]) -> None:
         """Tables of hulls, and of their coefficients in the wind, which hulls of a kind share."""
         starts: dict[Windage, tuple[int, int]] = {}
         curves: list[Row] = []
@@ -244,6 +257,7 @@ class LoopArrays:
             del row["windage"]
             row["vessel"] = kinds.index(hull.vessel) if hull.vessel else NO_ROW
             row["memory_start"] = first
+            row["spread"] = hull.vessel.spread if hull.vessel else _spread(stations, hull)
             if own is not None and own not in starts:
                 curve = _windage(own)
                 starts[own] = len(curves), len(curve)
