@@ -7,7 +7,7 @@ from vrx_mj.physics.kernel import kernel
 
 __all__ = [
     "Motion", "Vector", "Wrench", "add", "carry", "cross", "from_origin", "motion", "relative_motion", "rotate",
-    "rotated_wrench", "shift", "unrotate", "zero_vector", "zero_wrench",
+    "rotated_wrench", "scaled", "shift", "unrotate", "zero_vector", "zero_wrench",
 ]  # fmt: skip
 
 Vector = tuple[float, float, float]
@@ -126,6 +126,13 @@ def zero_wrench() -> Wrench:
 def add(a: Wrench, b: Wrench) -> Wrench:
     """Return the sum of two wrenches about the same point."""
     return Wrench(a.fx + b.fx, a.fy + b.fy, a.fz + b.fz, a.tx + b.tx, a.ty + b.ty, a.tz + b.tz)
+
+
+@kernel
+def scaled(wrench: Wrench, factor: float) -> Wrench:
+    """Return a multiple of a wrench."""
+    w, f = wrench, factor
+    return Wrench(f * w.fx, f * w.fy, f * w.fz, f * w.tx, f * w.ty, f * w.tz)
 
 
 @kernel

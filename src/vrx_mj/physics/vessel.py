@@ -22,6 +22,7 @@ from vrx_mj.physics.motion import (
     from_origin,
     relative_motion,
     rotated_wrench,
+    scaled,
     shift,
     unrotate,
     zero_vector,
@@ -38,6 +39,10 @@ __all__ = [
     "HullMeshes", "VesselLoads", "VesselWater", "VesselWork", "WaveLoads", "damping_of_vessel", "pressure_on_vessel",
     "restoring_of_vessel", "vessel_loads", "vessel_work", "wave_loads",
 ]  # fmt: skip
+
+
+_AWASH = 0.25
+"""Share of its weight that the water carries of a hull about to leave it: below that, its other forces fade out."""
 
 
 class VesselWork(NamedTuple):
@@ -64,6 +69,8 @@ class VesselLoads(NamedTuple):
     """Of still water and of the undisturbed waves (Froude-Krylov)."""
     drag: Wrench
     added_mass_bias: Wrench
+    wet: float
+    """Share of these two, and of `WaveLoads`, that is left of a hull that leaves the water."""
 
 
 class VesselWater(NamedTuple):
@@ -138,13 +145,20 @@ def vessel_loads(
         bias = added_mass_bias(vessel, through, (orbital.du, orbital.dv, orbital.dw), rate)
     own = strips[vessel.strip_start : vessel.strip_start + vessel.strip_count]
     drag = add(damping_of_vessel(vessel, turned_with(through, turning, vessel.buoyancy)), crossflow_drag(own, through))
-    return VesselLoads(_placed(pressed, hull, body), _placed(drag, hull, body), _placed(bias, hull, body))
+    up = body.r20 * pressed.fx + body.r21 * pressed.fy + body.r22 * pressed.fz
+    wet = min(max(up / (_AWASH * vessel.displacement * sea.gravity), 0.0), 1.0)
+    return VesselLoads(
+        _placed(pressed, hull, body),
+        _placed(scaled(drag, wet), hull, body),
+        _placed(scaled(bias, wet), hull, body),
+        wet,
+    )
 
 
 @kernel
 def wave_loads(
     hull: Record, vessel: Record, memory: Table, state: Table, diffraction: FloatArray, waves: Table, sea: Record,
-    water: VesselWater, body: Motion, t: float, dt: float,
+    water: VesselWater, body: Motion, wet: float, t: float, dt: float,
 ) -> WaveLoads:  # fmt: skip
     """Return what the waves that a hull makes and scatters do to it, and advance its memory by `dt` [s].
 
@@ -161,6 +175,7 @@ def wave_loads(
         sea: a row of `tables.SEA`.
         water: at its centre of buoyancy.
         body: motion of the link.
+        wet: of `VesselLoads`.
         t: time [s].
         dt: length of the step [s].
     """
@@ -179,7 +194,7 @@ def wave_loads(
     rows = memory[vessel.memory_start : vessel.memory_start + vessel.memory_count]
     own = state[hull.memory_start : hull.memory_start + vessel.memory_count]
     memory_step(rows, own, through, dt)
-    return WaveLoads(_placed(memory_load(rows, own), hull, body), scattered)
+    return WaveLoads(_placed(scaled(memory_load(rows, own), wet), hull, body), scaled(scattered, wet))
 
 
 @kernel
@@ -213,7 +228,8 @@ def restoring_of_vessel(vessel: Record, waves: Table, sea: Record, body: Motion,
     """Return W n - G d of a hull with a stiffness, on the plane that the surface is at the link's origin.
 
     W is the weight that it carries at rest, n the plane's normal, and d = (0, 0, rise, n_y, -n_x, 0) in body axes: the
-    angles of small heel and trim against the plane.
+    angles of small heel and trim against the plane. The water does not pull: once less than half of W is left, the
+    moments go with what is, and out of the water there is nothing.
     """
     height = sea.level + surface_height(waves, sea, body.x, body.y, t)
     east, north = surface_slope(waves, sea, body.x, body.y, t)
@@ -232,7 +248,11 @@ def restoring_of_vessel(vessel: Record, waves: Table, sea: Record, body: Motion,
         -g[4, 2] * rise - g[4, 3] * y + g[4, 4] * x,
         0.0,
     )
-    return add(carried, restored)
+    whole, left = add(carried, restored), (weight + lift) / weight
+    if left >= 0.5:
+        return whole
+    force, turn = max(weight + lift, 0.0), 2.0 * max(left, 0.0)
+    return Wrench(force * x, force * y, force * z, turn * whole.tx, turn * whole.ty, turn * whole.tz)
 
 
 @kernel

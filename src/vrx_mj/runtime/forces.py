@@ -79,9 +79,11 @@ def _loads(
     loads = vessel_loads(hull, vessel, meshes, arrays.strips, *weather, afloat, body, time, work)
     made = wave_loads(
         hull, vessel, arrays.memory, arrays.memory_state.copy(), arrays.diffraction, *weather, afloat, body,
-        time, arrays.timestep,
+        loads.wet, time, arrays.timestep,
     )  # fmt: skip
-    return {**loads._asdict(), **made._asdict(), "wind": wind_on_hull(hull, arrays.windage, body, here)}
+    pushed = loads._asdict()
+    del pushed["wet"]
+    return {**pushed, **made._asdict(), "wind": wind_on_hull(hull, arrays.windage, body, here)}
 
 
 def _address(arrays: LoopArrays, index: int) -> tuple[int, int]:

@@ -200,7 +200,9 @@ def push_vessel(hull: Record, body: Motion, a: Views, work: VesselWork, air: Air
     )
     blown = wind_on_hull(hull, a.windage, body, wind_at_hull(hull, a.air, air))
     wrench = add(add(add(loads.hydrostatics, loads.drag), loads.added_mass_bias), blown)
-    made = wave_loads(hull, vessel, a.memory, a.memory_state, a.diffraction, a.waves, a.sea[0], water, body, time, dt)
+    made = wave_loads(
+        hull, vessel, a.memory, a.memory_state, a.diffraction, a.waves, a.sea[0], water, body, loads.wet, time, dt
+    )
     wrench = add(wrench, add(made.radiation, made.diffraction))
     push = thrust(hull, body, a, work, time, dt)
     apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
