@@ -37,7 +37,7 @@ LEVELS: Final = 4
 SHALLOW_LEVELS: Final = 3
 """Nodes over the depth of a shallow hull."""
 _FADES, _FADED = 3.0, 5.0  # k a at which a wave begins to fade, and at which it is gone; half of it by three nodes
-_SPARE = 1.25  # depth of a box over that of its lowest corner under the surface at its middle: crests are higher
+_SPARE = 1.25  # depth of a box over that of its lowest corner under the surface at its middle and its ends
 _THINNEST = 0.05  # least sides and depth of the box [m]
 _ALONG = MEMORY  # rows of memory: cosine and sine, and powers, along; across; the middle, a row; heights
 _ACROSS, _MIDDLE, _ROW, _HEIGHT, _LEVELS = _ALONG + 4, _ALONG + 6, _ALONG + 8, _ALONG + 10, _ALONG + 11
@@ -100,7 +100,7 @@ def pressures_in_waves(
     for i in range(parts.size):
         part = parts[i]
         x, y, z = rotate(body, part.center[0], part.center[1], part.center[2])
-        height = _place_middle(columns, body.x + x, body.y + y, t) * grown
+        height = grown * _place_middle(columns, body.x + x, body.y + y, t)
         depth = max(_SPARE * (height - (body.z + z - sea.level - reach)), _THINNEST)
         _spread_down(box, depth, columns, sea)
         _fill_box(box, columns, grown, polynomial)
@@ -155,17 +155,25 @@ def _spread_over(box: WaveBox, columns: FloatArray) -> None:
 
 @kernel
 def _place_middle(columns: FloatArray, x: float, y: float, t: float) -> float:
-    """Write cosine and sine of each wave at (x, y) [m] to memory, and return the height of what has not faded [m]."""
+    """Write cosine and sine of each wave at (x, y) [m], a part's middle, to memory; return the surface's height [m].
+
+    That is the highest of the middle's and the two ends', of the waves that have not faded out.
+    """
+    c2, s2 = columns[_ALONG + 2], columns[_ALONG + 3]
     east, north, wavenumber, left = columns[EAST], columns[NORTH], columns[WAVENUMBER], columns[_HEIGHT]
     frequency, phase, c, s = columns[FREQUENCY], columns[PHASE], columns[_MIDDLE], columns[_MIDDLE + 1]
-    height = spread(0.0)
+    middle, even, odd = spread(0.0), spread(0.0), spread(0.0)
     for i in range(0, c.size, WIDTH):
         along = load(wavenumber, i) * (load(east, i) * x + load(north, i) * y)
         cos, sin = cosines_and_sines(along - load(frequency, i) * t + load(phase, i))
         store(c, i, cos)
         store(s, i, sin)
-        height += load(left, i) * cos
-    return float(total(height))
+        p, q = load(left, i) * cos, load(left, i) * sin
+        middle += p
+        even += p * load(c2, i)
+        odd += q * load(s2, i)
+    height = total(middle)
+    return float(max(height, 2.0 * (total(even) + abs(total(odd))) - height))
 
 
 @kernel

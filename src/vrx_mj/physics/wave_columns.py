@@ -30,6 +30,7 @@ __all__ = [
     "EAST",
     "FREQUENCY",
     "MEMORY",
+    "MORE",
     "NORTH",
     "ORBITAL",
     "PHASE",
@@ -52,6 +53,8 @@ ORBITAL: Final = 6
 BOTTOM: Final = 7  # `bottom_share`
 MEMORY: Final = 8  # 18 rows, from here on: what a kernel writes there is gone when the next one does
 _ROWS: Final = MEMORY + 18
+MORE: Final = 9.0 / 14.0
+"""Second coefficient of what a wave's slope is less over a waterplane: `kinematics.orbital_turning`."""
 
 
 @kernel
@@ -148,8 +151,8 @@ def turning_of_columns(columns: Waves, reach: Vector) -> tuple[float, ...]:
     for i in range(0, cos.size, WIDTH):
         k, f = load(wavenumber, i), load(frequency, i)
         along, across = k * load(east, i), k * load(north, i)
-        long = along * along * reach[0] + along * across * reach[1] + across * across * reach[2] + 1.0
-        rise = load(above, i) / long
+        long = along * along * reach[0] + along * across * reach[1] + across * across * reach[2]
+        rise = load(above, i) / (long * (long * MORE + 1.0) + 1.0)
         c, s = rise * load(cos, i), rise * load(sin, i) * f
         p += across * c
         q -= along * c

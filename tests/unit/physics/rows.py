@@ -95,6 +95,7 @@ def hull(**changes):
         "link_com": (0.0, 0.0, 0.12422907), "body_com": (-0.28629927, 0.0, 0.14556580), "mass": 258.0,
         "wind": (0.5, 0.5, 0.33), "memory_start": 0, "thruster_start": 0, "thruster_count": 0,
         "windage_start": 0, "windage_count": 0, "windage_height": 0.0, "windage_offset": 0.0, "vessel": -1,
+        "spread": (0.0, 0.0),
     }  # fmt: skip
     return table(tables.HULL, [row | changes])[0]
 

@@ -10,9 +10,9 @@ from vrx_mj.physics.tables import VESSEL
 RNG = np.random.default_rng(3)
 
 
-def vessel(matrix, munk=1):
+def vessel(matrix, munk=1, center=(0.0, 0.0, 0.0)):
     row = np.zeros(1, VESSEL)
-    row["added_mass"], row["munk"] = matrix, munk
+    row["added_mass"], row["munk"], row["buoyancy"] = matrix, munk, center
     return row[0]
 
 
@@ -34,19 +34,21 @@ def coriolis(a, nu):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_the_bias_is_fossen_s(seed):
-    a, nu, water = positive(seed), np.random.default_rng(seed).normal(size=6), RNG.normal(size=3)
+    a, nu, (water, spin, center) = positive(seed), np.random.default_rng(seed).normal(size=6), RNG.normal(size=(3, 3))
     body = moving(angles=(0.3, -0.2, 1.0), velocity=tuple(nu))
     turn = np.array(body[3:12]).reshape(3, 3)
-    rate = np.concatenate((np.cross(nu[3:], nu[:3]) + turn.T @ water, np.zeros(3)))
-    assert added_mass_bias(vessel(a), body, tuple(water)) == pytest.approx(a @ rate - coriolis(a, nu) @ nu, rel=1e-12)
+    taken = turn.T @ water - np.cross(turn.T @ spin, center)  # at the link's origin of what turns about the centre
+    rate = np.concatenate((np.cross(nu[3:], nu[:3]) + taken, turn.T @ spin))
+    found = added_mass_bias(vessel(a, center=center), body, tuple(water), tuple(spin))
+    assert found == pytest.approx(a @ rate - coriolis(a, nu) @ nu, rel=1e-12)
 
 
 def test_without_munk_s_moment_a_boat_that_drifts_does_not_turn():
     a = np.diag([100.0, 500.0, 900.0, 10.0, 200.0, 150.0])
     drifting = moving(velocity=(1.5, 0.5, 0.0, 0.0, 0.0, 0.0))
     none = (0.0, 0.0, 0.0)
-    assert added_mass_bias(vessel(a), drifting, none)[5] == pytest.approx((100.0 - 500.0) * 1.5 * 0.5)
-    assert added_mass_bias(vessel(a, munk=0), drifting, none) == (0.0,) * 6
+    assert added_mass_bias(vessel(a), drifting, none, none)[5] == pytest.approx((100.0 - 500.0) * 1.5 * 0.5)
+    assert added_mass_bias(vessel(a, munk=0), drifting, none, none) == (0.0,) * 6
 
 
 def test_the_inertia_is_the_matrix_in_mujoco_s_coordinates():
@@ -63,5 +65,5 @@ def test_water_that_takes_a_body_along_pushes_it_like_its_own():
     a, water = positive(4), (0.4, -0.3, 0.2)
     body = moving(angles=(0.3, -0.2, 1.0))
     turn = np.array(body[3:12]).reshape(3, 3)
-    bias = np.array(added_mass_bias(vessel(a), body, water))
+    bias = np.array(added_mass_bias(vessel(a), body, water, (0.0, 0.0, 0.0)))
     assert bias - a @ np.concatenate((turn.T @ np.array(water), np.zeros(3))) == pytest.approx(np.zeros(6), abs=1e-12)

@@ -5,10 +5,20 @@ import math
 import numpy as np
 import pytest
 
-from unit.physics.rows import sea
+from unit.physics.rows import matrix, moving, sea
 from vrx_mj.linear_waves import Site
-from vrx_mj.physics.kinematics import orbital_motion, surface_slope, water_pressure
+from vrx_mj.physics.kinematics import (
+    Turning,
+    orbital_motion,
+    orbital_turning,
+    reach_of,
+    surface_slope,
+    turned_with,
+    water_pressure,
+)
+from vrx_mj.physics.motion import relative_motion
 from vrx_mj.physics.spectra import irregular_sea, jonswap, regular_wave, stokes_wave
+from vrx_mj.physics.tables import HULL
 from vrx_mj.physics.waves import surface_height
 
 STEP = 1e-5
@@ -55,6 +65,43 @@ def test_the_water_is_incompressible_and_does_not_turn(waters, point):
 def test_the_acceleration_is_the_velocity_s_derivative(waters, point):
     *_, by_t = difference(lambda *at: velocity(*waters, *at), *point)
     assert np.array(orbital_motion(*waters, *point))[3:] == pytest.approx(by_t, abs=1e-8)
+
+
+@pytest.mark.parametrize("point", POINTS)
+@pytest.mark.parametrize("waters", [DEEP, SHALLOW, STOKES], ids=["deep", "shallow", "stokes"])
+def test_level_water_turns_as_its_vertical_velocity_slopes(waters, point):
+    """At a point, with no waterplane to average over; and its rate."""
+    by_x, by_y, _, _ = difference(lambda *at: velocity(*waters, *at), *point)
+    turning = orbital_turning(*waters, (0.0, 0.0, 0.0), *point)
+    assert turning[:2] == pytest.approx([by_y[2], -by_x[2]], abs=1e-8)
+    *_, by_t = difference(lambda *at: np.array(orbital_turning(*waters, (0.0, 0.0, 0.0), *at)[:2]), *point)
+    assert turning[2:] == pytest.approx(by_t, abs=1e-8)
+
+
+@pytest.mark.parametrize(("share", "bound"), [(0.1, 1e-5), (0.3, 3e-4), (0.6, 0.014)])
+@pytest.mark.parametrize("heading", [0.0, 0.7, 2.0])
+def test_over_a_line_it_is_the_slope_of_the_best_fit(share, bound, heading):
+    """A hull as long as a share of the waves, and as narrow as a line, in each heading along them."""
+    length, (cos, sin) = 10.0 * share, (math.cos(heading), math.sin(heading))
+    waves, record = water(regular_wave(0.4, math.sqrt(2.0 * math.pi * 10.0 / 9.81), (cos, sin), Site()))
+    hull = np.zeros(1, HULL)[0]
+    hull["spread"] = length**2 / 12.0, 0.0
+    turning = orbital_turning(waves, record, reach_of(hull, (cos, sin)), 1.0, 2.0, -0.1, 0.3)
+    along = np.linspace(-0.5, 0.5, 2001) * length
+    rise = [velocity(waves, record, 1.0 + s * cos, 2.0 + s * sin, -0.1, 0.3)[2] for s in along]
+    slope = np.trapezoid(along * rise, along) / np.trapezoid(along * along, along)
+    assert turning[:2] == pytest.approx([slope * sin, -slope * cos], rel=bound)
+
+
+def test_a_body_that_turns_with_the_water_has_no_motion_through_it():
+    body = moving((0.0, 0.0, 0.0), (0.2, -0.1, 0.8))
+    turn = matrix(body)
+    turning, point, flow = Turning(0.3, -0.2, 0.0, 0.0), np.array([0.5, -0.2, -0.1]), np.array([0.4, 0.1, -0.3])
+    spin = turn.T @ np.array([0.3, -0.2, 0.0])
+    carried = (*(turn.T @ flow - np.cross(spin, point)), *spin)
+    body = moving((0.0, 0.0, 0.0), (0.2, -0.1, 0.8), carried)
+    through = turned_with(relative_motion(body, tuple(flow)), turning, point)
+    assert through[12:] == pytest.approx(np.zeros(6), abs=1e-15)
 
 
 @pytest.mark.parametrize("waters", [DEEP, SHALLOW], ids=["deep", "shallow"])

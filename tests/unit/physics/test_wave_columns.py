@@ -7,7 +7,7 @@ import pytest
 
 from unit.physics.rows import sea
 from vrx_mj.linear_waves import Site
-from vrx_mj.physics.kinematics import orbital_motion
+from vrx_mj.physics.kinematics import orbital_motion, orbital_turning
 from vrx_mj.physics.spectra import irregular_sea, jonswap
 from vrx_mj.physics.wave_columns import wave_columns
 from vrx_mj.physics.waves import surface_height
@@ -27,3 +27,7 @@ def test_columns_give_the_sums(count, depth, far):
         assert surface_height(columns, record, far * x, y, t) == surface_height(waves, record, far * x, y, t)
         found, summed = (orbital_motion(rows, record, far * x, y, z, t) for rows in (columns, waves))
         assert found == pytest.approx(summed, rel=0, abs=1e-15 * max(count, 1))  # in another order
+        turned, rows_turned = (
+            orbital_turning(rows, record, (0.9, -0.4, 0.5), far * x, y, z, t) for rows in (columns, waves)
+        )
+        assert turned == pytest.approx(rows_turned, rel=0, abs=1e-14 * max(count, 1))

@@ -128,6 +128,16 @@ class TestMesh:
         assert found[5] == pytest.approx(0.25 * (drag * x).sum())
         assert found[3] == pytest.approx(0.15 * 0.25 * drag.sum())
 
+    def test_out_of_the_water_nothing_holds_it_but_its_added_mass(self, tmp_path):
+        """Damping and Coriolis forces go with the lift, from a quarter of the weight on, and memory with them."""
+        hull = "{damping_linear: [0, 0, 900, 0, 0, 0], damping_quadratic: [0, 0, 0, 0, 0, 0]}"
+        sim = Simulation(world_of(barge(tmp_path, hull)))
+        (boat,) = sim.boats
+        for height, share in ((0.0, 1.0), (0.374, 1.0), (0.4375, 0.5), (0.5, 0.0), (2.0, 0.0)):
+            pose = (0.0, 0.0, height, 0.0, 0.0, 0.0)
+            sim.set_boat(boat, pose=pose, velocity=(0.0, 0.0, -1.0, 0.0, 0.0, 0.0))
+            assert sim.forces(boat)["drag"][2] == pytest.approx(900.0 * share, abs=1e-6)
+
     def test_an_undamped_boat_keeps_its_speed(self, tmp_path):
         hull = f"{{added_mass: [900, 0, 0, 0, 0, 0], damping_linear: {NONE}, damping_quadratic: {NONE}}}"
         sim = Simulation(world_of(barge(tmp_path, hull)))
@@ -189,6 +199,43 @@ class TestMatrix:
         assert loads(sim, (0, 0, -0.1, 0, 0.01, 1.0))[3:5] == pytest.approx(
             (9.0 * math.sin(1.0), -9.0 * math.cos(1.0)), rel=1e-2
         )
+
+    def test_the_water_does_not_pull(self, tmp_path):
+        """It lifts 981 N at rest and 2 kN less per metre; its moments fade once half of that is left."""
+        sim = Simulation(world_of(barge(tmp_path, MATRIX, mass=100.0)))
+        weight = 100.0 * G
+        for rise, turn in ((0.2, 1.0), (0.5 * weight / 2000.0, 1.0), (0.3, 2.0 * (weight - 600.0) / weight)):
+            found = loads(sim, (0, 0, rise - 0.1, 0.01, 0, 0))
+            assert found[2] == pytest.approx(weight - 2000.0 * rise, rel=1e-3)
+            assert found[3] == pytest.approx(-3.0 * turn, rel=1e-3)
+        for rise in (weight / 2000.0 + 1e-6, 3.0):
+            assert loads(sim, (0, 0, rise - 0.1, 0.3, 0.2, 0)) == pytest.approx(np.zeros(6))
+
+    @pytest.mark.parametrize("heading", [0.0, 0.5, math.pi])
+    def test_in_a_long_wave_it_pitches_as_its_slope_turns(self, tmp_path, heading):
+        """Pitch over the slope: (C + f (i w D - w^2 A)) / (C + i w D - w^2 (A + I)), f the waterplane's share."""
+        c, d, a, inertia, period, height = 90_000.0, 30_000.0, 4000.0, 6000.0, 6.0, 0.02
+        hull = f"{{hydrostatics: matrix, restoring: [0, 0, 20000, 20000, {c}, 0], added_mass: [0, 0, 50, 0, {a}, 0], "
+        hull += f"damping_linear: [0, 0, 3000, 9000, {d}, 0], damping_quadratic: {NONE}, displacement: 100}}"
+        sea = {"model": "regular", "height": height, "period": period}
+        pose = [0, 0, 0, 0, 0, heading]
+        spawn, physics = {"robot": barge(tmp_path, hull, 100.0), "pose": pose}, {"profile": "marine", "timestep": 0.001}
+        sim = Simulation(world_of(None, sea=sea, spawn=spawn, physics=physics))
+        (boat,) = sim.boats
+        sim.step(duration=10.0 * period)
+        seen = []
+        for _ in range(300):
+            sim.step(duration=period / 300.0)
+            place = sim.observe()[boat].position
+            seen.append((sim.observe()[boat].pitch, sim.sea.slope(place[0], place[1], sim.time)[0]))
+        pitch, slope = np.exp(2j * math.pi * np.arange(300) / 300) @ np.array(seen)
+        omega = 2.0 * math.pi / period
+        k, cos = omega**2 / G, math.cos(heading)
+        spread = 0.3 * k**2 * (c / 20_000.0 * cos**2 + 1.0 * math.sin(heading) ** 2)
+        share = 1.0 / (1.0 + spread + 9.0 / 14.0 * spread**2)
+        water = -1j * omega * d - omega**2 * a  # e^(-i omega t), as the sums above
+        closed = (c + share * water) / (c + water - omega**2 * inertia)
+        assert -pitch / (slope * cos) == pytest.approx(closed, rel=2e-3)
 
     def test_more_mass_sinks_it_by_its_stiffness(self, tmp_path):
         damped = MATRIX.replace(f"damping_linear: {NONE}", "damping_linear: [0, 0, 900, 90, 300, 0]")
