@@ -7,6 +7,7 @@ from vrx_mj.validation.cases import (
     hulls,
     hydrostatics,
     otter,
+    pressures,
     resolution,
     runs,
     seas,
@@ -20,8 +21,8 @@ from vrx_mj.validation.rows import Case
 __all__ = ["CASES", "chosen"]
 
 CASES: tuple[Case, ...] = (
-    *waves.CASES, *seas.CASES, *hydrostatics.CASES, *hulls.CASES, *resolution.CASES, *otter.CASES, *wamv.CASES,
-    *heron.CASES, *spheres.CASES, *drifting.CASES, *runs.CASES, *vrx.CASES,
+    *waves.CASES, *seas.CASES, *hydrostatics.CASES, *hulls.CASES, *pressures.CASES, *resolution.CASES,
+    *otter.CASES, *wamv.CASES, *heron.CASES, *spheres.CASES, *drifting.CASES, *runs.CASES, *vrx.CASES,
 )  # fmt: skip
 """All of them."""
 
