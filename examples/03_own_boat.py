@@ -14,6 +14,7 @@ COURSE = math.radians(60.0)
 GAIN = 1.0  # rudder per rad off the course: full rudder, 0.6 rad, at 35 degrees
 DAMPING = 1.2  # rudder per rad/s of turning: no overshoot
 
+LAKE = {"physics": {"profile": "marine"}, "sea": {"gain": 0.1}}
 FLEET = {"robot": "skiff", "boats": [{"name": "skiff", "pose": [0, 0, 0, 0, 0, 0]}]}
 
 
@@ -27,7 +28,7 @@ def controller(obs: Mapping[str, vrx_mj.BoatObservation], t: float) -> dict[str,
 
 def main(path: Path = Path("own_boat.rrd"), duration: float = 60.0) -> vrx_mj.Summary:
     """Sail a course, record, and say how it ended."""
-    sim = vrx_mj.Simulation(vrx_mj.compile_world({"sea": {"gain": 0.1}}, fleet=FLEET))
+    sim = vrx_mj.Simulation(vrx_mj.compile_world(LAKE, fleet=FLEET))
     with vrx_mj.record(sim, path):
         summary = vrx_mj.run(sim, duration, controller=controller)
     boat = summary.boats["skiff"]

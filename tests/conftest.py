@@ -45,6 +45,14 @@ SANDBOX_VARIABLE = "VRX_MJ_TESTS"
 """Names the sandbox; whatever the tests start inherits it."""
 
 
+@pytest.fixture(autouse=True, scope="session")
+def _profile_was_noticed():
+    """No test is the one that gets the notice of worlds without a profile, of which a process has one."""
+    from vrx_mj.config import world  # after the home is set
+
+    world._NOTICED.append("tests")
+
+
 def pytest_configure(config):
     """Give the tests, and all that they start, a home and a temporary folder that are removed at the end."""
     signal.signal(signal.SIGINT, signal.default_int_handler)  # background jobs ignore it, and so would what they start

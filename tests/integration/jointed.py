@@ -86,7 +86,7 @@ def world_of(folder, *, physics=None, sea=CALM, wind=None, fleet=None, **objects
         items.append({"name": name, "model": f"./{name}.yaml", "pose": list(pose)})
     file = folder / "world.yaml"
     spawn = {"pose": [-50, -50, 0, 0, 0, 0]}
-    content = {"physics": physics or {}, "sea": sea, "objects": items, "spawn": spawn}
+    content = {"physics": physics or {"profile": "vrx"}, "sea": sea, "objects": items, "spawn": spawn}
     file.write_text(yaml.safe_dump({**content, **({"wind": wind} if wind else {})}), "utf-8")
     return vrx_mj.compile_world(file, fleet=fleet)
 

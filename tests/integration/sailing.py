@@ -43,8 +43,8 @@ def table(path):
 
 
 def water(*, sea=ROUGH, wind=GUSTY, timestep=0.01, **more):
-    """Open water."""
-    world = {"physics": {"timestep": timestep}, "sea": sea, **more}
+    """Open water of VRX classic's profile."""
+    world = {"physics": {"profile": "vrx", "timestep": timestep}, "sea": sea, **more}
     return world if wind is None else {**world, "wind": wind}
 
 

@@ -13,6 +13,7 @@ import pytest
 import vrx_mj
 from vrx_mj.errors import CommandError, DivergedError, StateError, UnknownNameError
 
+VRX = {"profile": "vrx"}
 SEA = {
     "extends": "ocean_buoys",
     "sea": {"gain": 0.6},
@@ -44,7 +45,7 @@ def world():
 def boat():
     """One boat alone."""
     fleet = {"thrusters": "H", "sensors": "none", "boats": [{"name": "wamv", "pose": [0, 0, 0.1, 0, 0, 0]}]}
-    return vrx_mj.compile_world({"wind": SEA["wind"], "sea": SEA["sea"]}, fleet=fleet)
+    return vrx_mj.compile_world({"physics": VRX, "wind": SEA["wind"], "sea": SEA["sea"]}, fleet=fleet)
 
 
 def values(batch, commands=COMMANDS):
@@ -133,7 +134,9 @@ def test_a_row_with_another_wind_is_a_world_with_it(boat):
     batch.reset(seed=5)
     batch.step(values(batch, ONE), duration=1.0)
     fleet = {"thrusters": "H", "sensors": "none", "boats": [{"name": "wamv", "pose": [0, 0, 0.1, 0, 0, 0]}]}
-    other = vrx_mj.Simulation(vrx_mj.compile_world({"wind": CALM, "sea": SEA["sea"]}, fleet=fleet), seed=6)
+    other = vrx_mj.Simulation(
+        vrx_mj.compile_world({"physics": VRX, "wind": CALM, "sea": SEA["sea"]}, fleet=fleet), seed=6
+    )
     other.step(ONE, duration=1.0)
     np.testing.assert_allclose(batch.get_state(1).mujoco, other.get_state().mujoco, rtol=0, atol=1e-12)
     assert batch.get_state(0).sha256 == alone(boat, 5, commands=ONE, duration=1.0)

@@ -172,7 +172,7 @@ def test_a_collision_hands_its_momentum_to_the_dock():
         for row in parameters["blocks"]:
             row.update(linear_drag=0.0, angular_drag=0.0)
 
-    still = {"timestep": 0.01, "gravity": 0.0}
+    still = {"profile": "vrx", "timestep": 0.01, "gravity": 0.0}
     sim = simulation(
         boats((-6.0, 0.0, 0.0)),
         sea=CALM,

@@ -13,8 +13,10 @@ from vrx_mj.control.velocity import VelocityKeeper
 from vrx_mj.errors import SensorError
 
 GROUND_TRUTH = "ignore:navigation by ground truth"
-CALM = {"sea": {"model": "none"}}
+VRX = {"profile": "vrx"}
+CALM = {"physics": VRX, "sea": {"model": "none"}}
 WINDY = {
+    "physics": VRX,
     "sea": {"model": "pms", "gain": 0.1, "period": 5},
     "wind": {"direction": 90, "mean_velocity": 5, "objects": [{"model": "wamv", "coefficients": [0.5, 0.5, 0.33]}]},
 }

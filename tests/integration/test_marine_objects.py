@@ -150,5 +150,5 @@ def test_rows_and_seeds_have_the_same_bits():
 
 def test_a_mooring_needs_water_that_moves():
     with pytest.raises(ConfigError) as error:
-        compile_world({"name": "bay", "objects": [{**BUOY, "mooring": {"length": 1}}]})
+        compile_world({"name": "bay", "physics": {"profile": "vrx"}, "objects": [{**BUOY, "mooring": {"length": 1}}]})
     assert str(error.value) == "<world>: objects[0].mooring: a mooring needs `physics: {profile: marine}`, got vrx"

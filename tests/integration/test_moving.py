@@ -161,6 +161,7 @@ def test_without_a_path_it_drifts_as_the_static_one():
 
 
 LIT = {
+    "physics": {"profile": "vrx"},
     "sea": CALM,
     "objects": [
         {"name": "buoy", "model": "robotx_light_buoy", "pose": [6.5, -7, 0.37, 0, 0, 0]},

@@ -92,7 +92,7 @@ def boat_world(case, timestep):
     }
     world = vrx_mj.compile_world(
         {
-            "physics": {"timestep": timestep},
+            "physics": {"profile": "vrx", "timestep": timestep},
             "sea": sea(case["wave_set"]),
             "wind": wind,
             "spawn": {"pose": pose(case), "thrusters": "H", "sensors": "none"},
@@ -199,7 +199,7 @@ def buoy_differences(case, timestep):
 def buoy_simulation(case, timestep):
     item = {"name": "item", "model": BUOY_MODELS[case["model"]], "pose": pose(case)}
     world = {
-        "physics": {"timestep": timestep},
+        "physics": {"profile": "vrx", "timestep": timestep},
         "sea": sea(case["wave_set"]),
         "objects": [item],
         "spawn": {"pose": [0, -200, 0, 0, 0, 0]},

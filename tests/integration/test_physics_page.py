@@ -115,7 +115,11 @@ def test_the_roughest_sea_of_the_competitions_drifts_a_boat_as_the_page_states()
     for heading in (INTO, ACROSS, WITH):
         boat = {"name": "a", "pose": [0.0, 0.0, 0.0, 0.0, 0.0, heading]}
         sea = {"model": "pms", "gain": 0.7, "period": 6.0, "scale": 2.5, "number": 2}
-        sim = vrx_mj.Simulation(vrx_mj.compile_world({"sea": sea}, fleet={"sensors": "none", "boats": [boat]}))
+        sim = vrx_mj.Simulation(
+            vrx_mj.compile_world(
+                {"physics": {"profile": "vrx"}, "sea": sea}, fleet={"sensors": "none", "boats": [boat]}
+            )
+        )
         begun = sim.step(duration=60.0)["a"].position[0]
         found.append(begun - sim.step(duration=60.0)["a"].position[0])
     assert [speed / 60.0 for speed in (min(found), max(found))] == pytest.approx([0.084, 0.130], abs=0.0006)

@@ -26,6 +26,7 @@ from vrx_mj.runtime.simulation import Simulation
 
 BAY = {
     "name": "bay",
+    "physics": {"profile": "vrx"},
     "georeference": SYDNEY,
     "sea": ROUGH,
     "wind": GUSTY,

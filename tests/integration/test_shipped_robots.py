@@ -25,7 +25,7 @@ SYDNEY = {"latitude": -33.724223, "longitude": 150.679736}
 
 def calm(robot):
     """One boat in still water, at rest there."""
-    world = {"sea": {"model": "none"}, "georeference": SYDNEY}
+    world = {"physics": {"profile": "vrx"}, "sea": {"model": "none"}, "georeference": SYDNEY}
     fleet = {"robot": robot, "boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0]}]}
     sim = vrx_mj.Simulation(vrx_mj.compile_world(world, fleet=fleet))
     sim.step({}, duration=20.0)

@@ -42,7 +42,7 @@ def test_a_ball_leaves_the_muzzle_along_the_launchers_axis(sim):
 @pytest.mark.parametrize("timestep", [0.02, 0.01, 0.002])
 def test_a_ball_flies_a_parabola(timestep):
     """No drag in air. A ball that started at its exact speed would fall short by g t dt / 2: 39 mm at 10 ms."""
-    world = {"sea": CALM, "wind": None, "physics": {"timestep": timestep}}
+    world = {"sea": CALM, "wind": None, "physics": {"profile": "vrx", "timestep": timestep}}
     sim = sailing((GUN,), fleet=boats((0.0, 0.0, 0.0)), **world)
     sim.fire("a")
     sim.step(duration=0.8)

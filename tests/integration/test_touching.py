@@ -25,7 +25,9 @@ REFERENCE = 0.0005
 def impulse(model, timestep):
     """Horizontal impulse [N s] that a WAM-V coasting at 2 m/s gets from a buoy ahead of its right float, in 3 s."""
     buoy = {"name": "buoy", "model": model, "pose": [3.0, 1.03, 0, 0, 0, 0]}
-    sim = simulation(boats((0.0, 0.0, 0.0)), objects=[buoy], physics={"timestep": timestep}, **CALM_AIR)
+    sim = simulation(
+        boats((0.0, 0.0, 0.0)), objects=[buoy], physics={"profile": "vrx", "timestep": timestep}, **CALM_AIR
+    )
     sim.set_boat("a", pose=(0, 0, AFLOAT, 0, 0, 0), velocity=(2.0, 0, 0, 0, 0, 0))
     total = np.zeros(2)
     for _ in range(round(3.0 / timestep)):
@@ -46,7 +48,9 @@ def test_a_buoy_pushes_back_as_hard_whatever_the_step(model, timestep):
 def full_power(timestep):
     """How far [m] a WAM-V pushes a light buoy that is in the way of one of its floats, in 15 s at full power."""
     buoy = {"name": "buoy", "model": "robotx_light_buoy", "pose": [4.0, 1.03, 0, 0, 0, 0]}
-    sim = simulation(boats((0.0, 0.0, 0.0)), objects=[buoy], physics={"timestep": timestep}, **CALM_AIR)
+    sim = simulation(
+        boats((0.0, 0.0, 0.0)), objects=[buoy], physics={"profile": "vrx", "timestep": timestep}, **CALM_AIR
+    )
     sim.step({"a": {"left": 1.0, "right": 1.0}}, duration=15.0)
     return sim.observe_object("buoy").position[:2] - (4.0, 1.03), sim.observe()["a"].position[:2]
 
@@ -62,7 +66,9 @@ def test_at_full_power_a_light_buoy_holds_a_boat_as_long_at_10_ms_as_at_1_ms():
 def test_what_nothing_touches_moves_as_with_the_drag_at_the_end_of_the_step(model, timestep):
     """Without a contact the drag in the inertia changes nothing: MuJoCo comes to the same with all of it outside."""
     buoy = {"name": "buoy", "model": model, "pose": [20.0, 0.0, 0.2, 0.3, -0.2, 0.1]}
-    sim = simulation(boats((0.0, 0.0, 0.0)), objects=[buoy], physics={"timestep": timestep}, **CALM_AIR)
+    sim = simulation(
+        boats((0.0, 0.0, 0.0)), objects=[buoy], physics={"profile": "vrx", "timestep": timestep}, **CALM_AIR
+    )
     arrays, twin = sim._live.arrays, mujoco.MjData(sim.model)
     flat, row = np.empty(mujoco.mj_stateSize(sim.model, SIGNATURE)), sim._live.arrays.floats[0]
     dof = int(row["dof"])
@@ -84,7 +90,12 @@ def rebound(folder, timestep):
     """
     (folder / "wall.yaml").write_text("static: true\ncollisions: [{type: box, size: [20, 40, 20]}]\n", encoding="utf-8")
     wall = {"name": "wall", "model": "./wall.yaml", "pose": [20.0, 0, 0, 0, 0, 0]}
-    world = water(objects=[wall], physics={"timestep": timestep, "gravity": 0.0}, sea={"model": "none"}, wind=None)
+    world = water(
+        objects=[wall],
+        physics={"profile": "vrx", "timestep": timestep, "gravity": 0.0},
+        sea={"model": "none"},
+        wind=None,
+    )
     (folder / "world.yaml").write_text(json.dumps(world), encoding="utf-8")
     compiled = vrx_mj.compile_world(folder / "world.yaml", fleet=boats((0.0, 0.0, 0.0)))
     sim = vrx_mj.Simulation(edited(compiled, void))

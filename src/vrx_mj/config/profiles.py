@@ -1,11 +1,11 @@
-"""The profiles of physics: VRX classic's and VRX 3's, and their defaults."""
+"""The profiles of physics: VRX classic's, VRX 3's and `marine`, and their defaults."""
 
 from collections.abc import Mapping
 from typing import Any, Literal
 
 from vrx_mj.constants import STANDARD_GRAVITY
 
-__all__ = ["CLASSIC", "MARINE", "NEWER", "Profile", "physics_of_profile", "world_of_profile"]
+__all__ = ["CLASSIC", "DEFAULT", "MARINE", "NEWER", "Profile", "physics_of_profile", "world_of_profile"]
 
 Profile = Literal["vrx", "vrx3", "marine"]
 """VRX classic (Gazebo 11, ROS 1), VRX 3 (gz-sim, ROS 2), the one of 2023, and water that streams."""
@@ -13,6 +13,8 @@ Profile = Literal["vrx", "vrx3", "marine"]
 CLASSIC: Profile = "vrx"
 NEWER: Profile = "vrx3"
 MARINE: Profile = "marine"
+DEFAULT: Profile = MARINE
+"""Of a world that names none."""
 
 PHYSICS: Mapping[str, Mapping[str, Any]] = {
     "vrx3": {"timestep": 0.004, "at_base_link": ("pinger",)},
@@ -25,7 +27,7 @@ SEA: Mapping[str, Mapping[str, Any]] = {"vrx3": {"scale": 1.1}}
 
 def physics_of_profile(data: object) -> object:
     """A world's `physics` with its profile's values where it gives none."""
-    return _on_top(PHYSICS, data.get("profile"), data) if isinstance(data, Mapping) else data
+    return _on_top(PHYSICS, data.get("profile", DEFAULT), data) if isinstance(data, Mapping) else data
 
 
 def world_of_profile(data: object) -> object:

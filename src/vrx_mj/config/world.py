@@ -26,7 +26,7 @@ from vrx_mj.config.docks import DockPlacement, Placed
 from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world, warn_of_losses
 from vrx_mj.config.loading import Loading, Source, check, path_of, read_source, validated
 from vrx_mj.config.objects import FieldConfig, Placement, repeated
-from vrx_mj.config.profiles import CLASSIC, MARINE, Profile, physics_of_profile, world_of_profile
+from vrx_mj.config.profiles import CLASSIC, DEFAULT, MARINE, Profile, physics_of_profile, world_of_profile
 from vrx_mj.config.robots import Arguments, load_robot
 from vrx_mj.config.scene import MarkersConfig, SceneConfig
 from vrx_mj.config.sea import SeaConfig
@@ -53,6 +53,8 @@ __all__ = [
     "warn_of_degrees",
 ]
 
+_NOTICED: list[str] = []
+"""The world that the notice of the default profile was of."""
 MARINE_ONLY = "needs `physics: {profile: marine}`"
 MAX_TURN = 1e6
 """Largest heading [degrees] that a file may give; a saved world holds no larger one."""
@@ -63,19 +65,19 @@ FULL_TURN = 2 * math.pi
 class PhysicsConfig(Config):
     """How time passes and what pulls down."""
 
-    profile: Profile = CLASSIC
+    profile: Profile = DEFAULT
     """Whose physics the world has: VRX classic's, VRX 3's, or `marine`, that of naval architects."""
     timestep: Annotated[float, Field(ge=SHORTEST_STEP, le=LONGEST_STEP)] = 0.01
     """Physics step [s]; 0.004 in profile vrx3."""
     gravity: NonNegative = GRAVITY
-    """Gravity of the world, downwards [m/s2]."""
+    """Gravity of the world, downwards [m/s2]; 9.80665 in profile marine."""
     quirks: tuple[Literal["wind_stale_link"], ...] = ()
     """Defects of VRX's worlds to keep. `wind_stale_link`: no wind on boats, for VRX's names a link that they lack."""
     at_base_link: tuple[Literal["gps", "imu", "pinger"], ...] = ("gps", "imu", "pinger")
     """Sensors that measure at the origin of `base_link` wherever they are mounted; all others do so at their own place.
 
-    The default is the profile's. `[pinger]`, that of vrx3, is what the plugins do in a VRX whose GPS and IMU links are
-    not merged into `base_link`, as those of the WAM-V's own macros."""
+    The default is the profile's: in marine none does. `[pinger]`, that of vrx3, is what the plugins do in a VRX whose
+    GPS and IMU links are not merged into `base_link`, as those of the WAM-V's own macros."""
 
     @model_validator(mode="before")
     @classmethod
@@ -208,6 +210,8 @@ class WorldConfig(FromFile):
             ]
         if self.current is not None and self.physics.profile != MARINE:
             found.append((("current",), f"a current {MARINE_ONLY}, got {self.physics.profile}"))
+        if self.physics.profile == MARINE and self.physics.gravity == 0.0:
+            found.append((("physics", "gravity"), f"{MARINE} needs gravity, which makes its waves, got 0"))
         if found:
             raise faults(*found)
         return self
@@ -226,9 +230,19 @@ def load_world(source: Source) -> WorldConfig:
     placed: list[Placed] = [*world.objects, *world.docks]
     things = [(thing.name, thing.pose[3:]) for thing in placed]
     warn_of_degrees(f"world {world.name}", [("spawn", world.spawn.pose[3:]), *things])
-    for text in _without_effect(world):
+    for text in (*_without_effect(world), *_of_default_profile(world)):
         warnings.warn(f"world {world.name}: {text}", VrxWarning, stacklevel=3)
     return world
+
+
+def _of_default_profile(world: WorldConfig) -> Iterator[str]:
+    """One notice in a process, of the first world that names no profile."""
+    if "profile" not in world.physics.model_fields_set and not _NOTICED:
+        _NOTICED.append(world.name)
+        yield (
+            f"it names no `physics: profile` and has {DEFAULT}, the default, which was {CLASSIC} in version 0.1; "
+            f"write `physics: {{profile: {CLASSIC}}}` for that"
+        )
 
 
 def _gazebo(source: str | Path) -> tuple[Section, str]:

@@ -6,6 +6,7 @@ import warnings
 
 import pytest
 
+from vrx_mj.config import world as world_module
 from vrx_mj.config.scene import SkyConfig
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import Georeference, SeaConfig, load_world
@@ -196,6 +197,35 @@ def test_every_shipped_world_loads_without_a_word(name):
         warnings.simplefilter("error")
         world = load_world(name)
     assert all(math.isfinite(value) for value in world.spawn.pose)
+
+
+@pytest.mark.parametrize("name", sorted(catalogue("worlds")))
+def test_every_shipped_world_names_its_profile(name):
+    physics = load_world(name).physics
+    assert "profile" in physics.model_fields_set
+    assert physics.profile == ("vrx3" if name.startswith(("vrx2023/", "base/")) else "vrx")
+
+
+def test_a_world_without_a_profile_gets_marine_and_a_process_one_notice(monkeypatch):
+    """Worlds that name one, and worlds of Gazebo, are none of those."""
+    monkeypatch.setattr(world_module, "_NOTICED", [])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        load_world({"name": "pool", "physics": {"profile": "vrx"}})
+        load_world("ocean")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        plain = load_world({"name": "bay", "physics": {"timestep": 0.005}})
+        load_world({"name": "lake"})
+    (notice,) = caught
+    assert str(notice.message) == (
+        "world bay: it names no `physics: profile` and has marine, the default, which was vrx in version 0.1; write "
+        "`physics: {profile: vrx}` for that"
+    )
+    assert notice.category is VrxWarning
+    assert (plain.physics.profile, plain.physics.gravity, plain.physics.at_base_link) == ("marine", 9.80665, ())
+    assert plain.physics == load_world({"physics": {"profile": "marine", "timestep": 0.005}}).physics
+    assert load_world({}).physics == load_world({"physics": {"profile": "marine"}}).physics
 
 
 def test_the_start_file_of_a_world_loads():

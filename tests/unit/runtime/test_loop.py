@@ -64,7 +64,7 @@ def test_added_mass_makes_the_boat_heavier_by_itself():
         for thruster in parameters["thrusters"]:
             thruster.update(mapping=0, max_forward=50.0)
 
-    world = {"physics": {"timestep": 0.01, "gravity": 0.0}, "sea": {"model": "none"}, "wind": None}
+    world = {"physics": {"profile": "vrx", "timestep": 0.01, "gravity": 0.0}, "sea": {"model": "none"}, "wind": None}
     fleet = {"boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0]}], "thrusters": "H", "sensors": "none"}
     sim = simulation(fleet, edit=in_a_void, **world)
     before = sim.data.qvel[:3].copy()
@@ -103,7 +103,7 @@ def test_added_mass_in_sway_is_felt_by_a_hull_that_surges_while_it_yaws():
         added_mass(0, 42, 0, 0, 0, 0)(parameters)
         void(parameters)
 
-    world = {"physics": {"timestep": 0.01, "gravity": 0.0}, "sea": {"model": "none"}, "wind": None}
+    world = {"physics": {"profile": "vrx", "timestep": 0.01, "gravity": 0.0}, "sea": {"model": "none"}, "wind": None}
     sim = simulation(boats((0.0, 0.0, 0.0)), edit=turning, **world)
     sim.set_boat("a", velocity=(2.0, 0.0, 0.0, 0.0, 0.0, 0.5))
     sim.advance(1)
@@ -147,7 +147,7 @@ def test_added_mass_of_a_boat_whose_inertia_is_diagonal(tmp_path):
     )
     with pytest.warns(vrx_mj.VrxWarning):
         world = vrx_mj.compile_world(
-            {"physics": {"gravity": 0.0}, "sea": {"model": "none"}}, fleet=tmp_path / "fleet.yaml"
+            {"physics": {"profile": "vrx", "gravity": 0.0}, "sea": {"model": "none"}}, fleet=tmp_path / "fleet.yaml"
         )
 
     def heavy_sideways(parameters):

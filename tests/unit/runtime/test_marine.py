@@ -100,9 +100,13 @@ def test_a_saved_world_has_its_current(tmp_path):
             {"physics": {"profile": "marine"}, "current": {"speed": -1}},
             "<world>: current.speed: must be at least 0, got -1",
         ),
+        (
+            {"physics": {"profile": "marine", "gravity": 0}},
+            "<world>: physics.gravity: marine needs gravity, which makes its waves, got 0",
+        ),
     ],
 )
 def test_what_cannot_be_a_current(world, message):
     with pytest.raises(ConfigError) as error:
-        compile_world({"name": "bay", **world})
+        compile_world({"name": "bay", "physics": {"profile": "vrx"}, **world})
     assert str(error.value) == message

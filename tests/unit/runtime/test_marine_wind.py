@@ -102,5 +102,5 @@ def test_the_gusts_of_a_spectrum_follow_from_speed_and_height():
 )
 def test_what_cannot_be_a_wind(world, message):
     with pytest.raises(ConfigError) as error:
-        compile_world({"name": "bay", **world})
+        compile_world({"name": "bay", "physics": {"profile": "vrx"}, **world})
     assert str(error.value) == f"<world>: {message}"

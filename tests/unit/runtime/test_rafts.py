@@ -19,7 +19,7 @@ RADIUS, LIFT, MASS, VOLUME = 0.72557, 0.35, 160.0, 4.0 / 3.0 * math.pi * 0.72557
 
 def raft(**keys):
     dock = {"name": "d", "dynamic": True, "pose": [30, 5, -0.15, 0.02, -0.03, 0.6], "layout": "X X\nXXX\n X", **keys}
-    world = {"physics": {"timestep": DT}, "sea": {"model": "none"}, "docks": [dock]}
+    world = {"physics": {"profile": "vrx", "timestep": DT}, "sea": {"model": "none"}, "docks": [dock]}
     sim = Simulation(compile_world(world, fleet=BOAT))
     rng = np.random.default_rng(5)
     blocks = sim._live.arrays.blocks

@@ -25,6 +25,7 @@ from vrx_mj.config.gazebo.sdf_boats import is_boat
 from vrx_mj.config.gazebo.surroundings import georeference, published_sea, scene, view, wave_field, wind
 from vrx_mj.config.gazebo.task_plugins import kind_of, marked, task_of, unread
 from vrx_mj.config.loading import read_source
+from vrx_mj.config.profiles import CLASSIC, NEWER
 from vrx_mj.config.search import WORLD_SUFFIXES, catalogue
 from vrx_mj.config.series.calls import BLOCK, SYMBOLS, At, Call, located, named_as, thing
 from vrx_mj.config.series.macros import MACROS, made
@@ -56,7 +57,7 @@ ONCE = {"scene", "gui", "spherical_coordinates", "gravity", "physics"}
 BALL = "blue_projectile"
 CLOSE = 2e-3
 """Difference of numbers [m, rad] up to which an object is that of the base."""
-NEWER = (1, 7)
+GZ_SIM = (1, 7)
 """Version of SDF from which a world is one of gz-sim."""
 INCLUDES = "include_all_xacros"
 """VRX's macro that includes the files of the others."""
@@ -387,8 +388,9 @@ class _Reader:
         """Add what needs the whole file: the base, the objects that it lacks, and the task."""
         base = self.base()
         extended = any(piece.part == "base" for piece in self.pieces)
-        if self.newer and not extended:
-            self.pieces.insert(0, Piece("physics", "vrx3", self.root.place, (), {"physics": {"profile": "vrx3"}}))
+        if not extended:
+            profile = NEWER if self.newer else CLASSIC
+            self.pieces.insert(0, Piece("physics", profile, self.root.place, (), {"physics": {"profile": profile}}))
         objects = [content for _, content in self.placed]
         for element, content in self.placed:
             if any(_same(content, one) for one in base):
@@ -456,7 +458,7 @@ def _is_newer(root: Element) -> bool:
     except ValueError:
         version = ()
     plugins = (one for one in root.walk() if one.tag == "plugin")
-    return version >= NEWER or any(one.attributes.get("name", "").startswith(("gz::", "vrx::")) for one in plugins)
+    return version >= GZ_SIM or any(one.attributes.get("name", "").startswith(("gz::", "vrx::")) for one in plugins)
 
 
 def _call(name: str, element: Element) -> Call:

@@ -21,9 +21,9 @@ SEAS: Mapping[str, Mapping[str, Any]] = {
 """Of 2.48 m in amplitude, on which the boats are lifted, and one whose waves are 100 m long, in which they are held."""
 BOATS = (("wamv", -0.151, 0.6), ("heron", 0.0, 2.0), ("barge_4m", 0.0, -0.4))
 """Robots, where they float [m], and their headings [rad]; the waves travel along 0."""
-SAMPLES, STEP = 50, 0.4
+SAMPLES, STEP = 40, 0.5
 """How often the forces are compared, and how far apart [s]."""
-DIVIDED = 2
+DIVIDED = 1
 """Times that each triangle of a mesh is divided in four."""
 
 
@@ -115,10 +115,10 @@ CASES = (
         name="wave-pressure",
         title="Pressure of waves on level boats",
         setup="Robots wamv, heron and barge_4m, level: lifted with the surface in a swell of 2.48 m and 20 s, held "
-        "in a JONSWAP sea of 1 m and 8 s with 60 components; the pressure on their meshes every 0.4 s for 20 s. The "
+        "in a JONSWAP sea of 1 m and 8 s with 60 components; the pressure on their meshes every 0.5 s for 20 s. The "
         "difference is the root of the mean square, over that of what varies.",
         source="The pressure of all waves at every point, integrated over the wet part of the mesh, each of whose "
-        "triangles is divided in 16 (NumPy); in the run the waves are added up at the nodes of a box.",
+        "triangles is divided in four (NumPy); in the run the waves are added up at the nodes of a box.",
         files=("physics/wave_box.py", "physics/panels.py", "physics/panel_mesh.py", "physics/kinematics.py"),
         run=wave_pressure,
     ),

@@ -109,7 +109,7 @@ PLUGINS = {
         "<spherical_coordinates><latitude_deg>44</latitude_deg><longitude_deg>9</longitude_deg></spherical_coordinates>",
         {"latitude": 44.0, "longitude": 9.0, "elevation": 0.0, "heading": 0.0},
     ),
-    "physics": ("<gravity>0 0 -1.6</gravity>", {"gravity": 1.6}),
+    "physics": ("<gravity>0 0 -1.6</gravity>", {"profile": "vrx", "gravity": 1.6}),
 }  # fmt: skip
 
 
