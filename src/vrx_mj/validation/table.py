@@ -7,6 +7,7 @@ from vrx_mj.validation.cases import (
     hulls,
     hydrostatics,
     otter,
+    propellers,
     resolution,
     runs,
     seas,
@@ -21,7 +22,7 @@ __all__ = ["CASES", "chosen"]
 
 CASES: tuple[Case, ...] = (
     *waves.CASES, *seas.CASES, *hydrostatics.CASES, *hulls.CASES, *resolution.CASES, *otter.CASES, *wamv.CASES,
-    *heron.CASES, *spheres.CASES, *drifting.CASES, *runs.CASES, *vrx.CASES,
+    *heron.CASES, *propellers.CASES, *spheres.CASES, *drifting.CASES, *runs.CASES, *vrx.CASES,
 )  # fmt: skip
 """All of them."""
 
