@@ -2,6 +2,7 @@
 
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.validation.cases import (
+    currents,
     drifting,
     heron,
     hulls,
@@ -22,7 +23,7 @@ __all__ = ["CASES", "chosen"]
 
 CASES: tuple[Case, ...] = (
     *waves.CASES, *seas.CASES, *hydrostatics.CASES, *hulls.CASES, *resolution.CASES, *otter.CASES, *wamv.CASES,
-    *heron.CASES, *propellers.CASES, *spheres.CASES, *drifting.CASES, *runs.CASES, *vrx.CASES,
+    *heron.CASES, *propellers.CASES, *spheres.CASES, *currents.CASES, *drifting.CASES, *runs.CASES, *vrx.CASES,
 )  # fmt: skip
 """All of them."""
 
