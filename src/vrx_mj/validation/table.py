@@ -16,6 +16,7 @@ from vrx_mj.validation.cases import (
     vrx,
     wamv,
     waves,
+    winds,
 )
 from vrx_mj.validation.rows import Case
 
@@ -23,7 +24,8 @@ __all__ = ["CASES", "chosen"]
 
 CASES: tuple[Case, ...] = (
     *waves.CASES, *seas.CASES, *hydrostatics.CASES, *hulls.CASES, *resolution.CASES, *otter.CASES, *wamv.CASES,
-    *heron.CASES, *propellers.CASES, *spheres.CASES, *currents.CASES, *drifting.CASES, *runs.CASES, *vrx.CASES,
+    *heron.CASES, *propellers.CASES, *spheres.CASES, *currents.CASES, *winds.CASES,
+    *drifting.CASES, *runs.CASES, *vrx.CASES,
 )  # fmt: skip
 """All of them."""
 
