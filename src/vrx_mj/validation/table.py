@@ -7,6 +7,7 @@ from vrx_mj.validation.cases import (
     heron,
     hulls,
     hydrostatics,
+    moorings,
     otter,
     propellers,
     resolution,
@@ -25,7 +26,7 @@ __all__ = ["CASES", "chosen"]
 CASES: tuple[Case, ...] = (
     *waves.CASES, *seas.CASES, *hydrostatics.CASES, *hulls.CASES, *resolution.CASES, *otter.CASES, *wamv.CASES,
     *heron.CASES, *propellers.CASES, *spheres.CASES, *currents.CASES, *winds.CASES,
-    *drifting.CASES, *runs.CASES, *vrx.CASES,
+    *moorings.CASES, *drifting.CASES, *runs.CASES, *vrx.CASES,
 )  # fmt: skip
 """All of them."""
 
