@@ -112,6 +112,7 @@ def test_multipoles_have_hulmes_digits():
 OUTSIDE = {
     "swell-adrift": ["drift over 20 periods, heron, bow into it"],
     "sphere-decay": ["first trough, height", "second trough, height"],
+    "vrx-runs": ["turn_added_mass: greatest difference of roll"],
 }
 """Rows that are known to be outside, by their case: docs/validation.md says by how much, and why."""
 
