@@ -3,6 +3,7 @@
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.validation.cases import (
     currents,
+    diffraction,
     drifting,
     heron,
     hulls,
@@ -25,7 +26,7 @@ __all__ = ["CASES", "chosen"]
 
 CASES: tuple[Case, ...] = (
     *waves.CASES, *seas.CASES, *hydrostatics.CASES, *hulls.CASES, *resolution.CASES, *otter.CASES, *wamv.CASES,
-    *heron.CASES, *propellers.CASES, *spheres.CASES, *currents.CASES, *winds.CASES,
+    *heron.CASES, *propellers.CASES, *spheres.CASES, *diffraction.CASES, *currents.CASES, *winds.CASES,
     *moorings.CASES, *drifting.CASES, *runs.CASES, *vrx.CASES,
 )  # fmt: skip
 """All of them."""
