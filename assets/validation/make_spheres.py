@@ -16,9 +16,12 @@ from vrx_mj.adapters.hydro import hydro_of_hull
 
 FOLDER = Path(__file__).parents[1]
 SPHERES = {
-    "robots/sphere": {"radius": 5.0, "center": -2.0, "density": 1000.0, "gravity": 9.81},
-    "validation/worlds/kramer_sphere": {"radius": 0.15, "center": -0.0348, "density": 998.2, "gravity": 9.82},
-}
+    "robots/sphere": {"radius": 5.0, "center": -2.0, "density": 1000.0, "gravity": 9.81, "highest": 3.58583408},
+    "validation/worlds/kramer_sphere": {
+        "radius": 0.15, "center": -0.0348, "density": 998.2, "gravity": 9.82, "highest": 20.7133719
+    },
+}  # fmt: skip
+"""Sizes [m], water, and the highest frequency [rad/s], whose waves are as long as five edges of 400 panels."""
 
 
 def sphere(radius: float, subdivisions: int) -> trimesh.Trimesh:
@@ -45,6 +48,7 @@ def main() -> None:
             density=own["density"],
             gravity=own["gravity"],
             frequencies=36,
+            highest=own["highest"],
             angles=12,
         )
         (FOLDER / name / "hydro.json").write_text(json.dumps(table, indent=None) + "\n", encoding="utf-8")

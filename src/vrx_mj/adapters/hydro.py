@@ -9,11 +9,13 @@ import numpy as np
 from vrx_mj.adapters.pole_fit import Memory, fitted_memory
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.hydro import FORMAT
-from vrx_mj.errors import VrxError
+from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.packages import importing
 
-__all__ = ["PANELS", "hydro_of_hull", "panelled"]
+__all__ = ["FREQUENCIES", "PANELS", "hydro_of_hull", "panelled"]
 
+FREQUENCIES = 10, 500
+"""Fewest frequencies, which the ten poles of a memory need, and most."""
 PANELS = 400
 """Panels into which the wet hull is cut at least."""
 MOST_PANELS = 3000
@@ -21,7 +23,7 @@ MOST_PANELS = 3000
 ANGLES = 36
 """Directions of waves, over the circle."""
 SHORTEST = 5.0
-"""Shortest wave, in edges of panels."""
+"""Shortest wave, in mean edges of wet panels."""
 MOTIONS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
 WET = 1e-9
 
@@ -48,15 +50,19 @@ def hydro_of_hull(
         density: of the water [kg/m3].
         gravity: [m/s2]
         frequencies: number of frequencies, evenly spread.
-        highest: of them [rad/s]; None: that of a wave of five panels' edges.
+        highest: of them [rad/s]; None: that of a wave of five mean edges of the wet panels.
         panels: into which the wet hull is cut at least.
         angles: directions of waves, even over the circle.
         progress: called with the number of frequencies that are done, and of all.
 
     Raises:
+        CommandError: there are fewer frequencies than a memory can be fitted to, or too many.
         VrxError: no part of the hull is wet, its mesh is too fine, or its radiation is not that of a hull.
         ModuleNotFoundError: Capytaine is not installed.
     """
+    fewest, most = FREQUENCIES
+    if not fewest <= frequencies <= most:
+        raise CommandError(f"invalid frequencies {frequencies}: {fewest} to {most} are needed")
     with importing("the radiation of a hull", "capytaine", "hydro"):
         import capytaine
 
@@ -120,7 +126,7 @@ def _rounded(values: object) -> Any:
 
 
 def panelled(corners: FloatArray, panels: int) -> tuple[FloatArray, IntArray, float]:
-    """Vertices (n, 3), triangles (m, 3) and their mean edge [m] of a hull whose wet part has at least so many panels.
+    """Vertices (n, 3), triangles (m, 3) of a hull whose wet part has at least so many, and that part's mean edge [m].
 
     Raises:
         VrxError: no part of it is under the water, which is at z = 0.
@@ -131,9 +137,12 @@ def panelled(corners: FloatArray, panels: int) -> tuple[FloatArray, IntArray, fl
     if not len(wet):
         raise VrxError("no part of the hull is under water; check --mass, and the mesh's unit (m)")
     area = float(np.linalg.norm(np.cross(wet[:, 1] - wet[:, 0], wet[:, 2] - wet[:, 0]), axis=1).sum()) / 2.0
-    edge = math.sqrt(4.0 / math.sqrt(3.0) * area / panels)
+    longest = math.sqrt(4.0 / math.sqrt(3.0) * area / panels)
     points, index = np.unique(np.round(corners.reshape(-1, 3), 9), axis=0, return_inverse=True)
-    vertices, faces = trimesh.remesh.subdivide_to_size(points, index.reshape(-1, 3), edge, max_iter=20)
+    vertices, faces = trimesh.remesh.subdivide_to_size(points, index.reshape(-1, 3), longest, max_iter=20)
+    found = np.asarray(vertices, np.float64)[faces]
+    wet = found[found[:, :, 2].min(axis=1) < -WET]
+    edge = float(np.linalg.norm(wet - np.roll(wet, 1, axis=1), axis=2).mean())
     return np.asarray(vertices, np.float64), np.asarray(faces, np.int64), edge
 
 

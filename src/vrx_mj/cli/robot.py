@@ -204,6 +204,7 @@ def hydro(
 
     Example: vrx-mj robot hydro hull.stl --mass 180 --center 0,0,0.15
     """
+    from vrx_mj.adapters.hydro import FREQUENCIES
     from vrx_mj.config.solids import solid_of_mesh
     from vrx_mj.config.urdf.meshes import read_mesh
     from vrx_mj.mjcf.hull_sheet import hull_sheet
@@ -211,7 +212,7 @@ def hydro(
     for name, value in (("mass", mass), ("density", density), ("scale", scale)):
         if not 0.0 < value < LARGEST:
             raise CommandError(f"invalid --{name} {value:g}: a number above 0 is needed")
-    for name, count, (least, most) in (("frequencies", frequencies, (10, 500)), ("panels", panels, (50, 2000))):
+    for name, count, (least, most) in (("frequencies", frequencies, FREQUENCIES), ("panels", panels, (50, 2000))):
         if not least <= count <= most:
             raise CommandError(f"invalid --{name} {count}: {least} to {most} are needed")
     data = read_mesh(mesh, (scale, scale, scale))

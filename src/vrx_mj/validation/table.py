@@ -2,12 +2,16 @@
 
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.validation.cases import (
+    currents,
+    diffraction,
     drifting,
     heron,
     hulls,
     hydrostatics,
+    moorings,
     otter,
     pressures,
+    propellers,
     resolution,
     runs,
     seas,
@@ -15,6 +19,7 @@ from vrx_mj.validation.cases import (
     vrx,
     wamv,
     waves,
+    winds,
 )
 from vrx_mj.validation.rows import Case
 
@@ -22,7 +27,8 @@ __all__ = ["CASES", "chosen"]
 
 CASES: tuple[Case, ...] = (
     *waves.CASES, *seas.CASES, *hydrostatics.CASES, *hulls.CASES, *pressures.CASES, *resolution.CASES,
-    *otter.CASES, *wamv.CASES, *heron.CASES, *spheres.CASES, *drifting.CASES, *runs.CASES, *vrx.CASES,
+    *otter.CASES, *wamv.CASES, *heron.CASES, *propellers.CASES, *spheres.CASES, *diffraction.CASES, *currents.CASES,
+    *winds.CASES, *moorings.CASES, *drifting.CASES, *runs.CASES, *vrx.CASES,
 )  # fmt: skip
 """All of them."""
 

@@ -8,9 +8,9 @@ import pytest
 import trimesh
 
 from needs import CAPYTAINE, needs
-from vrx_mj.adapters.hydro import hydro_of_hull, panelled
+from vrx_mj.adapters.hydro import FREQUENCIES, hydro_of_hull, panelled
 from vrx_mj.config.hydro import read_hydro
-from vrx_mj.errors import VrxError
+from vrx_mj.errors import CommandError, VrxError
 
 BALL = trimesh.creation.icosphere(subdivisions=2, radius=1.0)
 SPHERE = np.array(BALL.triangles) * (4.0 / 3.0 * math.pi / BALL.volume) ** (1.0 / 3.0)
@@ -25,6 +25,36 @@ def test_a_coarse_hull_is_cut_into_panels():
     assert wet.sum() >= 300
     assert area.sum() == pytest.approx(28.0)
     assert math.sqrt(area.max() * 4.0 / math.sqrt(3.0)) < 2.0 * edge
+
+
+@pytest.mark.parametrize("subdivisions", [2, 3, 4])
+def test_the_edge_is_that_of_the_mesh_that_is_made(subdivisions):
+    """A fine mesh is not cut: its mean edge halves with each subdivision, whatever number of panels is asked for."""
+    ball = trimesh.creation.icosphere(subdivisions=subdivisions)
+    vertices, faces, edge = panelled(np.array(ball.triangles), 50)
+    assert len(faces) == len(ball.faces)
+    assert edge == pytest.approx(ball.edges_unique_length.mean(), rel=0.02)  # the lower half's
+    assert len(vertices) == len(ball.vertices)
+
+
+@pytest.mark.parametrize("frequencies", [0, 3, 9, 501])
+def test_a_memory_needs_enough_frequencies(frequencies):
+    with pytest.raises(CommandError) as error:
+        hydro_of_hull(SPHERE, 0.0, (0, 0, 0), density=1000.0, gravity=9.81, frequencies=frequencies)
+    assert str(error.value) == f"invalid frequencies {frequencies}: 10 to 500 are needed"
+
+
+@needs(CAPYTAINE)
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_the_fewest_frequencies_are_enough():
+    found = hydro_of_hull(
+        SPHERE, 0.0, (0, 0, 0), density=1000.0, gravity=9.81, frequencies=FREQUENCIES[0], panels=100, angles=2
+    )
+    assert found["fit_error"] < 0.05
+    k = found["frequencies"][-1] ** 2 / 9.81
+    wet = panelled(SPHERE, 100)[2]
+    assert 2.0 * math.pi / k == pytest.approx(5.0 * wet)
 
 
 def test_a_hull_in_the_air_has_no_panels():

@@ -4,6 +4,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -28,6 +29,43 @@ def test_a_divided_barge_is_closed_and_the_same(size):
     assert FEWEST <= len(triangles) <= 5 * FEWEST  # 224 to 832 of 4000 that were drawn
     lengths = np.linalg.norm(points[triangles] - points[np.roll(triangles, 1, axis=1)], axis=2)
     assert lengths.max() <= 0.35 * max(size)
+
+
+def rows(corners):
+    """Triangles in an order of their own."""
+    return sorted(sorted(triangle) for triangle in np.round(corners, 6).tolist())
+
+
+@pytest.mark.parametrize("place", [(0.0, 0.0, 0.0), (0.3, -1.7, 0.4)])
+def test_triangles_of_a_box_are_mirrored_to_both_sides_and_ahead(place):
+    vertices, faces = barge(4.0, 2.0, 1.0)
+    points, triangles = panels_of(vertices[faces] + place)
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    corners = points[triangles] - middle
+    for axis in (0, 1):
+        mirrored = corners.copy()
+        mirrored[:, :, axis] *= -1.0
+        assert rows(mirrored) == rows(corners)
+
+
+def test_of_a_box_with_a_bow_only_the_sides_are_mirrored():
+    outline = np.array([(-2.0, -1.0), (1.0, -1.0), (2.5, 0.0), (1.0, 1.0), (-2.0, 1.0)])
+    hull = trimesh.convex.convex_hull(np.array([(x, y, z) for x, y in outline for z in (-0.5, 0.5)]))
+    points, triangles = panels_of(np.array(hull.triangles))
+    corners = points[triangles]
+    assert rows(corners * (1.0, -1.0, 1.0)) == rows(corners)
+    assert displaced(corners, 100.0).volume == pytest.approx(7.5)
+    counts = edges(triangles)
+    assert set(counts.values()) == {1}
+    assert all((b, a) in counts for a, b in counts)
+
+
+def test_a_hull_with_two_sides_is_divided_as_it_is():
+    vertices, faces = barge(4.0, 2.0, 1.0)
+    vertices = vertices + 0.2 * vertices[:, ::-1] * (vertices > 0.0)
+    points, triangles = panels_of(vertices[faces])
+    assert displaced(points[triangles], 100.0).volume == pytest.approx(displaced(vertices[faces], 100.0).volume)
+    assert rows(points[triangles] * (1.0, -1.0, 1.0)) != rows(points[triangles])
 
 
 def test_a_mesh_that_is_fine_enough_stays():

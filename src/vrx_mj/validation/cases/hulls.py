@@ -158,7 +158,8 @@ def step_halved() -> Findings:
 def impact() -> Findings:
     """A blow against a quay: the impulse with the mass of the water that goes along."""
     quay = {"name": "quay", "pose": [4, 0, 0, 0, 0, 0], "layout": "XXX\nXXX\nXXX\n"}
-    rows, series = [], []
+    rows: list[Row] = []
+    series: list[Series] = []
     for speed in (0.2, 0.5):
         sim = packaged_simulation("barge", docks=[quay])
         (boat,) = sim.boats
@@ -173,9 +174,11 @@ def impact() -> Findings:
         rows.append(near(f"impulse at {speed:g} m/s, e {back / speed:.3f}", "N s", reference, impulse, relative=0.02))
         (first, *_) = np.flatnonzero(forces)
         seen = slice(max(int(first) - 10, 0), int(first) + 60)
-        times = sim.timestep * np.arange(len(forces))[seen]
-        series.append(Series(f"{speed:g} m/s", times - times[0], np.array(forces)[seen] / 1000.0))
-    return Findings(tuple(rows), (Chart("Force of the quay", "time [s]", "force [kN]", tuple(series)),))
+        times = np.array(sim.timestep * np.arange(seen.stop - seen.start), np.float64)
+        momentum = [0.0, sim.timestep * (seen.stop - seen.start)], [reference] * 2
+        series.append(Series("" if series else "change of momentum", *momentum, reference=True))
+        series.append(Series(f"{speed:g} m/s", times, np.array(sim.timestep * np.cumsum(forces)[seen], np.float64)))
+    return Findings(tuple(rows), (Chart("Impulse of the quay so far", "time [s]", "impulse [N s]", tuple(series)),))
 
 
 def float_contact() -> Findings:

@@ -55,7 +55,10 @@ def mirrored() -> Findings:
         "Tracks, rudder 0.3 rad",
         "x [m]",
         "y [m]",
-        (Series("to port", port[:, 0], port[:, 1]), Series("to starboard", starboard[:, 0], starboard[:, 1])),
+        (
+            Series("to port", port[:, 0], port[:, 1], reference=True),
+            Series("to starboard, mirrored", starboard[:, 0], -starboard[:, 1]),
+        ),
         equal=True,
     )
     rows = (
@@ -145,20 +148,17 @@ ROUGH: tuple[tuple[str, Callable[[], Simulation]], ...] = (
 def finite() -> Findings:
     """Rough treatment: every state stays finite."""
     rows: list[Row] = []
-    heights = []
     for name, made in ROUGH:
-        sim, track, bad = made(), [], 0
+        sim, bad = made(), 0
         commands = {boat: {name: 1.0 for name in sim.command_names(boat) if name in POWER} for boat in sim.boats}
         try:
             for _ in range(200):
                 sim.step(commands, duration=0.1)
-                track.append(float(sim.observe()[sim.boats[0]].position[2]))
                 bad += not bool(np.isfinite(sim.data.qpos).all() and np.isfinite(sim.data.qvel).all())
         except DivergedError:
             bad += 1
         rows.append(equal(f"samples of {name} that are not finite", "", 0, bad))
-        heights.append(Series(name, [0.1 * (i + 1) for i in range(len(track))], track))
-    return Findings(tuple(rows), (Chart("Height of the boat", "time [s]", "height [m]", tuple(heights[:3])),))
+    return Findings(tuple(rows))
 
 
 CASES = (

@@ -1,5 +1,7 @@
 """Profile `vrx` against VRX's own code: heights of its seas, and runs of its boat."""
 
+import math
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -11,15 +13,23 @@ from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.reference import rows, source
 from vrx_mj.validation.rows import Case, Findings, Row, at_most
+from vrx_mj.validation.setups import packaged_simulation
 
 __all__ = ["CASES"]
 
+Pilot = Callable[[Simulation, float], None]
+"""Sails a run on for a time [s]."""
 TABLES = "oracle"
 """Folder of the tables that VRX's code has made; its README says how."""
 RUNS = (
     "straight_100", "turn_L100_R50", "reverse_100", "decay_heave_p30", "decay_roll_p15", "decay_pitch_p8",
-    "drift_wind6_beam", "head_seas_W01", "head_seas_W02", "head_seas_W02_thrust70", "waves_wind_thrust",
+    "drift_wind6_beam", "head_seas_W01", "head_seas_W02", "head_seas_W02_thrust70", "waves_wind_thrust", "zigzag_20",
+    "turn_added_mass", "decay_roll_added_mass",
 )  # fmt: skip
+ROBOTS = {"wamv": "wamv", "wamv_am1": "wamv_added_mass/robot.yaml"}
+"""Robots by the set of coefficients that a run has."""
+STRAIGHT, TURNED = 20.0, math.radians(20.0)
+"""Time before the first turn of the zig-zag [s], and the yaw at which it turns to the other side [rad]."""
 COLUMNS = (
     ("x_m", "dx_m", "x", "m"), ("y_m", "dy_m", "y", "m"), ("z_m", "dz_m", "z", "m"),
     ("roll_rad", "droll_rad", "roll", "rad"), ("pitch_rad", "dpitch_rad", "pitch", "rad"),
@@ -73,22 +83,50 @@ def _simulation(case: dict[str, str]) -> Simulation:
         "objects": [{"model": "wamv", "coefficients": [0.5, 0.5, 0.33]}],
     }
     pose = [float(case[key]) for key in ("x0", "y0", "z0", "roll0", "pitch0", "yaw0")]
-    spawn = {"pose": pose, "thrusters": "H", "sensors": "none"}
-    physics = {"profile": "vrx", "timestep": 0.01}
-    return Simulation(compile_world({"physics": physics, "sea": _sea(case["wave_set"]), "wind": wind, "spawn": spawn}))
+    spawn = {"robot": ROBOTS[case["dyn_set"]], "pose": pose, "thrusters": "H", "sensors": "none"}
+    return packaged_simulation("vrx_run", sea=_sea(case["wave_set"]), wind=wind, spawn=spawn)
+
+
+def _steady(case: dict[str, str]) -> Pilot:
+    """Commands that stay the same, as `t>=0:L=1 R=0.5` of the table."""
+    sides = dict(part.split("=") for part in case["commands"].partition(":")[2].split())
+    commands = {"wamv": {"left": float(sides["L"]), "right": float(sides["R"])}}
+
+    def sail(sim: Simulation, duration: float) -> None:
+        sim.step(commands, duration=duration)
+
+    return sail
+
+
+def _zigzag() -> Pilot:
+    """80 % for 20 s, then to starboard until the yaw passes -20 degrees, to port until +20 degrees, and so on."""
+    turns = {0: (0.8, 0.8), -1: (1.0, 0.4), 1: (0.4, 1.0)}
+    side = 0
+
+    def sail(sim: Simulation, duration: float) -> None:
+        nonlocal side
+        for _ in range(sim.steps_in(duration)):
+            if side == 0 and sim.time + sim.timestep > STRAIGHT - 1e-9:
+                side = -1
+            elif side * sim.observe()["wamv"].heading >= TURNED:
+                side = -side
+            left, right = turns[side]
+            sim.step({"wamv": {"left": left, "right": right}}, duration=sim.timestep)
+
+    return sail
 
 
 def _run(case: dict[str, str]) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Times (n,), VRX's poses and ours (n, 6) of a case."""
-    golden = rows(f"{TABLES}/trajectories/{case['case']}")
+    file = f"{TABLES}/trajectories/{case['case']}"
+    golden = rows(f"{file}__implicit" if case["dyn_set"] == "wamv_am1" else file)
     theirs = np.array([[float(row[column]) for column, *_ in COLUMNS] for row in golden])
     times = np.array([float(row["t_s"]) for row in golden])
-    sides = dict(part.split("=") for part in case["commands"].partition(":")[2].split())
-    commands = {"wamv": {"left": float(sides["L"]), "right": float(sides["R"])}}
+    sail = _zigzag() if case["case"].startswith("zigzag") else _steady(case)
     sim, ours = _simulation(case), []
     for time in times.tolist():
         if time > sim.time:
-            sim.step(commands, duration=time - sim.time)
+            sail(sim, time - sim.time)
         seen = sim.observe()["wamv"]
         ours.append([*map(float, seen.position), seen.roll, seen.pitch, seen.heading])
     found = np.array(ours)
@@ -115,6 +153,14 @@ def _charts(name: str, times: FloatArray, theirs: FloatArray, ours: FloatArray) 
     if name == "turn_L100_R50":
         series = Series("VRX", theirs[:, 0], theirs[:, 1], reference=True), Series("ours", ours[:, 0], ours[:, 1])
         return [Chart("A turn with 100 and 50 % of power", "x [m]", "y [m]", series, equal=True)]
+    if name == "zigzag_20":
+        yaw = np.degrees(np.array([theirs[:, 5], ours[:, 5]]))
+        series = Series("VRX", times, yaw[0], reference=True), Series("ours", times, yaw[1])
+        return [Chart("Yaw in a zig-zag of 20 degrees", "time [s]", "yaw [degrees]", series)]
+    if name == "decay_roll_added_mass":
+        roll = np.degrees(np.array([theirs[:, 3], ours[:, 3]]))
+        series = Series("VRX", times, roll[0], reference=True), Series("ours", times, roll[1])
+        return [Chart("Roll let go at 15 degrees, with added mass", "time [s]", "roll [degrees]", series)]
     if name == "head_seas_W02":
         series = Series("VRX", times, theirs[:, 2], reference=True), Series("ours", times, ours[:, 2])
         return [Chart("Height of the boat in head seas", "time [s]", "height [m]", series)]
@@ -154,10 +200,12 @@ CASES = (
     Case(
         name="vrx-runs",
         title="Profile vrx: runs of VRX's boat",
-        setup="A WAM-V in a world of profile vrx with a step of 10 ms: ahead, astern, in a turn, free decays, in "
-        "wind and in waves, 60 to 120 s.",
-        source=f"{SOURCE} It was integrated with Gazebo's scheme at 1 ms. The band is three times the difference "
-        "that its own results show between steps of 1 and 10 ms.",
+        setup="assets/validation/worlds/vrx_run.yaml: a WAM-V in a world of profile vrx with a step of 10 ms, ahead, "
+        "astern, in a turn, a zig-zag, free decays, in wind and in waves, 30 to 120 s; a turn and a decay of one with "
+        "added mass in all motions.",
+        source=f"{SOURCE} It was integrated with Gazebo's scheme at 1 ms; with added mass, that in the mass matrix, by "
+        "Runge and Kutta's. The band is three times the difference that its own results show between steps of 1 and 10 "
+        "ms; of decay_roll_added_mass that is more than the motion itself.",
         files=("physics/hydrostatics.py", "physics/drag.py", "physics/thrust.py", "physics/wind.py", "runtime/loop.py"),
         run=runs,
     ),

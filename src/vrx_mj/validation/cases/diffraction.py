@@ -1,0 +1,113 @@
+"""Forces of waves that a fixed hull scatters, in any heading."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.draw.chart import Chart, Series
+from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.validation.reference import rows as table_rows
+from vrx_mj.validation.reference import source
+from vrx_mj.validation.rows import Case, Findings, Row, at_most, near
+from vrx_mj.validation.setups import packaged_simulation
+
+__all__ = ["CASES"]
+
+Amplitudes = npt.NDArray[np.complex128]
+PERIOD, AMPLITUDE, SAMPLES = 3.0, 0.01, 60
+PLACE = 1.7, -0.9
+"""Of the hull's origin [m]."""
+CENTER = -0.1
+"""Of its centre of mass, ahead of that [m]."""
+MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+KINDS = ("diffraction", "froude_krylov")
+PHASE = np.exp(2j * math.pi * np.arange(SAMPLES) / SAMPLES)
+
+
+def _reference() -> dict[tuple[float, float], Amplitudes]:
+    """Complex amplitudes (kinds, motions) by heading and by where the wave goes [degrees]."""
+    found: dict[tuple[float, float], Amplitudes] = {}
+    for row in table_rows("diffraction"):
+        course = float(row["heading"]), float(row["toward"])
+        forces = found.setdefault(course, np.zeros((len(KINDS), len(MOTIONS)), np.complex128))
+        value = complex(float(row["real"]), float(row["imaginary"]))
+        forces[KINDS.index(row["kind"]), MOTIONS.index(row["motion"])] = value
+    return found
+
+
+def _forces(heading: float, toward: float) -> FloatArray:
+    """Forces (samples, kinds, motions) over a period on the hull, held, and as a third kind the wave's height."""
+    along = [math.cos(math.radians(toward)), math.sin(math.radians(toward))]
+    sea = {"model": "regular", "height": 2.0 * AMPLITUDE, "period": PERIOD, "direction": along, "density": 1025.0}
+    sim, turn = packaged_simulation("bowed_box", sea=sea), math.radians(heading)
+    (boat,) = sim.boats
+    pose = [*PLACE, 0.0, 0.0, 0.0, turn]
+    found = np.zeros((SAMPLES, 3, len(MOTIONS)))
+    for sample in range(SAMPLES):
+        sim.set_boat(boat, pose=pose, velocity=[0.0] * 6)
+        forces = sim.forces(boat)
+        found[sample, :2] = forces["diffraction"], forces["hydrostatics"]
+        found[sample, 2] = _crest(sim, turn)
+        sim.step(duration=PERIOD / SAMPLES)
+    return found
+
+
+def _crest(sim: Simulation, turn: float) -> float:
+    """Height of the wave at the centre of mass, at the end of the step [m]."""
+    x, y = PLACE[0] + CENTER * math.cos(turn), PLACE[1] + CENTER * math.sin(turn)
+    return float(sim.sea.height(x, y, sim.time + sim.timestep))
+
+
+def headings() -> Findings:
+    """Forces in five headings."""
+    rows: list[Row] = []
+    charts = []
+    for (heading, toward), theirs in _reference().items():
+        samples = _forces(heading, toward)
+        swings = np.tensordot(PHASE, samples, 1)  # of e^(-i omega t)
+        ours = swings[:2] / swings[2, 0]
+        course = f"heading {heading:g}, wave toward {toward:g} degrees"
+        size = np.repeat([np.linalg.norm(theirs[0, :3]), np.linalg.norm(theirs[0, 3:])], 3)
+        rows += [
+            near(f"{motion}, {course}", "N/m" if i < 3 else "N m/m", abs(theirs[0, i]), abs(ours[0, i]), relative=0.02)
+            for i, motion in enumerate(MOTIONS)
+            if abs(theirs[0, i]) > 0.1 * size[i]
+        ]  # fmt: skip
+        for kind, label in enumerate(("diffraction", "Froude-Krylov")):
+            for half, name in ((slice(0, 3), "force"), (slice(3, 6), "moment")):
+                apart = np.linalg.norm(ours[kind, half] - theirs[kind, half]) / np.linalg.norm(theirs[kind, half])
+                quantity = f"{label}, difference of the {name} over its size, with phase, {course}"
+                rows.append(at_most(quantity, "", 0.02, float(apart)))
+        if heading == 60.0:
+            charts.append(_chart(samples, theirs[0], course))
+    return Findings(tuple(rows), tuple(charts))
+
+
+def _chart(samples: FloatArray, theirs: Amplitudes, course: str) -> Chart:
+    """Diffraction over a period, from the passage of a crest on."""
+    first = int(samples[:, 2, 0].argmax())
+    times = np.array(PERIOD / SAMPLES * np.arange(SAMPLES), np.float64)
+    turn = np.exp(-2j * math.pi / PERIOD * times)
+    series: list[Series] = []
+    for i in range(3):
+        closed = np.array(AMPLITUDE * (theirs[i] * turn).real, np.float64)
+        series.append(Series("" if series else "Capytaine", times, closed, reference=True))
+        series.append(Series(MOTIONS[i], times, np.roll(samples[:, 0, i], -first)))
+    return Chart(f"Diffraction of a wave of 1 cm, {course}", "time [s]", "force [N]", tuple(series))
+
+
+CASES = (
+    Case(
+        name="diffraction-headings",
+        title="Waves that a fixed hull scatters",
+        setup="assets/validation/worlds/bowed_box.yaml: a box with a bow, 4.5 m long, with its file of 36 directions "
+        "and 12 frequencies, in a regular wave of 3 s and 1 cm; the hull is put back before each of 60 samples over a "
+        "period. First harmonics per metre of wave, in world axes about the centre of mass: amplitudes of what is "
+        "above a tenth of the whole force or moment, and the difference of all three with their phases.",
+        source=source("diffraction"),
+        files=("physics/radiation.py", "physics/vessel.py", "physics/panels.py", "adapters/hydro.py"),
+        run=headings,
+    ),
+)

@@ -1,0 +1,166 @@
+"""A measured propeller: its lag, what speed and air take off its thrust, and the energy that it draws."""
+
+import math
+from typing import Any
+
+import numpy as np
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+from vrx_mj.draw.chart import Chart, Series
+from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.validation.rows import Case, Findings, Row, near
+from vrx_mj.validation.setups import packaged_simulation
+
+__all__ = ["CASES"]
+
+TANK = "propeller_tank"
+FULL, DIAMETER, VANISHING, LAG, POWER = 80.0, 0.2, 4.0, 0.5, 900.0
+"""Thrust of full command [N], diameter [m], speed without thrust [m/s], time constant [s] and power [W]."""
+DRAG = 12.0, 18.0
+"""Linear and quadratic drag ahead of the boat [N s/m, N s2/m2]."""
+DEPTH = 0.3
+"""Of the propeller under the boat's origin [m]."""
+COMMANDS = {1.0: 80.0, 0.5: 20.0}
+"""Thrust at rest by command [N]: numbers of the boat's file."""
+RATE = 25.0
+"""Rate of the shaft at full thrust [1/s]; the thrust does not depend on which it is."""
+DENSITY = 1025.0
+
+
+def _held(sim: Simulation, command: float, *, height: float = 0.0, speed: float = 0.0) -> float:
+    """Thrust [N] after one step of a boat that is put at a height [m] with a speed ahead [m/s]."""
+    (boat,) = sim.boats
+    sim.set_boat(boat, pose=(0.0, 0.0, height, 0.0, 0.0, 0.0), velocity=(speed, 0.0, 0.0, 0.0, 0.0, 0.0))
+    sim.step({boat: {"propeller": command}}, duration=sim.timestep)
+    return sim.thrust(boat)["propeller"]
+
+
+def _settled(command: float, **keys: Any) -> Simulation:
+    """A run whose propeller has got to the thrust of a command: within 2e-6."""
+    sim = packaged_simulation(TANK, **keys)
+    for _ in range(26):
+        sim.step({sim.boats[0]: {"propeller": command}}, duration=0.5 * LAG)
+    return sim
+
+
+def lag() -> Findings:
+    """Thrust and energy after a step of the command."""
+    sim, until = packaged_simulation(TANK), 4.0 * LAG
+    (boat,) = sim.boats
+    times, thrusts = [], []
+    for _ in range(round(until / sim.timestep)):
+        thrusts.append(_held(sim, 1.0))
+        times.append(sim.time)
+    rows = [
+        near(f"thrust after {share:g} time constants", "N", FULL * -math.expm1(-share),
+             thrusts[round(share * LAG / sim.timestep) - 1], relative=1e-3)
+        for share in (0.5, 1.0, 2.0, 4.0)
+    ]  # fmt: skip
+    energy = POWER * quad(lambda t: (-math.expm1(-t / LAG)) ** 1.5, 0.0, until)[0]
+    rows.append(near("energy after 4 time constants", "J", energy, sim.energy(boat), relative=5e-3))
+    closed = [-FULL * math.expm1(-time / LAG) for time in times]
+    lines = Series("closed form", times, closed, reference=True), Series("ours", times, thrusts)
+    return Findings(tuple(rows), (Chart("Thrust at rest after full command", "time [s]", "thrust [N]", lines),))
+
+
+def _open_water(thrust: float, speed: float) -> float:
+    """Thrust [N] of rho D^4 n^2 (a - b J) at a speed [m/s], at the rate that gives a thrust [N] at rest."""
+    a = FULL / (DENSITY * DIAMETER**4 * RATE**2)
+    b = a * RATE * DIAMETER / VANISHING
+    rate = RATE * math.sqrt(thrust / FULL)
+    return DENSITY * DIAMETER**4 * rate**2 * (a - b * speed / (rate * DIAMETER))
+
+
+def speed() -> Findings:
+    """Thrust in a stream from ahead, and the speed that the boat gets to."""
+    rows: list[Row] = []
+    series: list[Series] = []
+    speeds = (0.0, 0.5, 1.0, 1.5)
+    for command, thrust in COMMANDS.items():
+        still, stream = _settled(command), _settled(command, current={"speed": 1.0, "direction": 180.0})
+        pulls = [_held(still, command, speed=each) for each in speeds]
+        rows += [
+            near(f"thrust at {each:g} m/s, {thrust:g} N at rest", "N", _open_water(thrust, each), pull, relative=1e-3)
+            for each, pull in zip(speeds, pulls, strict=True)
+        ]
+        name = f"thrust in a current of 1 m/s from ahead, {thrust:g} N at rest"
+        rows.append(near(name, "N", _open_water(thrust, 1.0), _held(stream, command), relative=1e-3))
+        label = "open-water line" if not series else ""
+        series.append(Series(label, speeds, [_open_water(thrust, each) for each in speeds], reference=True))
+        series.append(Series(f"{thrust:g} N at rest", speeds, pulls, kind="points"))
+    for command, thrust in COMMANDS.items():
+        root = brentq(lambda u, t=thrust: _open_water(t, u) - DRAG[0] * u - DRAG[1] * u * u, 0.0, VANISHING)
+        name = f"speed of the boat, {thrust:g} N at rest"
+        rows.append(near(name, "m/s", float(root), _top_speed(command), relative=2e-3))
+    chart = Chart("Thrust of the propeller", "speed through the water [m/s]", "thrust [N]", tuple(series))
+    return Findings(tuple(rows), (chart,))
+
+
+def _top_speed(command: float) -> float:
+    """The speed [m/s] of the boat after 30 s from rest."""
+    sim = packaged_simulation(TANK)
+    (boat,) = sim.boats
+    for _ in range(60):
+        sim.step({boat: {"propeller": command}}, duration=0.5)
+    return float(sim.observe()[boat].velocity[0])
+
+
+def _wet_share(depth: float) -> float:
+    """Share of a disc of radius 1 under water, its centre at a depth: the sum of its chords."""
+    chords = quad(lambda z: 2.0 * math.sqrt(1.0 - z * z), -1.0, min(max(depth, -1.0), 1.0))[0]
+    return float(chords) / math.pi
+
+
+def ventilation() -> Findings:
+    """Thrust of a disc that comes out of the water."""
+    sim, depths = _settled(1.0), np.linspace(-1.25, 1.25, 11)
+    shares = [_held(sim, 1.0, height=DEPTH - 0.5 * DIAMETER * depth) / FULL for depth in depths.tolist()]
+    rows = tuple(
+        near(f"share of the thrust, centre {depth:g} radii deep", "", _wet_share(depth), share, absolute=1e-4)
+        for depth, share in zip(depths.tolist(), shares, strict=True)
+    )
+    fine = np.linspace(-1.25, 1.25, 101)
+    lines = (
+        Series("chords of the disc", fine, [_wet_share(depth) for depth in fine.tolist()], reference=True),
+        Series("ours", depths, shares, kind="points"),
+    )
+    chart = Chart("Thrust of a propeller at the surface", "depth of its centre / radius", "share of the thrust", lines)
+    return Findings(rows, (chart,))
+
+
+WORLD = "assets/validation/worlds/propeller_tank.yaml"
+FILES = ("physics/propeller.py", "runtime/loop.py")
+ROUND = "The numbers of the boat's file are in both: the rows show that they act, not that a propeller has them."
+CASES = (
+    Case(
+        name="propeller-lag",
+        title="A propeller's lag and energy",
+        setup=f"{WORLD}: a boat that is put back before every step, with full command from time 0. Its propeller has "
+        "80 N at rest, a time constant of 0.5 s and 900 W.",
+        source="T (1 - e^(-t / tau)), and the integral of P (T / T_full)^1.5 by quadrature: power goes with the third "
+        f"power of the shaft's rate, thrust with the second. {ROUND}",
+        files=FILES,
+        run=lag,
+    ),
+    Case(
+        name="propeller-speed",
+        title="A propeller's thrust at speed",
+        setup=f"{WORLD} at full and at half command: put back at speeds of 0 to 1.5 m/s, and at rest in a current "
+        "from ahead; and free in still water for 30 s.",
+        source="Open-water line T = rho D^4 n^2 (a - b J), J = u / (n D), with a and b of 80 N at rest and none at 4 "
+        f"m/s; the root of it and of drag, 12 u + 18 u^2. {ROUND}",
+        files=("physics/current.py", *FILES),
+        run=speed,
+    ),
+    Case(
+        name="propeller-ventilation",
+        title="A propeller that comes out of the water",
+        setup=f"{WORLD}: the boat held at heights at which the propeller's centre is between 1.25 radii under the "
+        "surface and as much above it, at full command.",
+        source="The share of the disc that is under water, by quadrature of its chords. Air that is drawn down makes a "
+        "real propeller lose more, and earlier.",
+        files=FILES,
+        run=ventilation,
+    ),
+)
