@@ -60,9 +60,7 @@ def hydro_of_hull(
         VrxError: no part of the hull is wet, its mesh is too fine, or its radiation is not that of a hull.
         ModuleNotFoundError: Capytaine is not installed.
     """
-    fewest, most = FREQUENCIES
-    if not fewest <= frequencies <= most:
-        raise CommandError(f"invalid frequencies {frequencies}: {fewest} to {most} are needed")
+    _check_number(frequencies)
     with importing("the radiation of a hull", "capytaine", "hydro"):
         import capytaine
 
@@ -90,6 +88,12 @@ def hydro_of_hull(
         **_memory(fitted_memory(omegas, added, damping, infinite)),
         "diffraction": _rounded(np.stack((np.real(scattered), np.imag(scattered)), axis=-1)),
     }
+
+
+def _check_number(frequencies: int) -> None:
+    fewest, most = FREQUENCIES
+    if not fewest <= frequencies <= most:
+        raise CommandError(f"invalid frequencies {frequencies}: {fewest} to {most} are needed")
 
 
 def _wet_mesh(package: Any, corners: FloatArray, panels: int) -> tuple[Any, float]:
