@@ -66,14 +66,11 @@ def hydro_of_hull(
 
     capytaine.set_logging("ERROR")
     mesh, edge = _wet_mesh(capytaine, corners - (0.0, 0.0, waterline), panels)
-    omegas = np.linspace(0.0, highest or math.sqrt(gravity * 2.0 * math.pi / (SHORTEST * edge)), frequencies + 1)[1:]
+    highest = highest or math.sqrt(gravity * 2.0 * math.pi / (SHORTEST * edge))
+    omegas = np.linspace(0.0, highest, frequencies + 1)[1:]
     solver = _Solver(capytaine, mesh, np.subtract(point, (0.0, 0.0, waterline)), density, gravity)
     zero, infinite = (_symmetric(solver.radiation(omega)[0]) for omega in (0.0, math.inf))
-    (added, damping), scattered = np.zeros((2, frequencies, 6, 6)), []
-    for index, omega in enumerate(omegas.tolist()):
-        progress(index, frequencies)
-        added[index], damping[index] = solver.radiation(omega)
-        scattered.append(solver.diffraction(omega, angles))
+    added, damping, scattered = _over(omegas, solver, angles, progress)
     return {
         "format": FORMAT,
         "program": f"Capytaine {capytaine.__version__}, {mesh.nb_faces} panels",
@@ -88,6 +85,18 @@ def hydro_of_hull(
         **_memory(fitted_memory(omegas, added, damping, infinite)),
         "diffraction": _rounded(np.stack((np.real(scattered), np.imag(scattered)), axis=-1)),
     }
+
+
+def _over(
+    omegas: FloatArray, solver: "_Solver", angles: int, progress: Callable[[int, int], None]
+) -> tuple[FloatArray, FloatArray, list[Any]]:
+    """Added mass and damping (n, 6, 6), and diffraction, at n frequencies [rad/s]."""
+    (added, damping), scattered = np.zeros((2, omegas.size, 6, 6)), []
+    for index, omega in enumerate(omegas.tolist()):
+        progress(index, omegas.size)
+        added[index], damping[index] = solver.radiation(omega)
+        scattered.append(solver.diffraction(omega, angles))
+    return added, damping, scattered
 
 
 def _check_number(frequencies: int) -> None:
