@@ -51,7 +51,11 @@ def warm_kernels() -> None:
     for world in SAILED:
         sail(world)
     sail("ocean", {"usv_count": 1, "engines": "hinged"})
-    sail({"extends": "ocean", "docks": [{"name": "dock", "layout": "X", "pose": [30, 0, 0, 0, 0, 0], "dynamic": True}]})
+    docks = [{"name": "dock", "layout": "X", "pose": [30, 0, 0, 0, 0, 0], "dynamic": True}]
+    sail({"extends": "ocean", "docks": docks})
+    buoy = {"name": "buoy", "model": "mb_marker_buoy_red", "pose": [10, 5, 0, 0, 0, 0]}
+    for fleet in (None, {"usv_count": 1, "engines": "hinged"}):  # in marine, which worlds have that name no profile
+        sail({"docks": docks, "objects": [buoy]}, fleet)
 
 
 def sail_world(folder: Path) -> None:

@@ -46,7 +46,8 @@ __all__ = [
 
 DT = 0.01
 """Physics step of all of them [s]."""
-SEA = {
+SEA: dict[str, Any] = {
+    "physics": {"profile": "vrx"},
     "sea": {"scale": 2.5},
     "wind": {
         "mean_velocity": 5.0,
@@ -306,7 +307,7 @@ def lidar_scans(buoys: int) -> float:
         {"name": f"buoy{i}", "model": kinds[i % 3], "pose": [r * math.cos(a), r * math.sin(a), 0, 0, 0, 0]}
         for i, (r, a) in enumerate(places)
     ]
-    sim = Simulation(compile_world({"objects": objects}, fleet=fleet(2)))
+    sim = Simulation(compile_world({"physics": {"profile": "vrx"}, "objects": objects}, fleet=fleet(2)))
     model = sim.visual_model
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
