@@ -1,6 +1,8 @@
 """A small table served over ROS 1 without a simulation, and Debian's tools run against it."""
 
+import itertools
 import os
+import random
 import signal
 import socket
 import subprocess
@@ -61,10 +63,17 @@ def small_table(*names: str, **parameters) -> RosInterface:
     )
 
 
+PORTS = itertools.cycle(random.Random(os.getpid()).sample(range(16_000, 32_000), 16_000))
+"""Below those that Linux gives to whatever asks for any port, as programs beside this one do all the time."""
+
+
 def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
+    """A port that nobody listens at, and that nobody gets who does not ask for it by number."""
+    while True:
+        port = next(PORTS)
+        with socket.socket() as probe, suppress(OSError):
+            probe.bind(("127.0.0.1", port))
+            return port
 
 
 def until(condition: Callable[[], object], what: str, seconds: float = 10.0) -> None:

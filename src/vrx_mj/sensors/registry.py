@@ -65,6 +65,12 @@ def _scan(numbers: FloatArray, _config: LidarConfig) -> Scan:
     return Scan(numbers[:-5].astype(np.float32), *(float(value) for value in numbers[-5:]))
 
 
+def _wrong_scan(numbers: FloatArray) -> str:
+    ranges = numbers[:-5]
+    wild = ranges[~((ranges >= 0.0) & (ranges <= np.finfo(np.float32).max) | (ranges == np.inf))]
+    return f"a range of {wild[0]:g} m" if wild.size else ""
+
+
 def _wrong_shots(numbers: FloatArray) -> str:
     return "" if 0.0 <= numbers[0] <= MOST_SHOTS else f"{numbers[0]:g} shots"
 
@@ -73,7 +79,8 @@ CAMERA = SensorKind(CameraConfig, lambda measurement: measurement.picture())
 LIDAR = SensorKind(
     LidarConfig,
     lambda measurement: measurement.scan(),
-    RecordedNumbers(lambda config: 5 + int(config.samples), _scan),  # of a planar scan: clouds are held as points
+    # of a planar scan: clouds are held as points
+    RecordedNumbers(lambda config: 5 + int(config.samples), _scan, problem=_wrong_scan),
 )
 BALL_SHOOTER = SensorKind(
     BallShooterConfig,
