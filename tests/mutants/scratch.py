@@ -163,14 +163,16 @@ def _stale(tree: Path, mutant: Mutant, text: str) -> set[str]:
 
 
 def _in_kernel(text: str, line: int) -> bool:
-    """Whether a line is in a kernel, or outside of all functions: it may be a constant of one."""
+    """Whether a line is in a kernel or an intrinsic, or outside of all functions: it may be a constant of one."""
     tree = ast.parse(text)
     around = [
         node
         for node in ast.walk(tree)
         if isinstance(node, ast.FunctionDef) and node.lineno <= line <= (node.end_lineno or 0)
     ]
-    return not around or any("kernel" in ast.unparse(mark) for node in around for mark in node.decorator_list)
+    return not around or any(
+        re.search("kernel|intrinsic", ast.unparse(mark)) for node in around for mark in node.decorator_list
+    )
 
 
 def _imported(file: Path) -> Iterator[str]:

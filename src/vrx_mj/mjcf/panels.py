@@ -14,8 +14,6 @@ SAME = 1e-7
 """Share by which the moments of two surfaces differ that are one."""
 EQUAL = 1e-6
 """Share by which edges differ that are as long."""
-EQUAL = 1e-6
-"""Share by which edges differ that are as long."""
 FEWEST = 200
 """Triangles that a compact hull has at least, of about the same size."""
 MOST = 1000
@@ -155,25 +153,6 @@ def _divided(points: FloatArray, triangles: IntArray, longest: float, *, even: b
             part for row, own in zip(triangles.tolist(), halves, strict=True) for part in _parts(row, own, points)
         ]
         triangles = np.array(divided, dtype=np.int64)
-
-
-def _halved(lengths: FloatArray, edges: IntArray, longest: float) -> BoolArray:
-    """Which edges are halved, of triangles (m, 3) with edges of lengths (m, 3).
-
-    Of a triangle two of whose edges are as long, both are or none, and with them the third: the triangle is the same
-    on both sides, and so are its parts.
-    """
-    most = lengths.max(axis=1, keepdims=True)
-    worst = (lengths > most * (1.0 - EQUAL)) & (most > longest * (1.0 + SEAM))
-    long = np.zeros(int(edges.max()) + 1, dtype=np.bool_)
-    long[edges[worst]] = True
-    while True:
-        cut = long[edges]
-        least, greatest = np.where(cut, lengths, np.inf).min(axis=1), np.where(cut, lengths, 0.0).max(axis=1)
-        even = (cut.sum(axis=1) == 2) & (least > greatest * (1.0 - EQUAL))
-        if not even.any():
-            return long
-        long[edges[even]] = True
 
 
 def _mark(long: BoolArray, edges: IntArray, lengths: FloatArray, longest: float, *, even: bool) -> None:

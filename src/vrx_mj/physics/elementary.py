@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.lanes import Lanes, chosen, floor, larger, power_of_two, spread
+from vrx_mj.physics.lanes import Lanes, larger, power_of_two, product_and, spread, turned
 
 __all__ = [
     "FAR", "cosine", "cosine_and_sine", "cosines_and_sines", "exponential", "exponentials", "near_cosine",
@@ -75,20 +75,27 @@ def near_cosine_and_sine(angle: float) -> tuple[float, float]:
     Quarter turns are taken off, with halves of the parts of pi, so that the series are short: after an odd number, the
     cosine is the sine's and the other way round.
     """
-    turns = np.floor(angle * (2.0 / math.pi) + 0.5)
-    x = ((angle - turns * (0.5 * _P1)) - turns * (0.5 * _P2)) - turns * (0.5 * _P3)
+    shifted = product_and(angle, 2.0 / math.pi, _SHIFT)  # the last bits of this number are the quarter turns
+    turns = shifted - _SHIFT
+    x = product_and(turns, -0.5 * _P3, product_and(turns, -0.5 * _P2, product_and(turns, -0.5 * _P1, angle)))
     z = x * x
-    half = np.floor(0.5 * turns)
-    odd, flip = turns - 2.0 * half, 1.0 - 2.0 * (half - 2.0 * np.floor(0.5 * half))
-    c, s = _SERIES, _SERIES_SINE
     z2 = z * z
     z4 = z2 * z2
-    even = ((1.0 + z * c[1]) + z2 * (c[2] + z * c[3])) + z4 * (((c[4] + z * c[5]) + z2 * (c[6] + z * c[7])) + z4 * c[8])
-    rest = ((1.0 + z * s[1]) + z2 * (s[2] + z * s[3])) + z4 * ((s[4] + z * s[5]) + z2 * (s[6] + z * s[7]))
-    rest = x * rest
-    if odd != 0.0:
-        return -flip * rest, flip * even
-    return flip * even, flip * rest
+    c, s = _SERIES, _SERIES_SINE
+    c01, c23, c45, c67 = _pair(z, c[0], c[1]), _pair(z, c[2], c[3]), _pair(z, c[4], c[5]), _pair(z, c[6], c[7])
+    s01, s23, s45, s67 = _pair(z, s[0], s[1]), _pair(z, s[2], s[3]), _pair(z, s[4], s[5]), _pair(z, s[6], s[7])
+    even = product_and(z4, product_and(z4, c[8], product_and(z2, c67, c45)), product_and(z2, c23, c01))
+    odd = x * product_and(z4, product_and(z2, s67, s45), product_and(z2, s23, s01))
+    quarter = np.float64(shifted).view(np.int64) & 3
+    if quarter & 1:
+        even, odd = odd, even
+    return -even if quarter in (1, 2) else even, -odd if quarter >= 2 else odd
+
+
+@kernel
+def _pair(z: float, first: float, second: float) -> float:
+    """Return two terms of a series."""
+    return float(product_and(z, second, first))
 
 
 @kernel
@@ -106,16 +113,16 @@ def exponential(x: float) -> float:
     x = n ln 2 + r; the number of e^r that is 2^n larger has n more in its exponent. Below -700 it is e^-700.
     """
     x = max(x, -700.0)
-    shifted = x * _PER_LN2 + _SHIFT  # the last bits of this number are n
+    shifted = product_and(x, _PER_LN2, _SHIFT)  # the last bits of this number are n
     n = shifted - _SHIFT
-    r = (x - n * _LN2_HIGH) - n * _LN2_LOW
+    r = product_and(n, -_LN2_LOW, product_and(n, -_LN2_HIGH, x))
     c, r2 = _TAYLOR_EXPONENTIAL, r * r
     r4 = r2 * r2
-    low = (1.0 + r) + r2 * (c[2] + r * c[3])
-    middle = (c[4] + r * c[5]) + r2 * (c[6] + r * c[7])
-    high = (c[8] + r * c[9]) + r2 * (c[10] + r * c[11])
+    low = product_and(r2, _pair(r, c[2], c[3]), r + 1.0)
+    middle = product_and(r2, _pair(r, c[6], c[7]), _pair(r, c[4], c[5]))
+    high = product_and(r2, _pair(r, c[10], c[11]), _pair(r, c[8], c[9]))
     power = np.int64((np.float64(shifted).view(np.int64) << 52) + _ONE).view(np.float64)
-    return float((low + r4 * (middle + r4 * (high + r4 * (c[12] + r * c[13])))) * power)
+    return float(product_and(r4, product_and(r4, product_and(r4, _pair(r, c[12], c[13]), high), middle), low) * power)
 
 
 @kernel
@@ -132,29 +139,39 @@ def _even_series(c: tuple[float, ...], z: float) -> float:
 @kernel
 def cosines_and_sines(angles: Lanes) -> tuple[Lanes, Lanes]:
     """Return `near_cosine_and_sine` of several angles, to the bit."""
-    turns = floor(angles * (2.0 / math.pi) + 0.5)
-    x = ((angles - turns * (0.5 * _P1)) - turns * (0.5 * _P2)) - turns * (0.5 * _P3)
-    half = floor(turns * 0.5)
-    odd, flip = turns - half * 2.0, 1.0 - (half - floor(half * 0.5) * 2.0) * 2.0
+    shifted = product_and(angles, spread(2.0 / math.pi), spread(_SHIFT))
+    turns = shifted - _SHIFT
+    x = product_and(turns, spread(-0.5 * _P2), product_and(turns, spread(-0.5 * _P1), angles))
+    x = product_and(turns, spread(-0.5 * _P3), x)
     z = x * x
     z2 = z * z
     z4 = z2 * z2
     c, s = _SERIES, _SERIES_SINE
-    even = ((z * c[1] + 1.0) + z2 * (z * c[3] + c[2])) + z4 * (((z * c[5] + c[4]) + z2 * (z * c[7] + c[6])) + z4 * c[8])
-    rest = x * (((z * s[1] + 1.0) + z2 * (z * s[3] + s[2])) + z4 * ((z * s[5] + s[4]) + z2 * (z * s[7] + s[6])))
-    return flip * chosen(odd, 0.0 - rest, even), flip * chosen(odd, even, rest)
+    c01, c23, c45, c67 = _pairs(z, c[0], c[1]), _pairs(z, c[2], c[3]), _pairs(z, c[4], c[5]), _pairs(z, c[6], c[7])
+    s01, s23, s45, s67 = _pairs(z, s[0], s[1]), _pairs(z, s[2], s[3]), _pairs(z, s[4], s[5]), _pairs(z, s[6], s[7])
+    even = product_and(z4, product_and(z4, spread(c[8]), product_and(z2, c67, c45)), product_and(z2, c23, c01))
+    odd = x * product_and(z4, product_and(z2, s67, s45), product_and(z2, s23, s01))
+    cosines, sines = turned(shifted, even, odd)
+    return cosines, sines
+
+
+@kernel
+def _pairs(z: Lanes, first: float, second: float) -> Lanes:
+    """Return `_pair` of several."""
+    return product_and(z, spread(second), spread(first))
 
 
 @kernel
 def exponentials(x: Lanes) -> Lanes:
     """Return `exponential` of several numbers, to the bit."""
     x = larger(x, spread(-700.0))
-    shifted = x * _PER_LN2 + _SHIFT
+    shifted = product_and(x, spread(_PER_LN2), spread(_SHIFT))
     n = shifted - _SHIFT
-    r = (x - n * _LN2_HIGH) - n * _LN2_LOW
+    r = product_and(n, spread(-_LN2_LOW), product_and(n, spread(-_LN2_HIGH), x))
     c, r2 = _TAYLOR_EXPONENTIAL, r * r
     r4 = r2 * r2
-    low = (r + 1.0) + r2 * (r * c[3] + c[2])
-    middle = (r * c[5] + c[4]) + r2 * (r * c[7] + c[6])
-    high = (r * c[9] + c[8]) + r2 * (r * c[11] + c[10])
-    return (low + r4 * (middle + r4 * (high + r4 * (r * c[13] + c[12])))) * power_of_two(shifted)
+    low = product_and(r2, _pairs(r, c[2], c[3]), r + 1.0)
+    middle = product_and(r2, _pairs(r, c[6], c[7]), _pairs(r, c[4], c[5]))
+    high = product_and(r2, _pairs(r, c[10], c[11]), _pairs(r, c[8], c[9]))
+    whole = product_and(r4, product_and(r4, product_and(r4, _pairs(r, c[12], c[13]), high), middle), low)
+    return whole * power_of_two(shifted)

@@ -33,8 +33,10 @@ class Panels(NamedTuple):
     """(3, n) [m], body axes: part by part, from the lowest up."""
     shares: FloatArray
     """Force [m2] and torque [m3] on each point's share of the surface, by 1 Pa there, (6, n)."""
-    triangles: IntArray
-    """(m, 3)."""
+    pairs: IntArray
+    """Points a, b, c, d of two triangles (a, b, c) and (a, c, d) that share an edge, (k, 4); d is c of one alone."""
+    corner_shares: FloatArray
+    """The same as `shares` of a third of its triangle's area at each corner of a pair's two, (k, 6, WIDTH)."""
     parts: tuple[Part, ...]
     half: tuple[float, float, float]
     """Half sides of a box that is large enough for each part [m]."""
@@ -68,10 +70,12 @@ def panels_of(vertices: FloatArray, triangles: IntArray) -> Panels:
     renumbered = np.zeros(len(vertices), np.uint32)
     renumbered[numbers] = first
     long, broad, deep = half.tolist()
+    pairs = _pairs(vertices, triangles)
     return Panels(
         np.ascontiguousarray(vertices[places].T),
         np.ascontiguousarray(shares.T),
-        renumbered[triangles],
+        renumbered[pairs],
+        _pair_shares(vertices, pairs),
         tuple(parts),
         (long, broad, deep),
     )
@@ -79,13 +83,43 @@ def panels_of(vertices: FloatArray, triangles: IntArray) -> Panels:
 
 def _shares(vertices: FloatArray, triangles: IntArray) -> FloatArray:
     """Force and torque (v, 6) by 1 Pa at each vertex that falls to zero along the edges around it."""
-    corners = vertices[triangles]
-    first, second, third = np.moveaxis(corners, 1, 0)
-    normals = 0.5 * np.cross(second - first, third - first)
+    own = _corner_shares(vertices[triangles])
     shares = np.zeros((len(vertices), 6))
     for corner in range(3):
-        at = (corners.sum(axis=1) + corners[:, corner]) / 4.0
-        np.add.at(shares, triangles[:, corner], np.hstack([-normals, -np.cross(at, normals)]) / 3.0)
+        np.add.at(shares, triangles[:, corner], (own.sum(axis=1) + own[:, corner]) / 4.0)
+    return shares
+
+
+def _corner_shares(corners: FloatArray) -> FloatArray:
+    """Force and torque (m, 3, 6) by 1 Pa on a third of a triangle's area at each of its corners, (m, 3, 3)."""
+    first, second, third = np.moveaxis(corners, 1, 0)
+    normals = np.broadcast_to(0.5 * np.cross(second - first, third - first)[:, None], corners.shape)
+    return np.concatenate([-normals, -np.cross(corners, normals)], axis=2) / 3.0
+
+
+def _pairs(vertices: FloatArray, triangles: IntArray) -> IntArray:
+    """Corners (k, 4) of triangles that share an edge, the longest first; one alone has its last corner twice."""
+    turned = np.concatenate([np.roll(triangles, turn, axis=1) for turn in range(3)])
+    long = ((vertices[turned[:, 0]] - vertices[turned[:, 2]]) ** 2).sum(axis=1)
+    order = np.argsort(-long, kind="stable").tolist()
+    corners, count = turned.tolist(), len(triangles)
+    from_last_to_first = {(c, a): index for index, (a, _, c) in enumerate(corners)}
+    pairs, alone = [], dict.fromkeys(range(count))
+    for index in order:
+        a, b, c = corners[index]
+        beside = from_last_to_first.get((a, c))
+        if beside is not None and index % count in alone and beside % count in alone:
+            pairs.append((a, b, c, corners[beside][1]))
+            del alone[index % count], alone[beside % count]
+    pairs += [(a, b, c, c) for a, b, c in triangles[list(alone)].tolist()]
+    return np.array(pairs, np.int64).reshape(-1, 4)
+
+
+def _pair_shares(vertices: FloatArray, pairs: IntArray) -> FloatArray:
+    """`Panels.corner_shares`."""
+    own = [_corner_shares(vertices[pairs[:, corners]]) for corners in ((0, 1, 2), (0, 2, 3))]
+    shares = np.zeros((len(pairs), 6, WIDTH))
+    shares[:, :, :6] = np.concatenate(own, axis=1)
     return shares
 
 

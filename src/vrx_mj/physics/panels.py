@@ -4,15 +4,19 @@ The surface is triangles, seen from outside counter-clockwise. A pressure is giv
 where it is below zero the hull is dry. Force and torque of a linear pressure on the wet part of each triangle are
 exact, so still water's on a mesh of flat faces are exact however it lies.
 
-On a triangle that is all wet the wrench is linear in its corners' pressures, so each point has a share g of the
-surface around it, and W = sum over wet points of p g. That is wrong only for triangles that the surface cuts. One
+On a triangle that is all wet the wrench is linear in its corners' pressures, so each point has a share of the surface
+around it, and W = sum over wet points of p times its share. That is wrong only for triangles that the surface cuts. One
 corner a of those lies alone on its side, with pressure p, and s = p / (p - q), t = p / (p - r) are the places on its
-edges to b and c where the pressure is zero. With the share of the corner in this triangle being S(1, 1),
+edges to b and c where the pressure is zero. With g the force and torque of a third of the triangle's area at a corner,
 
-    S(s, t) = -p / 3 s t N at a + (s (b - a) + t (c - a)) / 4,      N = (b - a) x (c - a) / 2,
+    S(s, t) = p s t (g_a + s (g_b - g_a) / 4 + t (g_c - g_a) / 4),
+    g_a = -(N, a x N) / 3,      N = (b - a) x (c - a) / 2,
 
-S(s, t) is what the corner's own piece feels. If a is wet, S(s, t) takes the place of S(1, 1); if it is dry, S(1, 1) is
-what the sum lacks and S(s, t) what it has too much: in both, |p| / p (S(s, t) - S(1, 1)) is added.
+is what the corner's own piece feels, and S(1, 1) what the sum has of it. If a is wet, S(s, t) takes the place of
+S(1, 1); if it is dry, S(1, 1) is what the sum lacks and S(s, t) what it has too much: in both, |p| / p (S(s, t) -
+S(1, 1)) is added, a weight for each of the three g.
+
+Triangles are looked at in pairs that share an edge: what one of them shows, the other mostly does, too.
 """
 
 from typing import Final
@@ -21,107 +25,121 @@ import numpy as np
 
 from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.lanes import WIDTH, larger, load, spread, total
+from vrx_mj.physics.lanes import WIDTH, Lanes, chosen, larger, load, product_and, spread, store, totals
 from vrx_mj.physics.motion import Vector, Wrench
 from vrx_mj.physics.panel_mesh import Panels
 
 __all__ = ["CUT", "panel_wrench", "still_pressures", "wrench_of_pressures", "wrench_of_still_water"]
 
-CUT: Final = 12
-"""Numbers that are kept of a cut triangle."""
-_ALONE = (0, 0, 1, 2, 2, 1, 0, 0)  # the corner alone on its side, by which are wet: 1, 2 and 4 for the three
-_NEXT = (0, 1, 2, 0, 0, 2, 1, 0)  # the one after it
-_LAST = (0, 2, 0, 1, 1, 0, 2, 0)
-_CASES = 8  # a triangle is noted as its number times this, and which corners are wet
+CUT: Final = 10
+"""Numbers that are kept of a pair that the surface cuts: pressures at its points, weights of its triangles' corners."""
+_TINY = 1e-300  # of a product of pressures [Pa2]; where they are smaller the surface lies in the triangle
 
 
 @kernel
 def panel_wrench(
-    points: FloatArray, shares: FloatArray, triangles: IntArray, pressures: FloatArray,
+    shares: FloatArray, pairs: IntArray, corner_shares: FloatArray, pressures: FloatArray,
     wet: ByteArray, found: IntArray, cut: FloatArray,
 ) -> Wrench:  # fmt: skip
     """Return the wrench of the water on a mesh: body axes, about the link's origin.
 
     Args:
-        points: of `Panels`.
         shares: of `Panels`.
-        triangles: of `Panels`.
+        pairs: of `Panels`.
+        corner_shares: of `Panels`.
         pressures: (n,) over the air's [Pa]; below zero: dry.
         wet: memory, (n,).
-        found: memory, (m,).
-        cut: memory, (CUT, m + WIDTH), zeros at first.
+        found: memory, (k,).
+        cut: memory, (CUT, k + WIDTH).
     """
     fx, fy, fz = spread(0.0), spread(0.0), spread(0.0)
     tx, ty, tz = spread(0.0), spread(0.0), spread(0.0)
     sx, sy, sz, kx, ky, kz = shares[0], shares[1], shares[2], shares[3], shares[4], shares[5]
     for i in range(0, pressures.size, WIDTH):
         p = larger(load(pressures, i), spread(0.0))
-        fx += p * load(sx, i)
-        fy += p * load(sy, i)
-        fz += p * load(sz, i)
-        tx += p * load(kx, i)
-        ty += p * load(ky, i)
-        tz += p * load(kz, i)
-    number = _find_cut(triangles, pressures, wet, found)
-    _copy_cut(points, triangles, pressures, found, number, cut)
-    x, y, z, k, m, n = _add_cut(cut, number)
-    return Wrench(total(fx) + x, total(fy) + y, total(fz) + z, total(tx) + k, total(ty) + m, total(tz) + n)
+        fx = product_and(p, load(sx, i), fx)
+        fy = product_and(p, load(sy, i), fy)
+        fz = product_and(p, load(sz, i), fz)
+        tx = product_and(p, load(kx, i), tx)
+        ty = product_and(p, load(ky, i), ty)
+        tz = product_and(p, load(kz, i), tz)
+    number = _find_cut(pairs, pressures, wet, found)
+    _weigh_cut(pairs, pressures, found, number, cut)
+    whole, none, sums = _add_cut(corner_shares, found, number, cut), spread(0.0), cut[0]
+    store(sums, 0, whole + totals(fx, fy, fz, tx, ty, tz, none, none))
+    return Wrench(sums[0], sums[1], sums[2], sums[3], sums[4], sums[5])
 
 
 @kernel
-def _find_cut(triangles: IntArray, pressures: FloatArray, wet: ByteArray, found: IntArray) -> int:
-    """Note the triangles that the surface cuts, each with the corners that are wet; returns their number."""
+def _find_cut(pairs: IntArray, pressures: FloatArray, wet: ByteArray, found: IntArray) -> int:
+    """Note the pairs that the surface cuts; returns their number."""
     for i in range(pressures.size):
         wet[i] = pressures[i] > 0.0
     number = 0
-    for i in range(len(triangles)):
-        sides = wet[triangles[i, 0]] + 2 * wet[triangles[i, 1]] + 4 * wet[triangles[i, 2]]
-        found[number] = _CASES * i + sides
-        number += (sides != 0) & (sides != _CASES - 1)
+    for i in range(len(pairs)):
+        corners = wet[pairs[i, 0]] + wet[pairs[i, 1]] + wet[pairs[i, 2]] + wet[pairs[i, 3]]
+        found[number] = i
+        number += (corners != 0) & (corners != 4)
     return number
 
 
 @kernel
-def _copy_cut(
-    points: FloatArray, triangles: IntArray, pressures: FloatArray, found: IntArray, number: int, cut: FloatArray
-) -> None:
-    """Copy corners and pressures of triangles to `cut`, that corner first which is alone on its side."""
-    xs, ys, zs = points[0], points[1], points[2]
-    ax, ay, az, p, bx, by = cut[0], cut[1], cut[2], cut[3], cut[4], cut[5]
-    bz, q, cx, cy, cz, r = cut[6], cut[7], cut[8], cut[9], cut[10], cut[11]
+def _weigh_cut(pairs: IntArray, pressures: FloatArray, found: IntArray, number: int, cut: FloatArray) -> None:
+    """Write the weights of the corners of pairs' two triangles to `cut`, and before them the pressures."""
+    p0, p1, p2, p3 = cut[0], cut[1], cut[2], cut[3]
     for i in range(number):
-        own, sides = triangles[found[i] // _CASES], found[i] % _CASES
-        one, two, three = own[_ALONE[sides]], own[_NEXT[sides]], own[_LAST[sides]]
-        ax[i], ay[i], az[i], p[i] = xs[one], ys[one], zs[one], pressures[one]
-        bx[i], by[i], bz[i], q[i] = xs[two], ys[two], zs[two], pressures[two]
-        cx[i], cy[i], cz[i], r[i] = xs[three], ys[three], zs[three], pressures[three]
-    for i in range(number, (number + WIDTH - 1) // WIDTH * WIDTH):
-        p[i], q[i], r[i] = 0.0, -1.0, -1.0
+        own = pairs[found[i]]
+        p0[i], p1[i], p2[i], p3[i] = pressures[own[0]], pressures[own[1]], pressures[own[2]], pressures[own[3]]
+    for i in range(0, number, WIDTH):
+        first, second, third, fourth = load(p0, i), load(p1, i), load(p2, i), load(p3, i)
+        a, b, c = _weights(first, second, third)
+        store(cut[4], i, a)
+        store(cut[5], i, b)
+        store(cut[6], i, c)
+        a, b, c = _weights(first, third, fourth)
+        store(cut[7], i, a)
+        store(cut[8], i, b)
+        store(cut[9], i, c)
 
 
 @kernel
-def _add_cut(cut: FloatArray, number: int) -> Wrench:
-    """Return what cut triangles add to the sum of shares."""
-    axs, ays, azs, ps, bxs, bys = cut[0], cut[1], cut[2], cut[3], cut[4], cut[5]
-    bzs, qs, cxs, cys, czs, rs = cut[6], cut[7], cut[8], cut[9], cut[10], cut[11]
-    fx, fy, fz = spread(0.0), spread(0.0), spread(0.0)
-    tx, ty, tz = spread(0.0), spread(0.0), spread(0.0)
-    for i in range(0, number, WIDTH):
-        p, ax, ay, az = load(ps, i), load(axs, i), load(ays, i), load(azs, i)
-        s, t = p / (p - load(qs, i)), p / (p - load(rs, i))
-        ux, uy, uz = load(bxs, i) - ax, load(bys, i) - ay, load(bzs, i) - az
-        vx, vy, vz = load(cxs, i) - ax, load(cys, i) - ay, load(czs, i) - az
-        sixth, st = larger(p, 0.0 - p) * (-1.0 / 6.0), s * t
-        nx, ny, nz = sixth * (uy * vz - uz * vy), sixth * (uz * vx - ux * vz), sixth * (ux * vy - uy * vx)
-        d, e, f = st - 1.0, 0.25 * (s * st - 1.0), 0.25 * (st * t - 1.0)
-        x, y, z = d * ax + e * ux + f * vx, d * ay + e * uy + f * vy, d * az + e * uz + f * vz
-        fx += d * nx
-        fy += d * ny
-        fz += d * nz
-        tx += y * nz - z * ny
-        ty += z * nx - x * nz
-        tz += x * ny - y * nx
-    return Wrench(total(fx), total(fy), total(fz), total(tx), total(ty), total(tz))
+def _weights(a: Lanes, b: Lanes, c: Lanes) -> tuple[Lanes, Lanes, Lanes]:
+    """Return what the corners of triangles with these pressures weigh; nothing where the surface does not cut them."""
+    one, other = spread(1.0), spread(-1.0)
+    at_a, at_b, at_c = chosen(a, one, other), chosen(b, one, other), chosen(c, one, other)
+    sides = 0.0 - (at_a + at_b + at_c)  # against which one corner alone is
+    a_alone, b_alone, c_alone = at_a * sides, at_b * sides, at_c * sides
+    p = chosen(a_alone, a, chosen(b_alone, b, c))
+    q = chosen(a_alone, b, chosen(b_alone, c, a))
+    r = chosen(a_alone, c, chosen(b_alone, a, b))
+    q, r, size = p - q, p - r, larger(p, 0.0 - p)
+    share = p / larger(q * r, spread(_TINY))
+    s, t = share * r, share * q
+    st = s * t
+    d, e, f = st - 1.0, 0.25 * (s * st - 1.0), 0.25 * (st * t - 1.0)
+    cut, none = larger(a_alone, larger(b_alone, c_alone)), spread(0.0)
+    alone, after, last = chosen(cut, size * (d - e - f), none), chosen(cut, size * e, none), chosen(cut, size * f, none)
+    return (
+        chosen(a_alone, alone, chosen(b_alone, last, after)),
+        chosen(a_alone, after, chosen(b_alone, alone, last)),
+        chosen(a_alone, last, chosen(b_alone, after, alone)),
+    )
+
+
+@kernel
+def _add_cut(corner_shares: FloatArray, found: IntArray, number: int, cut: FloatArray) -> Lanes:
+    """Return what cut pairs add to the sum of shares: force, torque, and two zeros."""
+    u, v, w = spread(0.0), spread(0.0), spread(0.0)
+    x, y, z = spread(0.0), spread(0.0), spread(0.0)
+    for i in range(number):
+        own = corner_shares[found[i]]
+        u = product_and(spread(cut[4, i]), load(own[0], 0), u)
+        v = product_and(spread(cut[5, i]), load(own[1], 0), v)
+        w = product_and(spread(cut[6, i]), load(own[2], 0), w)
+        x = product_and(spread(cut[7, i]), load(own[3], 0), x)
+        y = product_and(spread(cut[8, i]), load(own[4], 0), y)
+        z = product_and(spread(cut[9, i]), load(own[5], 0), z)
+    return (u + v + w) + (x + y + z)
 
 
 @kernel
@@ -148,6 +166,6 @@ def wrench_of_still_water(panels: Panels, up: Vector, height: float, weight: flo
 
 def wrench_of_pressures(panels: Panels, pressures: FloatArray) -> FloatArray:
     """Return force [N] and torque [N m] (6,) of pressures [Pa] at a mesh's points, (n,)."""
-    count = len(panels.triangles)
+    count = len(panels.pairs)
     memory = np.empty(pressures.size, np.uint8), np.empty(count, np.uint32), np.zeros((CUT, count + WIDTH))
-    return np.array(panel_wrench(panels.points, panels.shares, panels.triangles, pressures, *memory))
+    return np.array(panel_wrench(panels.shares, panels.pairs, panels.corner_shares, pressures, *memory))

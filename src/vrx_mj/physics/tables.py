@@ -141,8 +141,8 @@ VESSEL = np.dtype(
         ("hydrostatics", _i),  # MESH or MATRIX
         ("point_start", _i),  # the points of its mesh are consecutive
         ("point_count", _i),
-        ("triangle_start", _i),  # its triangles are, too; they count the points from the mesh's first
-        ("triangle_count", _i),
+        ("pair_start", _i),  # its pairs of triangles are, too; they count the points from the mesh's first
+        ("pair_count", _i),
         ("part_start", _i),  # the parts of its mesh are consecutive
         ("part_count", _i),
         ("half", *_vector),  # half sides of the box of a part [m]

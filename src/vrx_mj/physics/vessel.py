@@ -13,7 +13,7 @@ from vrx_mj.physics.added_mass import added_mass_bias
 from vrx_mj.physics.crossflow import crossflow_drag
 from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.kinematics import Orbital, Turning, surface_slope, turned_with
-from vrx_mj.physics.lanes import WIDTH
+from vrx_mj.physics.lanes import WIDTH, zeros_in_lines
 from vrx_mj.physics.motion import (
     Motion,
     Vector,
@@ -31,7 +31,7 @@ from vrx_mj.physics.motion import (
 from vrx_mj.physics.panels import CUT, panel_wrench, still_pressures
 from vrx_mj.physics.radiation import diffraction_load, memory_load, memory_step
 from vrx_mj.physics.tables import MATRIX, Record, Table
-from vrx_mj.physics.wave_box import LEVELS, ROWS, heading_of, pressures_in_waves
+from vrx_mj.physics.wave_box import BOX_MEMORY, LEVELS, ROWS, heading_of, pressures_in_waves
 from vrx_mj.physics.wave_columns import wave_columns
 from vrx_mj.physics.waves import surface_height
 
@@ -46,16 +46,16 @@ _AWASH = 0.25
 
 
 class VesselWork(NamedTuple):
-    """The waves, and memory for the pressures on a mesh of at most n points and m triangles."""
+    """The waves, and memory for the pressures on a mesh of at most n points and k pairs of triangles."""
 
     pressures: FloatArray
     """(n,)"""
     wet: ByteArray
     """(n,)"""
     found: IntArray
-    """(m,)"""
+    """(k,)"""
     cut: FloatArray
-    """(CUT, m + WIDTH)"""
+    """(CUT, k + WIDTH)"""
     polynomial: FloatArray
     """(LEVELS, ROWS, WIDTH)"""
     columns: FloatArray
@@ -93,8 +93,10 @@ class HullMeshes(NamedTuple):
     """Each vessel's (3, n) [m], body axes."""
     shares: FloatArray
     """Each vessel's (6, n), of `panel_mesh.Panels`."""
-    triangles: IntArray
-    """(m, 3)"""
+    pairs: IntArray
+    """(k, 4)"""
+    corner_shares: FloatArray
+    """(k, 6, WIDTH)"""
 
 
 class WaveLoads(NamedTuple):
@@ -106,11 +108,17 @@ class WaveLoads(NamedTuple):
 
 
 @allocating_kernel
-def vessel_work(points: int, triangles: int, waves: Table, sea: Record) -> VesselWork:
-    """Return memory for meshes of so many points and triangles in a sea."""
-    wet, found, cut = np.empty(points, np.uint8), np.empty(triangles, np.uint32), np.zeros((CUT, triangles + WIDTH))
+def vessel_work(meshes: HullMeshes, waves: Table, sea: Record) -> VesselWork:
+    """Return memory for any of the meshes in a sea."""
+    points, pairs = meshes.points.size // 3, len(meshes.pairs)
+    wet, found, cut = (
+        np.empty(points, np.uint8),
+        np.empty(pairs, np.uint32),
+        zeros_in_lines(CUT, pairs // WIDTH * WIDTH + WIDTH),
+    )
     polynomial = np.zeros((LEVELS, ROWS, WIDTH))
-    return VesselWork(np.empty(points), wet, found, cut, polynomial, wave_columns(waves, sea))
+    columns = wave_columns(waves, sea, BOX_MEMORY + 2 * meshes.parts.size)
+    return VesselWork(zeros_in_lines(1, points)[0], wet, found, cut, polynomial, columns)
 
 
 @kernel
@@ -218,9 +226,9 @@ def pressure_on_vessel(
     else:
         up = body.r20, body.r21, body.r22
         still_pressures(points, up, body.z - sea.level, sea.density * sea.gravity, pressures)
-    first = vessel.triangle_start
-    triangles = meshes.triangles[first : first + vessel.triangle_count]
-    return panel_wrench(points, shares, triangles, pressures, work.wet, work.found, work.cut)
+    first, last = vessel.pair_start, vessel.pair_start + vessel.pair_count
+    pairs, corner_shares = meshes.pairs[first:last], meshes.corner_shares[first:last]
+    return panel_wrench(shares, pairs, corner_shares, pressures, work.wet, work.found, work.cut)
 
 
 @kernel

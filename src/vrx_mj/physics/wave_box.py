@@ -11,20 +11,43 @@ out from k a = 3 to 5, by a polynomial of degree 2 from 1.5 to 2.5.
 """
 
 import math
+from fractions import Fraction
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.elementary import cosines_and_sines, exponentials
-from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.lanes import WIDTH, Lanes, larger, load, smaller, spread, store, total
+from vrx_mj.physics.kernel import inlined_kernel, kernel
+from vrx_mj.physics.lanes import (
+    WIDTH,
+    Lanes,
+    any_positive,
+    larger,
+    load,
+    product_and,
+    smaller,
+    spread,
+    store,
+    total,
+    totals,
+)
 from vrx_mj.physics.motion import Motion, Vector, rotate
 from vrx_mj.physics.tables import Record, Table
 from vrx_mj.physics.wave_columns import AMPLITUDE, BOTTOM, EAST, FREQUENCY, MEMORY, NORTH, PHASE, WAVENUMBER
 from vrx_mj.physics.waves import ramp
 
-__all__ = ["LEVELS", "ROWS", "SHALLOW_LEVELS", "SIDE", "SLENDER_ROWS", "WaveBox", "heading_of", "pressures_in_waves"]
+__all__ = [
+    "BOX_MEMORY",
+    "LEVELS",
+    "ROWS",
+    "SHALLOW_LEVELS",
+    "SIDE",
+    "SLENDER_ROWS",
+    "WaveBox",
+    "heading_of",
+    "pressures_in_waves",
+]
 
 SIDE: Final = 5
 """Nodes of the box along."""
@@ -39,8 +62,10 @@ SHALLOW_LEVELS: Final = 3
 _FADES, _FADED = 3.0, 5.0  # k a at which a wave begins to fade, and at which it is gone; half of it by three nodes
 _SPARE = 1.25  # depth of a box over that of its lowest corner under the surface at its middle and its ends
 _THINNEST = 0.05  # least sides and depth of the box [m]
-_ALONG = MEMORY  # rows of memory: cosine and sine, and powers, along; across; the middle, a row; heights
-_ACROSS, _MIDDLE, _ROW, _HEIGHT, _LEVELS = _ALONG + 4, _ALONG + 6, _ALONG + 8, _ALONG + 10, _ALONG + 11
+_ALONG = MEMORY  # rows of memory: cosine and sine, and powers, along; across; a row; heights; the middles of parts
+_ACROSS, _ROW, _HEIGHT, _LEVELS, _MIDDLES = _ALONG + 4, _ALONG + 6, _ALONG + 8, _ALONG + 9, _ALONG + 9 + LEVELS
+BOX_MEMORY: Final = _MIDDLES - MEMORY
+"""Rows of memory in `wave_columns` that are used here, and two more for each part of a hull."""
 
 
 class WaveBox(NamedTuple):
@@ -54,16 +79,29 @@ class WaveBox(NamedTuple):
     levels: int
 
 
-def _to_powers(nodes: FloatArray) -> tuple[tuple[float, ...], ...]:
-    """Return the matrix that gives a polynomial's coefficients of 1, s, s^2 ... for its values at nodes."""
-    inverse = np.linalg.inv(np.vander(nodes, increasing=True))
-    return tuple(tuple(float(value) for value in row) for row in inverse)
+def _to_powers(first: int, count: int) -> tuple[tuple[float, ...], ...]:
+    """Return the matrix that gives a polynomial's coefficients of 1, s, s^2 ... for its values at even nodes up to 1.
+
+    It is made of Lagrange's polynomials in fractions, whose rounding no processor decides.
+    """
+    nodes = [first + Fraction((1 - first) * k, count - 1) for k in range(count)]
+    columns = []
+    for node in nodes:
+        column = [Fraction(1)]
+        for other in (other for other in nodes if other != node):
+            up, same = [Fraction(0), *column], [*column, Fraction(0)]
+            column = [(a - other * b) / (node - other) for a, b in zip(up, same, strict=True)]
+        columns.append(column)
+    return tuple(tuple(map(float, row)) for row in zip(*columns, strict=True))
 
 
-_SIDE_POWERS = _to_powers(np.linspace(-1.0, 1.0, SIDE))
-_SLENDER_POWERS = _to_powers(np.linspace(-1.0, 1.0, SLENDER_ROWS))
-_DEPTH_POWERS = _to_powers(np.linspace(0.0, 1.0, LEVELS))
-_SHALLOW_POWERS = _to_powers(np.linspace(0.0, 1.0, SHALLOW_LEVELS))
+_SIDE_POWERS = _to_powers(-1, SIDE)
+_SLENDER_POWERS = _to_powers(-1, SLENDER_ROWS)
+_DEPTH_POWERS = _to_powers(0, LEVELS)
+_SHALLOW_POWERS = _to_powers(0, SHALLOW_LEVELS)
+_SUMS = np.array([(-1, 0, 0, 2, 2), (0, 1, 1, 0, 0), (1, 0, 0, 0, 0), (0, 1, -1, 0, 0), (-1, 0, 0, 2, -2)], np.float64)
+_FROM_SUMS = np.zeros((SIDE, WIDTH))  # coefficients of powers along, for what `_add_up` writes, of which nodes are made
+_FROM_SUMS[:, :SIDE] = (np.array(_SIDE_POWERS) @ _SUMS).T
 
 
 @kernel
@@ -97,14 +135,21 @@ def pressures_in_waves(
     box = _box_around(vessel, body)
     _spread_over(box, columns)
     grown, reach = ramp(sea, t), _reach((body.r20, body.r21, body.r22), vessel.half)
+    depth = _THINNEST
     for i in range(parts.size):
-        part = parts[i]
-        x, y, z = rotate(body, part.center[0], part.center[1], part.center[2])
-        height = grown * _place_middle(columns, body.x + x, body.y + y, t)
-        depth = max(_SPARE * (height - (body.z + z - sea.level - reach)), _THINNEST)
-        _spread_down(box, depth, columns, sea)
-        _fill_box(box, columns, grown, polynomial)
-        _evaluate(box, depth, part, (x, y, z), polynomial, points, sea, body, out)
+        x, y, z = _middle(parts[i], body)
+        height = grown * _place_middle(columns, _MIDDLES + 2 * i, body.x + x, body.y + y, t)
+        depth = max(depth, _SPARE * (height - (body.z + z - sea.level - reach)))
+    _spread_down(box, depth, columns, sea)
+    for i in range(parts.size):
+        _fill_box(box, columns, _MIDDLES + 2 * i, grown, polynomial)
+        _evaluate(box, depth, parts[i], _middle(parts[i], body), polynomial, points, sea, body, out)
+
+
+@kernel
+def _middle(part: Record, body: Motion) -> Vector:
+    """Return the middle of a part's box from the link's origin [m], world axes."""
+    return rotate(body, part.center[0], part.center[1], part.center[2])
 
 
 @kernel
@@ -154,14 +199,15 @@ def _spread_over(box: WaveBox, columns: FloatArray) -> None:
 
 
 @kernel
-def _place_middle(columns: FloatArray, x: float, y: float, t: float) -> float:
+def _place_middle(columns: FloatArray, start: int, x: float, y: float, t: float) -> float:
     """Write cosine and sine of each wave at (x, y) [m], a part's middle, to memory; return the surface's height [m].
 
-    That is the highest of the middle's and the two ends', of the waves that have not faded out.
+    That is the highest of the middle's and the two ends', of the waves that have not faded out. `start` is where they
+    are written.
     """
     c2, s2 = columns[_ALONG + 2], columns[_ALONG + 3]
     east, north, wavenumber, left = columns[EAST], columns[NORTH], columns[WAVENUMBER], columns[_HEIGHT]
-    frequency, phase, c, s = columns[FREQUENCY], columns[PHASE], columns[_MIDDLE], columns[_MIDDLE + 1]
+    frequency, phase, c, s = columns[FREQUENCY], columns[PHASE], columns[start], columns[start + 1]
     middle, even, odd = spread(0.0), spread(0.0), spread(0.0)
     for i in range(0, c.size, WIDTH):
         along = load(wavenumber, i) * (load(east, i) * x + load(north, i) * y)
@@ -196,21 +242,25 @@ def _spread_down(box: WaveBox, depth: float, columns: FloatArray, sea: Record) -
 
 
 @kernel
-def _fill_box(box: WaveBox, columns: FloatArray, grown: float, out: FloatArray) -> None:
+def _fill_box(box: WaveBox, columns: FloatArray, start: int, grown: float, out: FloatArray) -> None:
     """Write the polynomial of the waves' pressure head [m] around a part's middle into `out`, (LEVELS, ROWS, WIDTH).
 
-    Its coefficients are those of the powers of depth, across and along, in units of the box; `grown` is the sea's ramp.
+    Its coefficients are those of the powers of depth, across and along, in units of the box. `start` is where the
+    middle is in memory, `grown` the sea's ramp.
     """
     middle = box.rows // 2
-    _add_up(columns, _MIDDLE, box.levels, out[:, middle])
+    _add_up(columns, start, box.levels, middle, out)
     for sign in (-1, 1):
         for away in range(1, middle + 1):
-            _turn_row(columns, _MIDDLE if away == 1 else _ROW, float(sign))
-            _add_up(columns, _ROW, box.levels, out[:, middle + sign * away])
+            _turn_row(columns, start if away == 1 else _ROW, float(sign))
+            _add_up(columns, _ROW, box.levels, middle + sign * away, out)
     for level in range(box.levels):
         _to_powers_across(out[level], box.rows, grown)
     for row in range(box.rows):
-        _to_powers_of_depth(out[:, row], box.levels)
+        _to_powers_of_depth(out, row, box.levels)
+    for level in range(box.levels):
+        for row in range(box.rows):
+            _to_powers_along(out[level, row])
 
 
 @kernel
@@ -224,29 +274,35 @@ def _turn_row(columns: FloatArray, start: int, sign: float) -> None:
         store(sin, i, there * on + here * off)
 
 
-@kernel
-def _add_up(columns: FloatArray, row: int, levels: int, out: FloatArray) -> None:
-    """Write the coefficients of the powers along, in a row of nodes at all levels, into `out`, (LEVELS, WIDTH).
+@inlined_kernel
+def _add_up(columns: FloatArray, start: int, levels: int, row: int, out: FloatArray) -> None:
+    """Write the sums of waves at the nodes of a row, at all levels, into `out`, (LEVELS, ROWS, WIDTH).
 
-    Of the sums of waves at nodes, half a side apart: their even and odd parts, and of these the coefficients.
+    At the middle, and the even and odd parts of those half a side and a side from it; `start` is where the row is.
     """
-    c, s = columns[row], columns[row + 1]
+    c, s, none = columns[start], columns[start + 1], spread(0.0)
     c1, s1, c2, s2 = columns[_ALONG], columns[_ALONG + 1], columns[_ALONG + 2], columns[_ALONG + 3]
     for level in range(levels):
-        height, own = columns[_LEVELS + level], out[level]
-        zero, even, odd, far_even, far_odd = spread(0.0), spread(0.0), spread(0.0), spread(0.0), spread(0.0)
+        height = columns[_LEVELS + level]
+        zero, even, odd, far_even, far_odd = none, none, none, none, none
         for i in range(0, c.size, WIDTH):
             h = load(height, i)
             p, q = h * load(c, i), h * load(s, i)
             zero += p
-            even += p * load(c1, i)
-            odd += q * load(s1, i)
-            far_even += p * load(c2, i)
-            far_odd += q * load(s2, i)
-        a, b, d = total(zero), total(even), total(odd)
-        b, d, e, f = b - a, -d, 2.0 * (total(far_even) - a), -2.0 * total(far_odd)
-        own[0], own[1], own[2] = a, (8.0 * d - f) / 3.0, (16.0 * b - e) / 3.0
-        own[3], own[4] = (4.0 * f - 8.0 * d) / 3.0, (4.0 * e - 16.0 * b) / 3.0
+            even = product_and(p, load(c1, i), even)
+            odd = product_and(q, load(s1, i), odd)
+            far_even = product_and(p, load(c2, i), far_even)
+            far_odd = product_and(q, load(s2, i), far_odd)
+        store(out[level, row], 0, totals(zero, even, odd, far_even, far_odd, none, none, none))
+
+
+@kernel
+def _to_powers_along(sums: FloatArray) -> None:
+    """Replace what `_add_up` writes for a row at a level, (WIDTH,), by coefficients of powers along."""
+    value = spread(0.0)
+    for node in range(SIDE):
+        value = product_and(spread(sums[node]), load(_FROM_SUMS[node], 0), value)
+    store(sums, 0, value)
 
 
 @kernel
@@ -267,18 +323,18 @@ def _to_powers_across(rows: FloatArray, number: int, factor: float) -> None:
 
 
 @kernel
-def _to_powers_of_depth(values: FloatArray, levels: int) -> None:
-    """Replace values at levels, (LEVELS, WIDTH), by coefficients of powers of depth."""
-    a, b, c = load(values[0], 0), load(values[1], 0), load(values[2], 0)
+def _to_powers_of_depth(values: FloatArray, row: int, levels: int) -> None:
+    """Replace a row's values at levels, of (LEVELS, ROWS, WIDTH), by coefficients of powers of depth."""
+    a, b, c = load(values[0, row], 0), load(values[1, row], 0), load(values[2, row], 0)
     if levels == SHALLOW_LEVELS:
         for power in range(1, SHALLOW_LEVELS):
             n = _SHALLOW_POWERS[power]
-            store(values[power], 0, a * n[0] + b * n[1] + c * n[2])
+            store(values[power, row], 0, a * n[0] + b * n[1] + c * n[2])
         return
-    d = load(values[3], 0)
+    d = load(values[3, row], 0)
     for power in range(1, LEVELS):
         m = _DEPTH_POWERS[power]
-        store(values[power], 0, a * m[0] + b * m[1] + c * m[2] + d * m[3])
+        store(values[power, row], 0, a * m[0] + b * m[1] + c * m[2] + d * m[3])
 
 
 @kernel
@@ -306,12 +362,12 @@ def _evaluate(
         surface = _plane(polynomial[0], box.rows, s, r)
         head = surface - up
         below = larger(head, spread(0.0))
-        if total(below) > 0.0:
+        if any_positive(below):
             d = smaller(below * shorter / (surface * shallow + 1.0), spread(1.0))
             deeper = _plane(polynomial[box.levels - 1], box.rows, s, r)
             for power in range(box.levels - 2, 0, -1):
-                deeper = deeper * d + _plane(polynomial[power], box.rows, s, r)
-            head += deeper * d
+                deeper = product_and(deeper, d, _plane(polynomial[power], box.rows, s, r))
+            head = product_and(deeper, d, head)
         store(out, i, head * weight)
 
 
@@ -327,11 +383,12 @@ def _plane(c: FloatArray, rows: int, s: Lanes, r: Lanes) -> Lanes:
     s2 = s * s
     value = _line(c[rows - 1], s, s2)
     for row in range(rows - 2, -1, -1):
-        value = value * r + _line(c[row], s, s2)
+        value = product_and(value, r, _line(c[row], s, s2))
     return value
 
 
 @kernel
 def _line(a: FloatArray, s: Lanes, s2: Lanes) -> Lanes:
     """Return values of a polynomial (SIDE,) at places, whose squares are given."""
-    return (s * a[1] + a[0]) + s2 * ((s * a[3] + a[2]) + s2 * a[4])
+    low, high = product_and(s, spread(a[1]), spread(a[0])), product_and(s, spread(a[3]), spread(a[2]))
+    return product_and(s2, product_and(s2, spread(a[4]), high), low)

@@ -7,8 +7,6 @@ many a processor takes.
 
 from typing import Final
 
-import numpy as np
-
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.elementary import (
     FAR,
@@ -20,7 +18,18 @@ from vrx_mj.physics.elementary import (
     near_cosine,
 )
 from vrx_mj.physics.kernel import allocating_kernel, kernel
-from vrx_mj.physics.lanes import WIDTH, larger, load, spread, store, total
+from vrx_mj.physics.lanes import (
+    WIDTH,
+    any_positive,
+    larger,
+    load,
+    product_and,
+    spread,
+    store,
+    total,
+    totals,
+    zeros_in_lines,
+)
 from vrx_mj.physics.motion import Vector
 from vrx_mj.physics.tables import Record, Table, Waves
 
@@ -51,8 +60,7 @@ PHASE: Final = 4
 AMPLITUDE: Final = 5
 ORBITAL: Final = 6
 BOTTOM: Final = 7  # `bottom_share`
-MEMORY: Final = 8  # 18 rows, from here on: what a kernel writes there is gone when the next one does
-_ROWS: Final = MEMORY + 18
+MEMORY: Final = 8  # and all rows from here on: what a kernel writes there is gone when the next one does
 MORE: Final = 9.0 / 14.0
 """Second coefficient of what a wave's slope is less over a waterplane: `kinematics.orbital_turning`."""
 
@@ -75,9 +83,12 @@ def decay(wavenumber: float, z: float, bottom: float) -> tuple[float, float]:
 
 
 @allocating_kernel
-def wave_columns(waves: Table, sea: Record) -> FloatArray:
-    """Return the columns of waves, (rows, n): filled up to whole lanes with waves of no height."""
-    columns = np.zeros((_ROWS, (waves.size + WIDTH - 1) // WIDTH * WIDTH))
+def wave_columns(waves: Table, sea: Record, memory: int) -> FloatArray:
+    """Return the columns of waves, (rows, n): filled up to whole lanes with waves of no height.
+
+    `memory` is the number of rows from `MEMORY` on, at least four.
+    """
+    columns = zeros_in_lines(MEMORY + memory, (max(waves.size, 1) + WIDTH - 1) // WIDTH * WIDTH)
     for i in range(waves.size):
         wave = waves[i]
         columns[EAST, i], columns[NORTH, i] = wave.direction[0], wave.direction[1]
@@ -129,17 +140,21 @@ def motion_of_columns(columns: Waves, x: float, y: float, z: float, t: float) ->
     for i in range(0, cos.size, WIDTH):
         own, f, bed = load(orbital, i), load(frequency, i), load(bottom, i)
         down = exponentials(load(wavenumber, i) * z)
-        up, whole = bed / down, bed + 1.0
-        level, upright = own * ((down + up) / whole), own * ((down - up) / whole)
+        level, upright = own * down, own * down
+        if any_positive(bed):
+            up, whole = bed / down, bed + 1.0
+            level, upright = own * ((down + up) / whole), own * ((down - up) / whole)
         store(above, i, upright)
         c, s = level * load(cos, i), level * load(sin, i) * f
-        u += load(east, i) * c
-        v += load(north, i) * c
-        w += upright * load(sin, i)
-        du += load(east, i) * s
-        dv += load(north, i) * s
-        dw -= f * (upright * load(cos, i))
-    return total(u), total(v), total(w), total(du), total(dv), total(dw)
+        u = product_and(load(east, i), c, u)
+        v = product_and(load(north, i), c, v)
+        w = product_and(upright, load(sin, i), w)
+        du = product_and(load(east, i), s, du)
+        dv = product_and(load(north, i), s, dv)
+        dw = product_and(f, upright * load(cos, i), dw)
+    sums, none = columns[MEMORY + 3], spread(0.0)
+    store(sums, 0, totals(u, v, w, du, dv, dw, none, none))
+    return sums[0], sums[1], sums[2], sums[3], sums[4], -sums[5]
 
 
 @kernel
@@ -154,8 +169,10 @@ def turning_of_columns(columns: Waves, reach: Vector) -> tuple[float, ...]:
         long = along * along * reach[0] + along * across * reach[1] + across * across * reach[2]
         rise = load(above, i) / (long * (long * MORE + 1.0) + 1.0)
         c, s = rise * load(cos, i), rise * load(sin, i) * f
-        p += across * c
-        q -= along * c
-        dp += across * s
-        dq -= along * s
-    return total(p), total(q), total(dp), total(dq)
+        p = product_and(across, c, p)
+        q = product_and(along, c, q)
+        dp = product_and(across, s, dp)
+        dq = product_and(along, s, dq)
+    sums, none = columns[MEMORY + 3], spread(0.0)
+    store(sums, 0, totals(p, q, dp, dq, none, none, none, none))
+    return sums[0], -sums[1], sums[2], -sums[3]

@@ -74,7 +74,7 @@ def _loads(
         through = motion_through_water(hull, body, *moving)
         return hull_loads(hull, arrays.stations, arrays.windage, *weather, here, body, through, time)._asdict()
     vessel, meshes = arrays.vessels[hull["vessel"]], arrays.meshes
-    work = vessel_work(meshes.points.size // 3, len(meshes.triangles), *weather)
+    work = vessel_work(meshes, *weather)
     afloat = water_at_vessel(hull, vessel, body, *moving)
     loads = vessel_loads(hull, vessel, meshes, arrays.strips, *weather, afloat, body, time, work)
     made = wave_loads(

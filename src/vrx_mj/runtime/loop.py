@@ -119,7 +119,7 @@ def advance(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
     when the sample buffer is full or a touch has begun, -1 when the state has diverged.
     """
     a = views(runs[row])
-    work = vessel_work(a.points.size // 3, len(a.triangles), a.waves, a.sea[0])
+    work = vessel_work(hull_meshes(a), a.waves, a.sea[0])
     return _advance(runs, row, time, dt, steps, work, work.columns)
 
 
@@ -189,7 +189,7 @@ def push_vessel(hull: Record, body: Motion, a: Views, work: VesselWork, air: Air
     loads = vessel_loads(
         hull,
         vessel,
-        HullMeshes(a.parts, a.points, a.shares, a.triangles),
+        hull_meshes(a),
         a.strips,
         a.waves,
         a.sea[0],
@@ -206,6 +206,12 @@ def push_vessel(hull: Record, body: Motion, a: Views, work: VesselWork, air: Air
     wrench = add(wrench, add(made.radiation, made.diffraction))
     push = thrust(hull, body, a, work, time, dt)
     apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
+
+
+@inlined_kernel
+def hull_meshes(a: Views) -> HullMeshes:
+    """Return the meshes of all vessels."""
+    return HullMeshes(a.parts, a.points, a.shares, a.pairs, a.corner_shares)
 
 
 @kernel

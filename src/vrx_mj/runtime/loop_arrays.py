@@ -18,6 +18,7 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Hull, Propeller, Station, Thruster, Vessel, Windage
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics import tables
+from vrx_mj.physics.lanes import WIDTH
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.panel_mesh import Panels, panels_of
 from vrx_mj.physics.raft import RAFT_WORK
@@ -127,13 +128,13 @@ def _spread(stations: Sequence[Station], hull: Hull) -> tuple[float, float]:
 
 def _vessel_rows(kinds: Sequence[Vessel], meshes: Sequence[Panels]) -> list[dict[str, Any]]:
     """Rows of `tables.VESSEL`; what each has in other tables follows what the one before has there."""
-    rows, ends = [], dict.fromkeys(("point", "triangle", "part", "strip", "memory"), 0)
+    rows, ends = [], dict.fromkeys(("point", "pair", "part", "strip", "memory"), 0)
     forces = 0
     for kind, mesh in zip(kinds, meshes, strict=True):
         row, table = dict(vars(kind)), kind.diffraction.forces if kind.diffraction else ()
         for name in ("diffraction", "spread", "vertices", "triangles", "strips", "memory"):
             del row[name]
-        pressed = mesh.points.shape[1], len(mesh.triangles), len(mesh.parts)
+        pressed = mesh.points.shape[1], len(mesh.pairs), len(mesh.parts)
         own = *pressed, len(kind.strips), len(kind.memory)
         for name, count in zip(ends, own, strict=True):
             row |= {f"{name}_start": ends[name], f"{name}_count": count}
@@ -159,6 +160,16 @@ def _propeller_row(own: Propeller, start: int) -> dict[str, Any]:
 def memories_of(hulls: Sequence[Hull]) -> list[int]:
     """How many rows of `tables.MEMORY_STATE` each hull has."""
     return [len(hull.vessel.memory) if hull.vessel else 0 for hull in hulls]
+
+
+def _in_lines(parts: Sequence[FloatArray]) -> FloatArray:
+    """The numbers of arrays one after another, from where a line of the cache begins: `lanes.zeros_in_lines`."""
+    numbers = np.concatenate([np.zeros(0), *map(np.ravel, parts)])
+    room = np.empty(numbers.size + WIDTH)
+    start = -(room.ctypes.data // room.itemsize) % WIDTH
+    lines = room[start : start + numbers.size]
+    lines[:] = numbers
+    return lines
 
 
 class Run:
@@ -293,14 +304,15 @@ class LoopArrays:
         forces = [row for kind in kinds if kind.diffraction for angles in kind.diffraction.forces for row in angles]
         self.diffraction = np.array(forces, np.float64).reshape(-1, 12)
         self.parts = tables.table(tables.PART, [part._asdict() for mesh in meshes for part in mesh.parts])
-        self.points = np.concatenate([np.zeros(0), *(mesh.points.ravel() for mesh in meshes)])
-        self.shares = np.concatenate([np.zeros(0), *(mesh.shares.ravel() for mesh in meshes)])
-        self.triangles = np.concatenate([np.zeros((0, 3), np.uint32), *(mesh.triangles for mesh in meshes)])
+        self.points = _in_lines([mesh.points for mesh in meshes])
+        self.shares = _in_lines([mesh.shares for mesh in meshes])
+        self.pairs = np.concatenate([np.zeros((0, 4), np.uint32), *(mesh.pairs for mesh in meshes)])
+        self.corner_shares = _in_lines([mesh.corner_shares for mesh in meshes]).reshape(-1, 6, WIDTH)
 
     @property
     def meshes(self) -> HullMeshes:
         """Those of all vessels."""
-        return HullMeshes(self.parts, self.points, self.shares, self.triangles)
+        return HullMeshes(self.parts, self.points, self.shares, self.pairs, self.corner_shares)
 
     def _mount(self, world: World, known: "LoopArrays | None") -> None:
         """Sensors, lights and placards, and what the sensors' clocks keep."""

@@ -75,9 +75,10 @@ class Views(NamedTuple):
     vessels: Annotated[Table, Array(tables.VESSEL)]
     parts: Annotated[Table, Array(tables.PART)]
     points: Annotated[FloatArray, Array()]
-    """Of the meshes of vessels, as are the two that follow: `vessel.HullMeshes`."""
+    """Of the meshes of vessels, as are the three that follow: `vessel.HullMeshes`."""
     shares: Annotated[FloatArray, Array()]
-    triangles: Annotated[IntArray, Array(np.uint32, ndim=2)]
+    pairs: Annotated[IntArray, Array(np.uint32, ndim=2)]
+    corner_shares: Annotated[FloatArray, Array(ndim=3)]
     strips: Annotated[Table, Array(tables.STRIP)]
     memory: Annotated[Table, Array(tables.MEMORY)]
     memory_state: Annotated[Table, Array(tables.MEMORY_STATE, use=STATE)]

@@ -1,6 +1,12 @@
 """Lanes of a kernel against the same numbers one by one."""
 
+import json
 import math
+import os
+import subprocess
+import sys
+from fractions import Fraction
+from pathlib import Path
 
 import numba
 import numpy as np
@@ -10,7 +16,20 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from vrx_mj.physics.elementary import cosines_and_sines, exponential, exponentials, near_cosine_and_sine
-from vrx_mj.physics.lanes import WIDTH, chosen, floor, larger, load, smaller, spread, store, total
+from vrx_mj.physics.lanes import (
+    WIDTH,
+    any_positive,
+    chosen,
+    larger,
+    load,
+    product_and,
+    smaller,
+    spread,
+    store,
+    total,
+    totals,
+    zeros_in_lines,
+)
 
 NUMBERS = arrays(np.float64, 2 * WIDTH, elements=st.floats(-1e6, 1e6))
 
@@ -26,7 +45,7 @@ def apply(a, b, out):
         store(out[4], i, 2.0 * x + y * 3.0)
         store(out[5], i, larger(x, y))
         store(out[6], i, smaller(x, y))
-        store(out[7], i, floor(x))
+        store(out[7], i, product_and(x, y, x))
         store(out[8], i, chosen(x, y, spread(-7.0)))
         value = x
         value += y
@@ -35,13 +54,18 @@ def apply(a, b, out):
         store(out[9], i, value)
 
 
+def fused(a, b, c):
+    """a b + c of fractions, rounded once."""
+    return [float(Fraction(x) * Fraction(y) + Fraction(z)) for x, y, z in zip(a, b, c, strict=True)]
+
+
 @given(NUMBERS, NUMBERS)
 def test_operations_are_those_of_numbers(a, b):
     b = np.where(np.abs(b) < 1e-3, 1.0, b)
     out = np.zeros((10, a.size))
     apply(a, b, out)
     expected = [
-        a + b, a - b, a * b, a / b, 2.0 * a + b * 3.0, np.maximum(a, b), np.minimum(a, b), np.floor(a),
+        a + b, a - b, a * b, a / b, 2.0 * a + b * 3.0, np.maximum(a, b), np.minimum(a, b), fused(a, b, a),
         np.where(a > 0.0, b, -7.0), ((a + b) - 0.5) * a,
     ]  # fmt: skip
     assert (out == np.array(expected)).all()
@@ -59,6 +83,72 @@ def test_a_sum_has_one_order(a):
     quarters = halves[:2] + halves[2:]
     assert sum_of(a) == quarters[0] + quarters[1]
     assert sum_of(a) == pytest.approx(math.fsum(a), abs=1e-9)
+
+
+@numba.njit
+def sums_of(a, out):
+    one, two, three, four = load(a[0], 0), load(a[1], 0), load(a[2], 0), load(a[3], 0)
+    store(out, 0, totals(one, two, three, four, load(a[4], 0), load(a[5], 0), load(a[6], 0), load(a[7], 0)))
+
+
+@given(arrays(np.float64, (WIDTH, WIDTH), elements=st.floats(-1e6, 1e6)))
+def test_eight_sums_at_once_are_those_one_by_one_to_the_bit(a):
+    out = np.zeros(WIDTH)
+    sums_of(a, out)
+    assert out.tolist() == [sum_of(row) for row in a]
+
+
+@numba.njit
+def any_of(a):
+    return any_positive(load(a, 0))
+
+
+def test_a_number_above_zero_is_found_in_any_lane():
+    for below in (0.0, -0.0, -1e-300, -math.inf, math.nan):
+        assert not any_of(np.full(WIDTH, below))
+        for lane in range(WIDTH):
+            assert any_of(np.where(np.arange(WIDTH) == lane, 1e-300, below))
+
+
+def test_lanes_that_do_not_lie_one_after_another_are_refused():
+    with pytest.raises(AssertionError, match="lanes lie one after another"):
+        sum_of(np.zeros((WIDTH, 2))[:, 0])
+
+
+@pytest.mark.parametrize(("rows", "width"), [(1, 8), (3, 64), (26, 8), (2, 0)])
+def test_rows_begin_with_lines_of_the_cache(rows, width):
+    found = zeros_in_lines(rows, width)
+    assert found.shape == (rows, width)
+    assert not found.any()
+    assert found.flags.c_contiguous
+    assert found.ctypes.data % (WIDTH * found.itemsize) == 0
+
+
+@numba.njit
+def product_of(a, b, c):
+    return product_and(a, b, c)
+
+
+ON_AN_OLDER_PROCESSOR = """
+import sys
+import numpy as np
+sys.path[:0] = [{tests!r}]
+from unit.physics.test_lanes import functions, product_of
+angles = np.linspace(-1e3, 1e3, 80)
+out = np.zeros((3, 80))
+functions(angles, -abs(angles), *out)
+print([*out.ravel().tolist(), product_of(1.0 + 2.0**-30, 1.0 - 2.0**-30, -1.0)])
+"""
+
+
+def test_a_processor_without_fused_operations_gives_the_same_bits():
+    """Of which LLVM then asks the C library."""
+    variables = {**os.environ, "NUMBA_CPU_NAME": "nehalem", "NUMBA_CPU_FEATURES": ""}
+    program = ON_AN_OLDER_PROCESSOR.format(tests=str(Path(__file__).parents[2]))
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, env=variables, check=True)
+    angles, out = np.linspace(-1e3, 1e3, 80), np.zeros((3, 80))
+    functions(angles, -abs(angles), *out)
+    assert json.loads(found.stdout) == [*out.ravel().tolist(), -(2.0**-60)]
 
 
 @numba.njit(error_model="numpy")

@@ -142,6 +142,28 @@ def test_a_corner_at_the_surface_or_far_over_it_makes_no_trouble(dry):
     assert np.isfinite(found).all()
 
 
+def test_triangles_are_paired_across_their_longest_edges():
+    """Each of a box's faces is a pair; every triangle is in one, with its outside outside."""
+    vertices, triangles = barge(4.0, 2.0, 1.0)
+    mesh = panels_of(vertices, triangles)
+    found = sorted(sorted(mesh.points[:, list(pair)].T.tolist()) for pair in mesh.pairs)
+    faces = [
+        sorted(vertices[vertices[:, axis] == side].tolist()) for axis in range(3) for side in set(vertices[:, axis])
+    ]
+    assert found == sorted(faces)
+    halves = np.concatenate([mesh.pairs[:, [0, 1, 2]], mesh.pairs[:, [0, 2, 3]]])
+    corners = mesh.points.T[halves]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert (np.einsum("ij,ij->i", normals, corners.mean(axis=1)) > 0.0).all()
+
+
+def test_a_triangle_without_a_neighbour_is_a_pair_of_its_own():
+    fan = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 2.0, 0.0), (-1.0, 0.5, 0.0)])
+    mesh = panels_of(fan, np.array([(0, 1, 2), (0, 2, 3), (0, 3, 4)]))
+    places = [[int(np.flatnonzero((fan == mesh.points[:, k]).all(axis=1))[0]) for k in pair] for pair in mesh.pairs]
+    assert sorted(map(sorted, places)) == [[0, 1, 2, 2], [0, 2, 3, 4]]
+
+
 def catamaran():
     vertices, triangles = barge(4.0, 0.5, 0.5)
     both = [vertices + np.array([0.0, side, 0.0]) for side in (-1.0, 1.0)]

@@ -11,7 +11,7 @@ from vrx_mj.physics.kinematics import water_pressure
 from vrx_mj.physics.lanes import WIDTH
 from vrx_mj.physics.spectra import irregular_sea, jonswap, regular_wave
 from vrx_mj.physics.tables import PART, VESSEL, table
-from vrx_mj.physics.wave_box import LEVELS, ROWS, SHALLOW_LEVELS, SLENDER_ROWS, pressures_in_waves
+from vrx_mj.physics.wave_box import BOX_MEMORY, LEVELS, ROWS, SHALLOW_LEVELS, SLENDER_ROWS, pressures_in_waves
 from vrx_mj.physics.wave_columns import wave_columns
 from vrx_mj.physics.waves import surface_height
 
@@ -24,19 +24,22 @@ def components(waves):
 
 
 def pressures(points, pose, waves, water, t, rows=ROWS, levels=LEVELS):
-    """Of the polynomial, and of the sum over the waves."""
+    """Of the polynomial, and of the sum over the waves; `points` of a part, (n, 3), or of several."""
     body = moving(pose[:3], pose[3:])
-    filled = np.pad(points, ((0, -len(points) % WIDTH), (0, 0)), mode="edge")
-    low, high = points.min(axis=0), points.max(axis=0)
-    parts = table(PART, [{"center": 0.5 * (low + high), "start": 0, "size": len(filled)}])
+    hulls = points.reshape(-1, *points.shape[-2:])
+    filled = np.pad(hulls, ((0, 0), (0, -hulls.shape[1] % WIDTH), (0, 0)), mode="edge")
+    low, high = hulls.min(axis=1), hulls.max(axis=1)
+    size = filled.shape[1]
+    parts = table(PART, [{"center": 0.5 * (low + high)[i], "start": i * size, "size": size} for i in range(len(hulls))])
     vessel = np.zeros(1, VESSEL)[0]
-    vessel["half"], vessel["wave_rows"], vessel["wave_levels"] = 0.5 * (high - low), rows, levels
-    out, polynomial = np.zeros(len(filled)), np.zeros((LEVELS, ROWS, WIDTH))
-    columns, turned = wave_columns(waves, water), np.ascontiguousarray(filled.T)
+    vessel["half"], vessel["wave_rows"], vessel["wave_levels"] = 0.5 * (high - low)[0], rows, levels
+    out, polynomial = np.zeros(len(hulls) * size), np.zeros((LEVELS, ROWS, WIDTH))
+    columns = wave_columns(waves, water, BOX_MEMORY + 2 * len(hulls))
+    turned = np.ascontiguousarray(filled.reshape(-1, 3).T)
     pressures_in_waves(vessel, parts, turned, columns, water, body, t, polynomial, out)
     turn = np.array(body[3:12]).reshape(3, 3)
-    exact = [water_pressure(waves, water, *place, t) for place in points @ turn.T + np.array(body[:3])]
-    return out[: len(points)], np.array(exact)
+    exact = [water_pressure(waves, water, *place, t) for place in points.reshape(-1, 3) @ turn.T + np.array(body[:3])]
+    return out.reshape(len(hulls), size)[:, : hulls.shape[1]].ravel(), np.array(exact)
 
 
 @pytest.mark.parametrize("depth", [math.inf, 5.0])
@@ -98,6 +101,17 @@ def test_three_nodes_are_enough_across_a_slender_hull(length, bound):
     assert k * 0.2 < 0.5
     assert np.abs(found - exact)[wet].max() < bound * 1025.0 * 9.81 * 0.01
     assert (found[~wet] <= 0.0).all()
+
+
+@pytest.mark.parametrize("roll", [-0.5, 0.5])
+def test_the_hulls_of_a_heeled_catamaran_are_each_in_a_box_that_is_deep_enough(roll):
+    """The deeper one to port, and to starboard; the bound is that of three nodes over the depth, 1 m of 40 m."""
+    waves, water = sea(components(regular_wave(0.5, math.sqrt(2.0 * math.pi * 40.0 / 9.81), (0.6, 0.8), Site())))
+    hulls = POINTS * (1.0, 0.2, 0.5) + np.array([-1.0, 1.0])[:, None, None] * (0.0, 1.0, 0.0)
+    found, exact = pressures(hulls, (3.0, 4.0, 0.0, roll, 0.02, 0.3), waves, water, 1.3, SLENDER_ROWS, SHALLOW_LEVELS)
+    wet = (exact > 0.0).reshape(2, -1)
+    assert wet.any(axis=1).all()
+    assert np.abs(found - exact)[wet.ravel()].max() < 2e-4 * 1025.0 * 9.81 * 0.25
 
 
 @pytest.mark.parametrize("nodes", [(ROWS, LEVELS), (SLENDER_ROWS, SHALLOW_LEVELS)], ids=["many", "few"])
