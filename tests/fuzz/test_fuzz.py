@@ -102,13 +102,13 @@ def test_of_a_hang_the_stack_is_told(found):
 
 @LINUX
 def test_a_seeded_share_of_all_files_is_used_or_refused(tmp_path):
-    printed(str(FUZZ / "run.py"), "--inputs", "240", "--seed", str(SEED), "--kinds", *LIGHT, "--keep", str(tmp_path))
+    printed(str(FUZZ / "run.py"), "--inputs", "180", "--seed", str(SEED), "--kinds", *LIGHT, "--keep", str(tmp_path))
 
 
 @LINUX
 @pytest.mark.slow
 def test_a_larger_share_of_everything_is_used_or_refused_and_made_again_from_its_number(tmp_path):
-    printed("-c", SHARE, "--inputs", "95", "--seed", str(SEED + 1), "--jobs", "1", "--keep", str(tmp_path))
+    printed("-c", SHARE, "--inputs", "75", "--seed", str(SEED + 1), "--jobs", "1", "--keep", str(tmp_path))
 
 
 @pytest.mark.slow

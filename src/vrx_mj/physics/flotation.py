@@ -31,7 +31,7 @@ import math
 from typing import NamedTuple
 
 from vrx_mj.arrays import FloatArray, IntArray
-from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.kernel import expanded_kernel, kernel
 from vrx_mj.physics.motion import Motion, Vector, Wrench, add, cross, rotate, rotated_wrench, unrotate, zero_wrench
 from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.volumes import submerged
@@ -125,7 +125,7 @@ def water_at_elements(
         water[i].height = height
 
 
-@kernel
+@expanded_kernel
 def flotation(
     body: Record, elements: Table, water: Table | None, motion: Motion,
     height: float, rise: float, dt: float, external: Wrench,
@@ -134,9 +134,8 @@ def flotation(
 
     `height` [m] and `rise` [m/s] are the water's at the link's origin; what `water`, if any, returns for an element
     in its row of `ELEMENT_STATE` is added to them. Without it what compiles knows nothing of it, and is faster.
-    `external` is every other wrench on
-    the link but weight, world axes about its centre of mass (`zero_wrench()` for none). `dt` = 0 gives VRX's
-    explicit force.
+    `external` is every other wrench on the link but weight, world axes about its centre of mass (`zero_wrench()` for
+    none). `dt` = 0 gives VRX's explicit force.
     """
     return flotation_under(body.gravity, body, elements, water, motion, height, rise, dt, external)
 

@@ -44,13 +44,14 @@ RAFT_WORK = np.dtype(
 @kernel
 def block_load(
     index: int, blocks: Table, work: Table, elements: Table, water: Table, states: Table,
-    waves: Waves, sea: Record, stream: tuple[float, float], air: tuple[float, float],
+    waves: Waves, sea: Record, stream: tuple[float, float] | None, air: tuple[float, float],
     qpos: FloatArray, qvel: FloatArray, time: float, dt: float,
 ) -> Wrench:  # fmt: skip
     """Return buoyancy, drag and wind on a block at its present velocity, about its centre of mass.
 
-    `stream` is the current [m/s], east and north. Where the water moves (`sea.moving`) drag is that of the velocity
-    through it, and buoyancy leans with the surface; the wind is then the apparent one.
+    `stream` is the current [m/s], east and north; None in VRX's profiles, whose water is at rest. Where the water moves
+    (`sea.moving`) drag is that of the velocity through it, and buoyancy leans with the surface; the wind is then the
+    apparent one.
 
     The blocks that it hangs on come before it. Its row of `work` gets its frame, its hinge's axis and its own drag.
     """
@@ -72,13 +73,15 @@ def block_load(
     _add_drag(own, here, dt * sums.k, dt * sums.kz)
     for k in range(3, 6):
         own[k, k] += dt * sums.kappa
-    east, north, lean, breeze = stream[0], stream[1], zero_wrench(), air
-    if sea.moving != 0:
-        orbital = orbital_motion(waves, sea, body.x, body.y, body.z, time)
-        east, north = east + orbital.u, north + orbital.v
-        lift = sums.lift / block.gravity
-        breeze = air[0] - velocity[0], air[1] - velocity[1]
-        lean = Wrench(lift * orbital.du, lift * orbital.dv, 0.0, 0.0, 0.0, 0.0)
+    east, north, lean, breeze = 0.0, 0.0, zero_wrench(), air
+    if stream is not None:
+        east, north = stream
+        if sea.moving != 0:
+            orbital = orbital_motion(waves, sea, body.x, body.y, body.z, time)
+            east, north = east + orbital.u, north + orbital.v
+            lift = sums.lift / block.gravity
+            breeze = air[0] - velocity[0], air[1] - velocity[1]
+            lean = Wrench(lift * orbital.du, lift * orbital.dv, 0.0, 0.0, 0.0, 0.0)
     slip = (velocity[0] - east, velocity[1] - north, velocity[2] - rise)
     pushes = add(sums_wrench(sums, slip, rotate(body, body.p, body.q, body.r)), wind_load(block.wind, body, breeze))
     return add(pushes, lean)

@@ -172,9 +172,12 @@ def _less(wind_vector: tuple[float, float], motion: Motion) -> tuple[float, floa
 
 
 @kernel
-def wind_on_hull(hull: Record, windage: Table, motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
-    """Return what the wind does to a hull by the profile of its row: world axes, about `hull.link_com`."""
-    if hull.windage_count > 0:
+def wind_on_hull(hull: Record, windage: Table | None, motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
+    """Return what the wind does to a hull by the profile of its row: world axes, about `hull.link_com`.
+
+    `windage` is `tables.WINDAGE`; None where no hull has any.
+    """
+    if windage is not None and hull.windage_count > 0:
         return windage_load(hull, windage, motion, wind_vector)
     if hull.profile == MARINE:
         return wind_load(hull.wind, motion, _less(wind_vector, motion))

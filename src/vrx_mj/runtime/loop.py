@@ -142,14 +142,15 @@ def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: Ve
         latch(a.clocks, a.latched, a.qpos, a.qvel, a.device_state, time)
         time += dt
         wind_step(a.wind[0], a.wind_state[0], a.gust_bands, a.air, a.air_state, dt)
-        current_step(a.current, a.current_state, dt)
+        if work is not None:
+            current_step(a.current, a.current_state, dt)
         air = air_velocity(a.wind[0], a.wind_state[0], a.air_state)
         push_hulls(a, work, waves, air, time, dt)
         push_floats(a, work, waves, air, damping, time, dt)
         if work is not None and a.links.size > 0:
             mj_fwd_kinematics(run.contact_free, run.data)
             push_links(a, work, waves, air, damping, time, dt)
-        push_docks(a, waves, air, time, dt)
+        push_docks(a, work, waves, air, time, dt)
         free = contact_free(a.movers, a.obstacles, a.qpos, flags)
         idle = free and free_before and flags.unconstrained != 0  # the step before found nothing, nor would this one
         move(run.contact_free if free else run.model, run.data, a, work, added, damping, idle)
@@ -174,8 +175,9 @@ def push_hulls(a: Views, work: VesselWork | None, waves: Waves, air: Air, time: 
                 continue
             if hull.profile == MARINE:
                 through = motion_through_water(hull, body, waves, a.sea[0], a.current, a.current_state, a.layers, time)
-        here = wind_at_hull(hull, a.air, air)
-        loads = hull_loads(hull, a.stations, a.windage, waves, a.sea[0], here, body, through, time)
+        windage = None if work is None else a.windage
+        here = air if work is None else wind_at_hull(hull, a.air, air)
+        loads = hull_loads(hull, a.stations, windage, waves, a.sea[0], here, body, through, time)
         wrench = add(add(add(loads.hydrostatics, loads.drag), loads.added_mass_bias), loads.wind)
         push = thrust(hull, body, a, work, time, dt)
         apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
@@ -208,7 +210,7 @@ def push_vessel(hull: Record, body: Motion, a: Views, work: VesselWork, air: Air
     apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
 
 
-@inlined_kernel
+@expanded_kernel
 def hull_meshes(a: Views) -> HullMeshes:
     """Return the meshes of all vessels."""
     return HullMeshes(a.parts, a.points, a.shares, a.pairs, a.corner_shares)
@@ -237,12 +239,12 @@ def water_at_vessel(
 
 @kernel
 def hull_loads(
-    hull: Record, stations: Table, windage: Table, waves: Waves, sea: Record,
+    hull: Record, stations: Table, windage: Table | None, waves: Waves, sea: Record,
     air: Air, body: Motion, through: Motion, time: float,
 ) -> HullLoads:  # fmt: skip
     """Return what water and wind do to a hull; with `thrust` it is all that acts on it from outside.
 
-    `through` is its motion through the water, which is at rest in VRX's profiles.
+    `through` is its motion through the water, which is at rest in VRX's profiles, where `windage` may be None.
     """
     return HullLoads(
         hydrostatics(hull, stations, waves, sea, body, time),
@@ -308,7 +310,7 @@ def move(
     mj_euler(model, data)
 
 
-@inlined_kernel
+@expanded_kernel
 def inertia_of_water(hull: Record, body: Motion, a: Views, work: VesselWork | None, added: FloatArray) -> None:
     """Write a hull's added mass into `added`, (6, 6)."""
     if work is not None and hull.vessel >= 0:
@@ -397,9 +399,9 @@ def push_links(
 
 
 @inlined_kernel
-def push_docks(a: Views, waves: Waves, air: Air, time: float, dt: float) -> None:
+def push_docks(a: Views, work: VesselWork | None, waves: Waves, air: Air, time: float, dt: float) -> None:
     """Let water and wind push the blocks of floating docks, and their moorings pull."""
-    stream = current_velocity(a.current, a.current_state, a.layers, 0.0, time)
+    stream = None if work is None else current_velocity(a.current, a.current_state, a.layers, 0.0, time)
     for i in range(a.blocks.size):
         wrench = block_load(
             i, a.blocks, a.raft_work, a.elements, a.element_state, a.block_state, waves, a.sea[0], stream, air,
@@ -411,7 +413,7 @@ def push_docks(a: Views, waves: Waves, air: Air, time: float, dt: float) -> None
         apply_more(a.xfrc_applied, a.blocks[line.block].body, moor(line, a.blocks, a.raft_work, dt))
 
 
-@inlined_kernel
+@expanded_kernel
 def floating(
     index: int, a: Views, work: VesselWork | None, waves: Waves, air: Air, damping: FloatArray, time: float, dt: float
 ) -> Wrench:
@@ -429,7 +431,7 @@ def floating(
     return add(load, flotation_of_step(item, body, found, dt, damping))
 
 
-@inlined_kernel
+@expanded_kernel
 def flotation_of(
     item: Record, state: Record, body: Motion, a: Views, work: VesselWork | None, waves: Waves, load: Wrench,
     time: float, dt: float, ahead: float,
