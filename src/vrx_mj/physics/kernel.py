@@ -13,6 +13,7 @@ import numba
 from numba.core.registry import CPUDispatcher
 
 from vrx_mj.physics.kernel_cache import Choice, KernelCache, Uncached, chosen_folder, say_before_the_first
+from vrx_mj.physics.linked_library import LinkedCompiler
 
 __all__ = ["allocating_kernel", "cache_choice", "cache_folder", "cached", "expanded_kernel", "inlined_kernel", "kernel"]
 
@@ -21,7 +22,7 @@ F = TypeVar("F", bound=Callable[..., object])
 _PACKAGES = ("physics", "sensors", "runtime", "recording")
 """The packages whose modules may hold kernels."""
 _HOLDS_KERNELS = re.compile(rb"^@(allocating_|expanded_|inlined_)?kernel\b|^@intrinsic\b|= c_function\(", re.MULTILINE)
-_TAKEN_OVER = ("constants.py", "libmujoco.py", "physics/kernel.py", "physics/tables.py")
+_TAKEN_OVER = ("constants.py", "libmujoco.py", "physics/kernel.py", "physics/linked_library.py", "physics/tables.py")
 """Modules without kernels whose numbers, columns and settings are compiled into them."""
 
 
@@ -118,7 +119,8 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
     @functools.cached_property
     def _callee(self) -> CPUDispatcher:
         """The form for other kernels, which a process that finds those in the cache never makes."""
-        callee = CPUDispatcher(self.py_func, self.locals, {**self.targetoptions, "no_cpython_wrapper": True})
+        options = {**self.targetoptions, "no_cpython_wrapper": True}
+        callee = CPUDispatcher(self.py_func, self.locals, options, LinkedCompiler)
         callee._cache = _cache_of(self.py_func, ".callee")
         return callee
 
