@@ -41,7 +41,6 @@ def folder(tmp_path_factory):
 def theirs(heading, toward):
     """Diffraction and Froude-Krylov force per metre of wave (2, 6), world axes, about the centre of mass."""
     capytaine = pytest.importorskip("capytaine")
-    capytaine.set_logging("ERROR")
     turn = trimesh.transformations.rotation_matrix(heading, (0, 0, 1))
     vertices, faces, _ = panelled(np.array(BOX.copy().apply_transform(turn).triangles), 250)
     mesh = capytaine.Mesh(vertices=vertices, faces=faces).immersed_part()

@@ -1,7 +1,9 @@
 """Radiation and diffraction of a hull by Capytaine, a boundary element code: Ancellin and Dias (2019)."""
 
+import contextlib
+import logging
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -28,6 +30,21 @@ MOTIONS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
 WET = 1e-9
 
 
+@contextlib.contextmanager
+def _logging_kept() -> Iterator[None]:
+    """Have Capytaine log its errors alone, and undo what importing it does to the root logger."""
+    root, own = logging.getLogger(), logging.getLogger("capytaine")
+    handlers, levels = root.handlers[:], (root.level, own.level)
+    own.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        root.handlers[:] = handlers
+        root.setLevel(levels[0])
+        own.setLevel(levels[1])
+
+
+@_logging_kept()
 def hydro_of_hull(
     corners: FloatArray,
     waterline: float,
@@ -64,7 +81,6 @@ def hydro_of_hull(
     with importing("the radiation of a hull", "capytaine", "hydro"):
         import capytaine
 
-    capytaine.set_logging("ERROR")
     mesh, edge = _wet_mesh(capytaine, corners - (0.0, 0.0, waterline), panels)
     highest = highest or math.sqrt(gravity * 2.0 * math.pi / (SHORTEST * edge))
     omegas = np.linspace(0.0, highest, frequencies + 1)[1:]

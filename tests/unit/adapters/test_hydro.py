@@ -2,12 +2,15 @@
 
 import json
 import math
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 import trimesh
 
 from needs import CAPYTAINE, needs
+from vrx_command import environment
 from vrx_mj.adapters.hydro import FREQUENCIES, hydro_of_hull, panelled
 from vrx_mj.config.hydro import read_hydro
 from vrx_mj.errors import CommandError, VrxError
@@ -55,6 +58,35 @@ def test_the_fewest_frequencies_are_enough():
     k = found["frequencies"][-1] ** 2 / 9.81
     wet = panelled(SPHERE, 100)[2]
     assert 2.0 * math.pi / k == pytest.approx(5.0 * wet)
+
+
+LOGGING = """
+import logging, warnings
+warnings.simplefilter("ignore")
+import numpy as np
+from vrx_mj.adapters.hydro import hydro_of_hull
+def seen():
+    root = logging.getLogger()
+    return root.handlers[:], root.level, logging.getLogger("capytaine").level
+before = seen()
+try:
+    hydro_of_hull(np.ones((4, 3, 3)), 0.0, (0, 0, 0), density=1000.0, gravity=9.81)
+except Exception as error:
+    print(error)
+assert seen() == before, (before, seen())
+"""
+
+
+@needs(CAPYTAINE)
+@pytest.mark.slow
+def test_a_program_s_logging_stays_as_it_was():
+    """Importing Capytaine gives the root logger a handler of its own."""
+    done = subprocess.run(
+        [sys.executable, "-c", LOGGING], env=environment(), capture_output=True, encoding="utf-8", check=False,
+        timeout=120,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("no part of the hull is under water")
 
 
 def test_a_hull_in_the_air_has_no_panels():
