@@ -13,9 +13,9 @@ axes: `drag` is then about the origin, there is no `added_bias`, and `added_iner
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Vector, Wrench, from_origin, rotate, rotated_wrench, unrotate, zero_wrench
-from vrx_mj.physics.tables import VRX3, Record
+from vrx_mj.physics.tables import VRX, VRX3, Record
 
-__all__ = ["added_bias", "added_inertia", "added_moment", "bias_on_hull", "drag", "drag_on_hull"]
+__all__ = ["added_bias", "added_inertia", "added_moment", "bias_on_hull", "drag", "drag_on_hull", "has_added_moment"]
 
 
 @kernel
@@ -46,9 +46,7 @@ def added_inertia(hull: Record, motion: Motion, out: FloatArray) -> None:
     of the force is `added_bias`.
 
     As the force acts at c = `hull.link_com` and not at the origin, its torque about the origin has a
-    part -c x A R^T a that no symmetric inertia can hold. It is left out here (`added_moment`
-    is that part): with VRX's boats c is above the origin and A acts in heave only, so that it is
-    zero, or 0.0004 kg m times the acceleration with sensors on board. A symmetric form that keeps
+    part -c x A R^T a that no symmetric inertia can hold: `added_moment`. A symmetric form that keeps
     half of it would no longer be positive for every M_A.
     """
     a, m = hull.added_mass, motion
@@ -78,13 +76,23 @@ def added_bias(hull: Record, motion: Motion) -> Wrench:
 def added_moment(hull: Record, motion: Motion, acceleration: Vector) -> Vector:
     """Return the torque -c x A R^T a [N m], world axes, which `added_inertia` leaves out.
 
-    `acceleration` a [m/s2] is the link origin's, world axes; the last step's will do while c times A is
-    small against the boat's own inertia.
+    `acceleration` a [m/s2] is the link origin's, world axes. That which the boat would have without the torque will do:
+    what the torque changes in it is of the order of c times A against the boat's own inertia.
     """
     a, c = hull.added_mass, hull.link_com
     ax, ay, az = unrotate(motion, acceleration[0], acceleration[1], acceleration[2])
     x, y, z = a[0] * ax, a[1] * ay, a[2] * az
     return rotate(motion, c[2] * y - c[1] * z, c[0] * z - c[2] * x, c[1] * x - c[0] * y)
+
+
+@kernel
+def has_added_moment(hull: Record) -> bool:
+    """Whether a hull gets its `added_moment`: in VRX classic, and with added mass in surge or sway.
+
+    VRX's boats have some in heave only, above whose c it would be zero, or 0.0004 kg m times the acceleration with
+    sensors on board: they go without.
+    """
+    return bool(hull.profile == VRX and (hull.added_mass[0] != 0.0 or hull.added_mass[1] != 0.0))
 
 
 @kernel

@@ -15,7 +15,7 @@ from vrx_mj.libmujoco import c_function
 from vrx_mj.physics.added_mass import added_inertia_of_vessel
 from vrx_mj.physics.afloat import flotation_in_waves, rope_pull
 from vrx_mj.physics.current import current_step, current_velocity
-from vrx_mj.physics.drag import added_inertia, bias_on_hull, drag_on_hull
+from vrx_mj.physics.drag import added_inertia, added_moment, bias_on_hull, drag_on_hull, has_added_moment
 from vrx_mj.physics.flotation import (
     Flotation,
     add_flotation_drag,
@@ -304,6 +304,8 @@ def move(
         mj_sensor_vel(model, data)
         mj_fwd_actuation(model, data)
     mj_fwd_acceleration(model, data)
+    if push_added_moments(a):
+        mj_fwd_acceleration(model, data)
     mj_fwd_constraint(model, data)
     if not idle:
         mj_sensor_acc(model, data)
@@ -317,6 +319,21 @@ def inertia_of_water(hull: Record, body: Motion, a: Views, work: VesselWork | No
         added_inertia_of_vessel(a.vessels[hull.vessel], body, added)
         return
     added_inertia(hull, body, added)
+
+
+@inlined_kernel
+def push_added_moments(a: Views) -> bool:
+    """Let the added mass of VRX's hulls turn them, by the accelerations that they have without: whether any is."""
+    any_turned = False
+    for i in range(a.hulls.size):
+        hull = a.hulls[i]
+        if has_added_moment(hull):
+            body = motion(a.qpos, a.qvel, hull.qpos, hull.dof)
+            dof = hull.dof
+            without = a.qacc_smooth[dof], a.qacc_smooth[dof + 1], a.qacc_smooth[dof + 2]
+            apply_more(a.xfrc_applied, hull.body, Wrench(0.0, 0.0, 0.0, *added_moment(hull, body, without)))
+            any_turned = True
+    return any_turned
 
 
 @inlined_kernel

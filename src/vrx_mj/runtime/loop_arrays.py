@@ -81,8 +81,8 @@ def things_that_stay(world: Parameters) -> Iterator[str]:
 
 def mujoco_arrays(data: mujoco.MjData) -> dict[str, FloatArray]:
     """The arrays of MuJoCo's data that the loop reads and writes."""
-    names = ("qpos", "qvel", "xfrc_applied", "qfrc_applied", "qfrc_constraint", "sensordata", "xpos", "xmat",
-             "subtree_com", "cdof")  # fmt: skip
+    names = ("qpos", "qvel", "xfrc_applied", "qfrc_applied", "qfrc_constraint", "qacc_smooth", "sensordata", "xpos",
+             "xmat", "subtree_com", "cdof")  # fmt: skip
     return {**{name: getattr(data, name) for name in names}, "inertia": data.M}
 
 

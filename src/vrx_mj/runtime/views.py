@@ -45,6 +45,7 @@ class Views(NamedTuple):
     xfrc_applied: Annotated[FloatArray, Array(ndim=2)]
     qfrc_applied: Annotated[FloatArray, Array()]
     qfrc_constraint: Annotated[FloatArray, Array()]
+    qacc_smooth: Annotated[FloatArray, Array()]
     inertia: Annotated[FloatArray, Array()]
     """`mjData.M`, the sparse lower triangle."""
     inertia_row: Annotated[IntArray, Array(np.int32)]

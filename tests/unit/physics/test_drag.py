@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from unit.physics.rows import hull, in_body_axes, matrix, moving
-from vrx_mj.physics.drag import added_bias, added_inertia, added_moment, drag
+from vrx_mj.physics.drag import added_bias, added_inertia, added_moment, drag, has_added_moment
+from vrx_mj.physics.tables import MARINE, VRX, VRX3
 
 numbers = st.floats(-3, 3)
 vectors = st.tuples(numbers, numbers, numbers)
@@ -61,6 +62,16 @@ def test_added_inertia_is_symmetric_and_never_negative(angle):
 def test_a_wam_v_s_moment_that_the_inertia_leaves_out_is_zero():
     moment = added_moment(hull(), moving(angles=(0.1, 0.2, 0.3)), (1.0, 2.0, 3.0))
     assert moment == pytest.approx((0, 0, 0), abs=1e-15)
+    assert not has_added_moment(hull())
+
+
+@pytest.mark.parametrize(
+    ("profile", "added", "has"),
+    [(VRX, (0, 0, 9, 9, 9, 9), False), (VRX, (9, 0, 0, 0, 0, 0), True), (VRX, (0, 9, 0, 0, 0, 0), True),
+     (VRX3, (9, 9, 0, 0, 0, 0), False), (MARINE, (9, 9, 0, 0, 0, 0), False)],
+)  # fmt: skip
+def test_the_moment_is_that_of_vrx_classic_s_boats_with_added_mass_in_surge_or_sway(profile, added, has):
+    assert has_added_moment(hull(profile=profile, added_mass=added)) is has
 
 
 def test_no_added_mass_adds_nothing():

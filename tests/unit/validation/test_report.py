@@ -109,10 +109,7 @@ def test_multipoles_have_hulmes_digits():
         assert float(row["damping"]) == pytest.approx(damping, abs=6e-5)
 
 
-OUTSIDE = {
-    "sphere-decay": ["first trough, height", "second trough, height"],
-    "vrx-runs": ["turn_added_mass: greatest difference of roll"],
-}
+OUTSIDE = {"sphere-decay": ["first trough, height", "second trough, height"]}
 """Rows that are known to be outside, by their case: docs/validation.md says by how much, and why."""
 
 
