@@ -304,7 +304,7 @@ def move(
         mj_sensor_vel(model, data)
         mj_fwd_actuation(model, data)
     mj_fwd_acceleration(model, data)
-    if push_added_moments(a):
+    if push_added_moments(a.hulls, a.qpos, a.qvel, a.qacc_smooth, a.xfrc_applied):
         mj_fwd_acceleration(model, data)
     mj_fwd_constraint(model, data)
     if not idle:
@@ -321,17 +321,18 @@ def inertia_of_water(hull: Record, body: Motion, a: Views, work: VesselWork | No
     added_inertia(hull, body, added)
 
 
-@inlined_kernel
-def push_added_moments(a: Views) -> bool:
+@kernel
+def push_added_moments(
+    hulls: Table, qpos: FloatArray, qvel: FloatArray, qacc_smooth: FloatArray, xfrc_applied: FloatArray
+) -> bool:
     """Let the added mass of VRX's hulls turn them, by the accelerations that they have without: whether any is."""
     any_turned = False
-    for i in range(a.hulls.size):
-        hull = a.hulls[i]
+    for i in range(hulls.size):
+        hull = hulls[i]
         if has_added_moment(hull):
-            body = motion(a.qpos, a.qvel, hull.qpos, hull.dof)
-            dof = hull.dof
-            without = a.qacc_smooth[dof], a.qacc_smooth[dof + 1], a.qacc_smooth[dof + 2]
-            apply_more(a.xfrc_applied, hull.body, Wrench(0.0, 0.0, 0.0, *added_moment(hull, body, without)))
+            body, dof = motion(qpos, qvel, hull.qpos, hull.dof), hull.dof
+            moment = added_moment(hull, body, (qacc_smooth[dof], qacc_smooth[dof + 1], qacc_smooth[dof + 2]))
+            apply_more(xfrc_applied, hull.body, Wrench(0.0, 0.0, 0.0, *moment))
             any_turned = True
     return any_turned
 
