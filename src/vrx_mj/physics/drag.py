@@ -76,8 +76,7 @@ def added_bias(hull: Record, motion: Motion) -> Wrench:
 def added_moment(hull: Record, motion: Motion, acceleration: Vector) -> Vector:
     """Return the torque -c x A R^T a [N m], world axes, which `added_inertia` leaves out.
 
-    `acceleration` a [m/s2] is the link origin's, world axes. That which the boat would have without the torque will do:
-    what the torque changes in it is of the order of c times A against the boat's own inertia.
+    `acceleration` a [m/s2] is the link origin's, world axes.
     """
     a, c = hull.added_mass, hull.link_com
     ax, ay, az = unrotate(motion, acceleration[0], acceleration[1], acceleration[2])
