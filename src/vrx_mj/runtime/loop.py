@@ -140,6 +140,7 @@ def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: Ve
     flags = a.broadphase[0]
     added, damping = np.empty((6, 6)), np.empty((a.floats.size + a.links.size, 3))
     done, free_before, touched = 0, False, False
+    turning = any_turns_by_added_mass(a.hulls)
     while done < steps and not touched and not full(a.sampling, a.samples) and not diverged(a.qpos, a.qvel):
         sample(a, time)
         latch(a.clocks, a.latched, a.qpos, a.qvel, a.device_state, time)
@@ -156,7 +157,7 @@ def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: Ve
         push_docks(a, work, waves, air, time, dt)
         free = contact_free(a.movers, a.obstacles, a.qpos, flags)
         idle = free and free_before and flags.unconstrained != 0  # the step before found nothing, nor would this one
-        move(run.contact_free if free else run.model, run.data, a, work, added, damping, idle)
+        move(run.contact_free if free else run.model, run.data, a, work, added, damping, turning, idle)
         free_before = free
         note_touches(a.sensordata, a.touches, time - dt)
         touched = touch_begins(flags, free, a.hulls, a.qfrc_constraint)
@@ -273,7 +274,8 @@ def motion_through_water(
 
 @inlined_kernel
 def move(
-    model: Address, data: Address, a: Views, work: VesselWork | None, added: FloatArray, damping: FloatArray, idle: bool
+    model: Address, data: Address, a: Views, work: VesselWork | None, added: FloatArray, damping: FloatArray,
+    turning: bool, idle: bool,
 ) -> None:  # fmt: skip
     """`mj_step`, stage by stage, with the hulls' added mass and the floats' and docks' drag put into the inertia.
 
@@ -307,7 +309,8 @@ def move(
         mj_sensor_vel(model, data)
         mj_fwd_actuation(model, data)
     mj_fwd_acceleration(model, data)
-    turn_by_added_mass(model, data, a.hulls, a.qpos, a.qvel, a.qacc_smooth, a.xfrc_applied)
+    if turning:
+        turn_by_added_mass(model, data, a.hulls, a.qpos, a.qvel, a.qacc_smooth, a.xfrc_applied)
     mj_fwd_constraint(model, data)
     if not idle:
         mj_sensor_acc(model, data)
@@ -323,6 +326,15 @@ def inertia_of_water(hull: Record, body: Motion, a: Views, work: VesselWork | No
     added_inertia(hull, body, added)
 
 
+@kernel
+def any_turns_by_added_mass(hulls: Table) -> bool:
+    """Whether any hull has an `added_moment`."""
+    found = False
+    for i in range(hulls.size):
+        found = found or has_added_moment(hulls[i])
+    return found
+
+
 @allocating_kernel
 def turn_by_added_mass(
     model: Address, data: Address, hulls: Table, qpos: FloatArray, qvel: FloatArray, qacc_smooth: FloatArray,
@@ -332,11 +344,6 @@ def turn_by_added_mass(
 
     These are found by substitution: each pass leaves the share c^2 A / I of the error, a few hundredths for a boat.
     """
-    turned = 0
-    for i in range(hulls.size):
-        turned += has_added_moment(hulls[i])
-    if turned == 0:
-        return
     moments = np.zeros((hulls.size, 3))
     for _ in range(PASSES):
         change = 0.0
