@@ -208,8 +208,10 @@ def parser_output(file: Path, source: Path, command: Literal["read", "copy"], ar
     """The parser's output for `source`, which messages call `file`.
 
     Raises:
-        RecordError: the parser did not finish.
+        RecordError: it does not begin as rerun's files do, or the parser did not finish.
     """
+    if not _begins_as_recording(source):
+        raise RecordError(_unreadable(file, source))
     size = source.stat().st_size
     memory, seconds = allowance(size), SECONDS + size // BYTES_PER_SECOND
     limits = [str(2 * memory), str(seconds)]
@@ -251,10 +253,14 @@ def ending(code: int) -> str:
     return f"rerun's reader ended with exit code {code}"
 
 
+def _begins_as_recording(source: Path) -> bool:
+    with source.open("rb") as stream:
+        return stream.read(len(MAGIC)) == MAGIC
+
+
 def _unreadable(file: Path, source: Path) -> str:
     """The message about a file that rerun cannot read."""
-    with source.open("rb") as stream:
-        begins = stream.read(len(MAGIC)) == MAGIC
+    begins = _begins_as_recording(source)
     if not begins and file.suffix.lower() != ".rrd" and (wrong := wrong_kind(source, "a recording")):
         return f"'{file}' is {wrong}"
     what = "it is damaged, or rerun has not finished it" if begins else "it does not begin as rerun's files do"
