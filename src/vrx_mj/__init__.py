@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from vrx_mj.errors import VrxError, VrxWarning
     from vrx_mj.mjcf.compile import compile_world
     from vrx_mj.mjcf.world import World
-    from vrx_mj.recording import compare, read_record, record, resume
+    from vrx_mj.recording import compare, read, read_record, record, resume
     from vrx_mj.recording.notebook import progress, show
     from vrx_mj.runtime.batch import Batch
     from vrx_mj.runtime.observation import BoatObservation
@@ -40,6 +40,7 @@ _HOMES = {
     "compare": "recording",
     "compile_world": "mjcf.compile",
     "progress": "recording.notebook",
+    "read": "recording",
     "read_record": "recording",
     "record": "recording",
     "resume": "recording",
@@ -65,6 +66,7 @@ __all__ = [
     "compare",
     "compile_world",
     "progress",
+    "read",
     "read_record",
     "record",
     "resume",

@@ -215,7 +215,7 @@ COMMANDS = {
     "bench": Entry("Check", "commands:bench", "Measure the speed of this machine against the budgets."),
     "serve": Entry("ROS", "serve:serve", "Serve a world to ROS, with VRX's topics and services."),
     "teleop": Entry("ROS", "ros:teleop", "Drive a boat of a served world."),
-    "convert": Entry("ROS", "ros:convert", "Convert a recording to a bag."),
+    "convert": Entry("ROS", "ros:convert", "Convert a recording to a bag, a table or tracks."),
     "ros": Entry("ROS", "ros:app", "Write the packages that ROS 1 programs and roslaunch need."),
     "campaign": Entry("Learn", "campaign:campaign", "Sail controllers in many worlds, and compare their scores."),
     "worlds": Entry("Learn", "worlds:app", "Generate series of worlds from an axes file, as VRX's generator does."),

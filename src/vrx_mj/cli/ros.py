@@ -76,21 +76,38 @@ def packages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder
 
 def convert(
     recording: Recording,
-    bag: Annotated[Path, typer.Argument(help="The bag to write: .bag (ROS 1), .mcap, or a folder (rosbag2).")],
+    target: Annotated[
+        Path,
+        typer.Argument(help="A bag: .bag (ROS 1), .mcap, or a folder (rosbag2); or .csv, .parquet, .gpx or .geojson."),
+    ],
+    table: Annotated[
+        str, typer.Option(help="What .csv and .parquet hold: motion, thrust, wind, contacts or events.")
+    ] = "motion",
 ) -> None:
-    """Convert a recording to a bag. It holds the topics of vrx-mj run --bag, as far as the recording has their data.
+    """Convert a recording to a bag, a table or tracks.
 
-    Boats, frames, objects, wind, joints and commands are written at 20 Hz, the task at 1 Hz, and sensors where run
-    --sensors recorded them; images are decoded from JPEG. Contacts, real-time factor and other sensors are not in a
-    recording. Commands are computed from the thrust: one that timed out is 0, and steering is the angle of the engine.
+    Tables are CSV or Parquet; tracks of the boats are GPX or GeoJSON.
 
-    Example: vrx-mj convert run.rrd run.bag
+    A bag has the topics of vrx-mj run --bag, where the recording contains the data. Boats, frames, objects, wind,
+    joints and commands are written at 20 Hz, the task at 1 Hz, and sensors where run --sensors recorded them; images
+    are decoded from JPEG. Real-time factor and other sensors are not in a recording. Commands are computed from the
+    thrust: one that timed out is 0, and steering is the angle of the engine.
+
+    Example: vrx-mj convert run.rrd run.csv
     """
+    from vrx_mj.recording.tables import SUFFIXES, write_table
+
+    if target.suffix.lower() not in {"", ".bag", ".mcap", *SUFFIXES}:
+        kinds = ", ".join((".bag", ".mcap", *SUFFIXES))
+        raise CommandError(f"invalid target '{target}'; allowed: {kinds}, or a folder without a suffix (rosbag2)")
+    if target.suffix.lower() in SUFFIXES:
+        typer.echo(f"{target}: {write_table(recording, target, table)} rows")
+        return
     with needing_rosbags():
         from vrx_mj.ros.convert import convert as write_bag
     with Bar("converting", 0.0, "s") as shown:
-        count = write_bag(recording, bag, lambda done, total: shown.update(done, total=total))
-    typer.echo(f"{bag}: {count} messages")
+        count = write_bag(recording, target, lambda done, total: shown.update(done, total=total))
+    typer.echo(f"{target}: {count} messages")
 
 
 @contextmanager

@@ -75,7 +75,7 @@ class Browser:
             self._send(sim, now)
         if session.pilot.boat != self._boat:
             self._boat = session.pilot.boat
-            event = (sim.time, f"the keys drive {self._boat}", "INFO")
+            event = (sim.time, f"the keys drive {self._boat}", "INFO", "")
             rr.send_chunks(event_chunk([event]), recording=self._stream)
 
     def _send(self, sim: Simulation, now: float) -> None:

@@ -3,5 +3,6 @@
 from vrx_mj.recording.compare import Comparison, compare
 from vrx_mj.recording.reader import Record, Track, read_record
 from vrx_mj.recording.session import open_viewer, record, resume
+from vrx_mj.recording.tables import read
 
-__all__ = ["Comparison", "Record", "Track", "compare", "open_viewer", "read_record", "record", "resume"]
+__all__ = ["Comparison", "Record", "Track", "compare", "open_viewer", "read", "read_record", "record", "resume"]

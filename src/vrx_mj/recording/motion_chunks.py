@@ -74,10 +74,11 @@ def times(seconds: npt.ArrayLike) -> rr.TimeColumn:
     return rr.TimeColumn(TIMELINE, duration=microseconds.astype("timedelta64[ns]"))
 
 
-def event_chunk(events: Sequence[tuple[float, str, str]]) -> Chunk:
-    """Events (time, text, level) as a log."""
-    time, text, level = zip(*events, strict=True)
-    return Chunk.from_columns("/events", [times(time)], rr.TextLog.columns(text=text, level=level))
+def event_chunk(events: Sequence[tuple[float, str, str, str]]) -> Chunk:
+    """Events (time, text, level, JSON of a touch) as a log."""
+    time, text, level, touch = zip(*events, strict=True)
+    columns = [*rr.TextLog.columns(text=text, level=level), *rr.AnyValues.columns(touch=list(touch))]
+    return Chunk.from_columns("/events", [times(time)], columns)
 
 
 def state_chunk(states: Sequence[tuple[float, bytes]]) -> Chunk:

@@ -8,11 +8,13 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
 from typing import Any, Self, TypeVar, overload
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import TypeAdapter, ValidationError
 
 from vrx_mj.arguments import as_number, as_path, as_text
 from vrx_mj.arrays import ByteArray, FloatArray, IntArray
@@ -33,6 +35,7 @@ from vrx_mj.recording.boat_sets import (
 from vrx_mj.recording.packing import unpack_rows, unpacked
 from vrx_mj.recording.record_scene import MovingBody, RecordedSensor, RowLayout
 from vrx_mj.recording.rrd_file import Part, allowance, parsed_file
+from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.sensors.readings import Image, PointCloud, Reading
 from vrx_mj.sensors.registry import SENSOR_KINDS
 from vrx_mj.sensors.view import intrinsics
@@ -66,6 +69,8 @@ class Event:
     """What happened, in words."""
     level: str
     """INFO, WARN or ERROR, as rerun has it."""
+    touch: Touch | None = None
+    """The touch of a boat that it is about."""
 
 
 @dataclass(frozen=True)
@@ -249,8 +254,10 @@ RUN = "/record/run"
 FRAMES = "/record/frames"
 OURS = (RUN, "/record/rows", "/record/states", "/events", COMPANIES, FRAMES)
 """Entities that are read; all others are for looking at."""
+TOUCH: TypeAdapter[Touch] = TypeAdapter(Touch)
 COLUMNS = (
     "head", "files", "views", "block", "company", "time", "blob", "sent", "sim_time", "TextLog:text", "TextLog:level",
+    "touch",
 )  # fmt: skip
 """Their columns."""
 
@@ -287,15 +294,22 @@ def read_readings(file: Path, sensors: Sequence[RecordedSensor]) -> list[Recorde
 
 
 def all_events(parts: Sequence[Part]) -> tuple[Event, ...]:
-    """Events in the order of time."""
-    events = [
-        Event(time / 1e9, text, level)
-        for part in parts
-        for time, text, level in zip(
-            part.numbers("sim_time", "i"), part.texts("TextLog:text"), part.texts("TextLog:level"), strict=True
-        )
-    ]
-    return tuple(sorted(events, key=lambda event: event.time))
+    """Events in the order of time.
+
+    Raises:
+        RecordError: one is damaged.
+    """
+    return tuple(sorted(chain.from_iterable(map(_events, parts)), key=lambda event: event.time))
+
+
+def _events(part: Part) -> Iterator[Event]:
+    times, texts = part.numbers("sim_time", "i"), part.texts("TextLog:text")
+    touches = part.texts("touch") if "touch" in part.columns else [""] * len(times)
+    for time, text, level, touch in zip(times, texts, part.texts("TextLog:level"), touches, strict=True):
+        try:
+            yield Event(time / 1e9, text, level, TOUCH.validate_json(touch) if touch else None)
+        except ValidationError as error:
+            raise RecordError(f"/events: touch: {error.errors()[0]['msg']}") from None
 
 
 def all_states(parts: Sequence[Part]) -> tuple[SavedState, ...]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import json
 import queue
 import subprocess
 import sys
@@ -93,13 +94,13 @@ class RecordWriter:
         self._scene, self._width = scene, scene.layout().width
         self._work.last = scene
 
-    def event(self, t: float, text: str, level: str = "INFO") -> None:
-        """Record that something happened at simulated time `t` [s]."""
-        self._put(("event", (float(t), text, level)))
+    def event(self, t: float, text: str, level: str = "INFO", touch: str = "") -> None:
+        """Record that something happened at simulated time `t` [s]; `touch`: the JSON of a `Touch` that it is about."""
+        self._put(("event", (float(t), text, level, touch)))
 
     def touch(self, touch: Touch) -> None:
         """Record that a boat touches something: as an event, and as a mark in the plots."""
-        self.event(touch.time, str(touch), "WARN")
+        self.event(touch.time, str(touch), "WARN", json.dumps(dataclasses.asdict(touch)))
         self._put(("mark", (touch.time, "contacts")))
 
     def frame(self, t: float, row: FloatArray, messages: Sequence[Message]) -> None:

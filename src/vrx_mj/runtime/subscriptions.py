@@ -18,6 +18,7 @@ import numpy as np
 from vrx_mj.arguments import as_number, check_kind, check_name
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, shown
+from vrx_mj.model.kinds import STRICT
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.timing import sample_number, steps_to_time
@@ -48,6 +49,7 @@ Pair = tuple[str, str]
 class Touch:
     """A boat touches something."""
 
+    __pydantic_config__ = STRICT
     boat: str
     other: str
     """Another boat, an object or a dock, by its name, or `terrain`."""

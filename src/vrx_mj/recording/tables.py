@@ -1,0 +1,206 @@
+"""Recordings as Arrow tables, and as files of other programs: CSV, Parquet, GPX and GeoJSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree as ET
+
+import numpy as np
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.errors import RecordError, UnknownNameError
+from vrx_mj.outputs import written
+from vrx_mj.recording.reader import Record, Track, read_record
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+    from vrx_mj.model.site import Georeference
+
+__all__ = ["SUFFIXES", "read", "write_table"]
+
+Columns = Mapping[str, Any]
+"""Values of each column of a table."""
+
+UNITS: Mapping[str, Mapping[str, str]] = {
+    "motion": {
+        "time": "s", "name": "", "kind": "", "x": "m", "y": "m", "z": "m", "qw": "1", "qx": "1", "qy": "1", "qz": "1",
+        "roll": "rad", "pitch": "rad", "yaw": "rad", "vx": "m/s", "vy": "m/s", "vz": "m/s",
+        "wx": "rad/s", "wy": "rad/s", "wz": "rad/s", "latitude": "deg", "longitude": "deg",
+    },
+    "thrust": {"time": "s", "boat": "", "thruster": "", "thrust": "N", "angle": "rad"},
+    "wind": {"time": "s", "speed": "m/s", "direction": "rad"},
+    "contacts": {"time": "s", "boat": "", "other": "", "force": "N"},
+    "events": {"time": "s", "level": "", "text": ""},
+}  # fmt: skip
+"""Tables, their columns, and the units of those; a text has none."""
+
+
+def read(recording: str | Path | Record) -> dict[str, pa.Table]:
+    """A recording as Arrow tables by name; `tables["motion"].to_pandas()` is a data frame where pandas is installed.
+
+    - `motion`: a row for each recorded time and moving body. Position and quaternion of its origin, and roll, pitch and
+      yaw, in the world's axes; linear and angular velocity (vx to wz) in the body's, forward-left-up; latitude and
+      longitude, null where the world has no georeference.
+    - `thrust`: a row for each time and thruster.
+    - `wind`: a row for each time; `direction` is where it blows toward, counter-clockwise from the world's x axis.
+    - `contacts`: a row for each touch of a boat, with its largest force.
+    - `events`: a row for each message.
+
+    The metadata of a column have its unit.
+
+    Raises:
+        RecordError: the file is missing, not a recording, damaged, or of another version.
+    """
+    import pyarrow as pa
+
+    recorded = recording if isinstance(recording, Record) else read_record(recording)
+    return {
+        name: pa.Table.from_pydict(
+            dict(columns),
+            pa.schema(
+                [
+                    pa.field(key, pa.float64() if unit else pa.string(), metadata={"unit": unit})
+                    for key, unit in UNITS[name].items()
+                ]
+            ),
+        )
+        for name, columns in _tables(recorded)
+    }
+
+
+def _tables(recorded: Record) -> Iterator[tuple[str, Columns]]:
+    place = recorded.companies[0].parameters.georeference if recorded.files else None
+    bodies = [
+        (track, kind)
+        for kind, several in (("boat", recorded.boats), ("object", recorded.objects), ("ball", recorded.balls))
+        for track in several.values()
+    ]
+    yield "motion", _joined("motion", (_motion(recorded.time, *body, place) for body in bodies))
+    yield "thrust", _joined("thrust", (part for track, _ in bodies for part in _thrusts(recorded.time, track)))
+    east, north = recorded.wind_direction
+    direction = np.arctan2(north, east) + recorded.wind_angle
+    yield "wind", {"time": recorded.time, "speed": recorded.wind, "direction": direction}
+    touches = [event.touch for event in recorded.events if event.touch is not None]
+    yield "contacts", {key: [getattr(touch, key) for touch in touches] for key in UNITS["contacts"]}
+    yield "events", {key: [getattr(event, key) for event in recorded.events] for key in UNITS["events"]}
+
+
+def _joined(name: str, parts: Iterator[Columns]) -> Columns:
+    """The rows of several tables, in the order of time."""
+    several = list(parts)
+    columns = {key: np.concatenate([part[key] for part in several] or [np.zeros(0)]) for key in UNITS[name]}
+    order = np.argsort(columns["time"], kind="stable")
+    return {key: column[order] for key, column in columns.items()}
+
+
+def _motion(time: FloatArray, track: Track, kind: str, place: Georeference | None) -> Columns:
+    """Rows of one body while it is there."""
+    from scipy.spatial.transform import Rotation
+
+    there = np.isfinite(track.position[:, 0])
+    position, quaternion = track.position[there], track.quaternion[there]
+    yaw, pitch, roll = Rotation.from_quat(quaternion, scalar_first=True).as_euler("ZYX").T
+    geodetic = [place.to_geodetic(*row)[:2] for row in position.tolist()] if place else [(None, None)] * len(position)
+    latitude, longitude = np.array(geodetic, object).reshape(-1, 2).T
+    motion = (position, quaternion, track.velocity[there], track.angular_velocity[there])
+    x, y, z, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz = np.concatenate(motion, axis=1).T
+    names = {"name": np.full(len(x), track.name, object), "kind": np.full(len(x), kind, object)}
+    pose = {"x": x, "y": y, "z": z, "qw": qw, "qx": qx, "qy": qy, "qz": qz, "roll": roll, "pitch": pitch, "yaw": yaw}
+    velocity = {"vx": vx, "vy": vy, "vz": vz, "wx": wx, "wy": wy, "wz": wz}
+    return {"time": time[there], **names, **pose, **velocity, "latitude": latitude, "longitude": longitude}
+
+
+def _thrusts(time: FloatArray, track: Track) -> Iterator[Columns]:
+    there = np.isfinite(track.position[:, 0])
+    for thruster, thrust in track.thrust.items():
+        names = {"boat": track.name, "thruster": thruster}
+        texts = {key: np.full(int(there.sum()), text, object) for key, text in names.items()}
+        yield {"time": time[there], **texts, "thrust": thrust[there], "angle": track.angle[thruster][there]}
+
+
+def write_table(recording: str | Path, target: Path, table: str = "motion") -> int:
+    """Write a table of a recording as CSV or Parquet, or the tracks of its boats as GPX or GeoJSON; the number of rows.
+
+    Times of tracks count from 1970-01-01T00:00:00Z, as simulated time does in ROS.
+
+    Raises:
+        UnknownNameError: there is no table of this name.
+        RecordError: the recording cannot be read, or its world has no georeference for a track.
+        VrxError: the target cannot be written.
+    """
+    if table not in UNITS:
+        raise UnknownNameError("table", table, UNITS)
+    found = read(recording)[table]
+    if target.suffix.lower() in TRACK_SUFFIXES:
+        import pyarrow.compute as pc
+
+        found = found.filter(pc.field("kind") == "boat").drop_null()
+        if not found.num_rows:
+            raise RecordError(f"no track in '{recording}': its world has no georeference, or no boat; .csv has x and y")
+    with written(target, "the table") as path:
+        SUFFIXES[target.suffix.lower()](found, path)
+    return int(found.num_rows)
+
+
+def _write_csv(table: pa.Table, path: Path) -> None:
+    import pyarrow.csv
+
+    pyarrow.csv.write_csv(table, path)
+
+
+def _write_parquet(table: pa.Table, path: Path) -> None:
+    import pyarrow.parquet
+
+    pyarrow.parquet.write_table(table, path)
+
+
+def _tracks(table: pa.Table) -> Iterator[tuple[str, list[dict[str, Any]]]]:
+    """Boats and the rows of each."""
+    rows = table.to_pylist()
+    for name in dict.fromkeys(row["name"] for row in rows):
+        yield name, [row for row in rows if row["name"] == name]
+
+
+def _write_gpx(table: pa.Table, path: Path) -> None:
+    """GPX 1.1 (topografix.com/GPX/1/1), a track for each boat."""
+    top = ET.Element("gpx", version="1.1", creator="vrx_mj", xmlns="http://www.topografix.com/GPX/1/1")
+    for name, rows in _tracks(table):
+        track = ET.SubElement(top, "trk")
+        ET.SubElement(track, "name").text = name
+        segment = ET.SubElement(track, "trkseg")
+        for row in rows:
+            place = {"lat": f"{row['latitude']:.9f}", "lon": f"{row['longitude']:.9f}"}
+            point = ET.SubElement(segment, "trkpt", place)
+            ET.SubElement(point, "time").text = _utc(row["time"])
+    ET.ElementTree(top).write(path, "utf-8", xml_declaration=True)
+
+
+def _write_geojson(table: pa.Table, path: Path) -> None:
+    """GeoJSON (RFC 7946), a line for each boat."""
+    features = [
+        {
+            "type": "Feature",
+            "properties": {"name": name, "times": [_utc(row["time"]) for row in rows]},
+            "geometry": {
+                "type": "LineString",
+                "coordinates": [[round(row["longitude"], 9), round(row["latitude"], 9)] for row in rows],
+            },
+        }
+        for name, rows in _tracks(table)
+    ]
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": features}), encoding="utf-8")
+
+
+def _utc(time: float) -> str:
+    moment = datetime.fromtimestamp(0, UTC) + timedelta(seconds=time)
+    return moment.isoformat(timespec="milliseconds").replace("+00:00", "Z")
+
+
+TRACK_SUFFIXES: Mapping[str, Callable[[Any, Path], None]] = {".gpx": _write_gpx, ".geojson": _write_geojson}
+SUFFIXES = {".csv": _write_csv, ".parquet": _write_parquet, **TRACK_SUFFIXES}
+"""Kinds of files, and what writes each."""
