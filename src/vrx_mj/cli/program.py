@@ -206,6 +206,7 @@ COMMANDS = {
     "replay": Entry("Look", "commands:replay", "Open a recording in rerun's viewer, or draw a video of it."),
     "score": Entry("Look", "commands:score", "Score a recording again, with the task's own rules."),
     "compare": Entry("Look", "commands:compare", "Compare the motion in two recordings, to the last bit."),
+    "convert": Entry("Look", "ros:convert", "Convert a recording to a bag, a table or tracks."),
     "robot": Entry("Check", "robot:app", "Build and check boats from VRX's thruster and component files."),
     "doctor": Entry("Check", "commands:doctor", "Check what is installed and what works on this machine."),
     "validate": Entry(
@@ -215,7 +216,6 @@ COMMANDS = {
     "bench": Entry("Check", "commands:bench", "Measure the speed of this machine against the budgets."),
     "serve": Entry("ROS", "serve:serve", "Serve a world to ROS, with VRX's topics and services."),
     "teleop": Entry("ROS", "ros:teleop", "Drive a boat of a served world."),
-    "convert": Entry("ROS", "ros:convert", "Convert a recording to a bag, a table or tracks."),
     "ros": Entry("ROS", "ros:app", "Write the packages that ROS 1 programs and roslaunch need."),
     "campaign": Entry("Learn", "campaign:campaign", "Sail controllers in many worlds, and compare their scores."),
     "worlds": Entry("Learn", "worlds:app", "Generate series of worlds from an axes file, as VRX's generator does."),
