@@ -201,3 +201,10 @@ def test_files_that_contributing_names_exist():
 def test_nobody_reads_a_compiled_world_by_string_keys():
     sources = (path.read_text(encoding="utf-8") for path in figures.SOURCE.rglob("*.py"))
     assert sum(len(figures.TREE_READ.findall(text)) for text in sources) == 0
+
+
+def test_no_test_has_a_verdict_by_time():
+    """A loaded machine fails it: count work (tests/work.py), or measure in a benchmark."""
+    clocks = re.compile(r"\b(process_time|thread_time|perf_counter|clock_gettime)(_ns)?\(\)")
+    found = [shown(file) for file in TESTS if file.name.startswith("test_") and clocks.search(file.read_text("utf-8"))]
+    assert found == []

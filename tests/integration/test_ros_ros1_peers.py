@@ -3,7 +3,6 @@
 import socket
 import struct
 import threading
-import time
 from contextlib import contextmanager
 from xmlrpc.client import ServerProxy
 from xmlrpc.server import SimpleXMLRPCServer
@@ -16,6 +15,7 @@ from vrx_mj.ros.interface import Sent
 from vrx_mj.ros.limits import MOST_FRAME_BYTES
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.ros1.connection import decode_header, encode_header
+from work import calls_at_most
 
 STRING = "992ce8a1687cec8c8bd883ec73ca41d1"  # std_msgs/String, as Debian's genpy has it
 FLOAT32 = "73fcbf46b49191e672908e50842a83d4"
@@ -138,19 +138,17 @@ def test_a_subscriber_that_does_not_read_costs_neither_time_nor_memory():
         fast, _ = dial(place, topic="/course")
         with slow, fast:
             assert frame_of(fast) == frame(b"gate 3")
-            longest = 0.0
             for number in range(count):
                 text = f"{number:06d}" + "x" * size
-                began = time.thread_time()
-                served.wires.publish([Sent(served.table.outputs["/course"], new("std_msgs/String", data=text), 0.0)])
-                longest = max(longest, time.thread_time() - began)
+                with calls_at_most(100):
+                    message = new("std_msgs/String", data=text)
+                    served.wires.publish([Sent(served.table.outputs["/course"], message, 0.0)])
                 assert frame_of(fast)[4:10] == b"%06d" % number  # it gets every one, in order
             readers = {reader.dropped: reader for reader in served.ros._node.publications["/course"].readers}
             kept = readers[max(readers)].waiting
             assert max(readers) == served.wires.traffic.dropped > count / 2
             assert min(readers) == 0
             assert kept <= MOST_FRAME_BYTES
-            assert longest < 0.01  # CPU time of the simulation's thread
             last = b""
             while last != b"%06d" % (count - 1):
                 last = frame_of(slow)[4:10]
@@ -242,9 +240,7 @@ def test_a_flood_is_read_in_bites_and_only_the_newest_count(served, impatient):
         connection, _ = publisher.accept()
         with connection:
             sender = threading.Thread(target=connection.sendall, args=(float32(0.125) * count + float32(1.0),))
-            began = time.process_time()
             sender.start()
             until(lambda: served.commands and served.commands[-1].message.data == 1.0, "the last command", 30.0)
-            assert time.process_time() - began < 5.0
             sender.join()
     assert len(served.commands) < count / 5

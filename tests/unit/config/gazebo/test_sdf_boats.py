@@ -1,7 +1,6 @@
 """Models of Gazebo as robots: where everything is, what pushes, what is said, and what broken files give."""
 
 import math
-import time
 import warnings
 from pathlib import Path
 
@@ -21,6 +20,7 @@ from vrx_mj.config.urdf.reader import read_urdf
 from vrx_mj.config.urdf.writing import urdf_text
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.frames import compose, quaternion, rotation
+from work import calls_at_most
 
 BROKEN = yaml.safe_load((Path(__file__).parents[3] / "broken" / "gazebo" / "boats.yaml").read_text(encoding="utf-8"))
 PARTS = {
@@ -34,7 +34,7 @@ PARTS = {
         '<plugin filename="gz-sim-thruster-system" name="t"><joint_name>drive</joint_name></plugin>'
     ),
 }  # fmt: skip
-SECONDS = 5.0
+CALLS = 2_000_000
 """Time of the processor [s] that the worst file may take."""
 HULL = link("base_link", 20, (1, 2, 2)).replace("\n", "")
 poses = st.tuples(*[st.floats(-2, 2)] * 6)
@@ -74,11 +74,9 @@ def test_a_broken_boat_says_what_and_where(case):
         text = text.replace(name, part)
     text = f'<sdf version="1.9">\n<model name="boat">\n{text}\n</model></sdf>\n'
     Path("model.sdf").write_text(text, encoding="utf-8")
-    begin = time.process_time()
-    with pytest.raises(VrxError) as caught:
+    with calls_at_most(CALLS), pytest.raises(VrxError) as caught:
         read_gazebo(read_boat(Path("model.sdf")))
     assert str(caught.value) == BROKEN[case]["says"]
-    assert time.process_time() - begin < SECONDS
 
 
 def test_all_that_is_wrong_is_said_at_once():
@@ -260,10 +258,8 @@ def test_a_model_that_includes_itself_many_times_is_soon_refused():
         Path(f"../{one}").mkdir(exist_ok=True)
         includes = "".join(f"<include><uri>model://{other}</uri><name>{n}</name></include>" for n in "xy")
         Path(f"../{one}/model.sdf").write_text(sdf(one, HULL, includes), encoding="utf-8")
-    begin = time.process_time()
-    with pytest.raises(VrxError, match=r"deeper than 8 levels|more than 100 models in one"):
+    with calls_at_most(CALLS), pytest.raises(VrxError, match=r"deeper than 8 levels|more than 100 models in one"):
         read_boat(Path("model.sdf"))
-    assert time.process_time() - begin < SECONDS
 
 
 def test_a_model_that_is_a_link_out_of_its_folder_is_not_read(tmp_path):
