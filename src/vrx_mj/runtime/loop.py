@@ -343,20 +343,22 @@ def turn_by_added_mass(
     """Turn hulls by their `added_moment`, at the accelerations that they have with it.
 
     These are found by substitution: each pass leaves the share c^2 A / I of the error, a few hundredths for a boat.
+    A hull whose moment is settled keeps it, however long others take: it moves as if it were alone.
     """
     moments = np.zeros((hulls.size, 3))
     for _ in range(PASSES):
-        change = 0.0
+        moving = False
         for i in range(hulls.size):
             hull, dof = hulls[i], hulls[i].dof
             if has_added_moment(hull):
                 acceleration = qacc_smooth[dof], qacc_smooth[dof + 1], qacc_smooth[dof + 2]
                 x, y, z = added_moment(hull, motion(qpos, qvel, hull.qpos, dof), acceleration)
                 more = Wrench(0.0, 0.0, 0.0, x - moments[i, 0], y - moments[i, 1], z - moments[i, 2])
-                apply_more(xfrc_applied, hull.body, more)
-                moments[i, 0], moments[i, 1], moments[i, 2] = x, y, z
-                change = max(change, abs(more.tx), abs(more.ty), abs(more.tz))
-        if change < SETTLED:
+                if max(abs(more.tx), abs(more.ty), abs(more.tz)) >= SETTLED:
+                    apply_more(xfrc_applied, hull.body, more)
+                    moments[i, 0], moments[i, 1], moments[i, 2] = x, y, z
+                    moving = True
+        if not moving:
             return
         mj_fwd_acceleration(model, data)
 
