@@ -78,11 +78,12 @@ def _cell(result: Result | None, seed: int, scores: Sequence[float], task: Mappi
     if result.failed:
         return {**row, "kind": "failed", "text": "✕", "title": f"seed {seed} failed: {result.error}"}
     if result.score is None or task is None:
-        return {**row, "kind": "none", "text": "no task", "title": f"seed {seed}: no task, {result.sim_time:g} s"}
+        text = "no task" if result.task is None else "not started"
+        return {**row, "kind": "none", "text": text, "title": f"seed {seed}: {text}, {result.sim_time:g} s"}
     return {
         **row,
         "kind": "score",
-        "text": f"{result.score:.2f}",
+        "text": f"{result.score:.4g}{' ✂' if result.status == 'cut' else ''}",
         "value": f"{result.score:.6g}",
         "color": _color(result.score, scores, task["better"]),
         "title": f"seed {seed}: {result.score:.4g} {task['unit']}{_how(result.task or {})}",
@@ -93,7 +94,8 @@ def _how(task: Mapping[str, object]) -> str:
     """How a task ended, in words."""
     hits = task["num_collisions"]
     collided = f", {hits} collision{'s' if hits != 1 else ''}" if hits else ""
-    return f" after {task['elapsed']:.1f} s, {task['state']}{', timed out' if task['timed_out'] else ''}{collided}"
+    end = "cut while running" if task["state"] == "running" else "finished"
+    return f" after {task['elapsed']:.1f} s, {end}{', timed out' if task['timed_out'] else ''}{collided}"
 
 
 def _color(score: float, scores: Sequence[float], better: str) -> str:

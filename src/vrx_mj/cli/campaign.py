@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from vrx_mj.campaign.manifest import Campaign
     from vrx_mj.campaign.plan import Plan, Serving
     from vrx_mj.campaign.results import Result
-    from vrx_mj.campaign.scores import Comparison
+    from vrx_mj.campaign.scores import Comparison, Mean
     from vrx_mj.campaign.trial import Trial
 
 __all__ = ["CampaignProgress", "campaign", "print_tables"]
@@ -257,11 +257,11 @@ def _unit(task: Mapping[str, str]) -> str:
     return f"{'↑' if task['better'] == 'higher' else '↓'} {task['unit']}"
 
 
-def _mean(mean: object, count: int, *, has_task: bool) -> str:
-    failed = getattr(mean, "failed", 0)
-    text = str(mean) if has_task else "no task" if count > failed else ""
-    lost = f"{failed} of {count} failed" if failed else ""
-    return "not sailed" if not count else ", ".join(filter(None, [text if text != "failed" else "", lost]))
+def _mean(mean: "Mean", count: int, *, has_task: bool) -> str:
+    kinds = {"failed": mean.failed, "not started": mean.unstarted, "cut": mean.cut}
+    notes = [f"{number} of {count} {how}" for how, number in kinds.items() if number]
+    text = str(mean) if has_task else "no task" if count > mean.failed else "failed"
+    return "not sailed" if not count else ", ".join([text, *notes] if text not in kinds else notes)
 
 
 def _leaderboard(campaign: "Campaign") -> "Table":
@@ -270,7 +270,7 @@ def _leaderboard(campaign: "Campaign") -> "Table":
     results = list(campaign.results.values())
     kinds = task_types(results)
     rows = [
-        (line.controller, str(line.total), *(str(line.ranks[kind]) for kind in kinds))
+        (line.controller, str(line.total), *(str(line.ranks[kind] or "-") for kind in kinds))
         for line in leaderboard(results, campaign.manifest.plan.controllers)
     ]
     names = ("sum", *(kind.replace("_", " ") for kind in kinds))
@@ -298,5 +298,8 @@ def _print_failures(campaign: "Campaign", show: Callable[..., None]) -> None:
 def _outcome(result: "Result") -> str:
     if result.failed:
         return f"failed: {result.error}"
-    outcome = "no task" if result.task is None else f"{result.score:.4g} {result.task['unit']}"
+    from vrx_mj.tasks.frame import score_text
+
+    task, cut = result.task, ", cut" if result.status == "cut" else ""
+    outcome = "no task" if task is None else score_text(task["state"], result.score, task["unit"]) + cut
     return f"{outcome} ({result.sim_time:g} s in {result.wall_time:.1f} s)"

@@ -60,11 +60,15 @@ def warn_once() -> Callable[..., None]:
     return show_warning
 
 
-def score_line(name: str, state: str, score: float, unit: str, better: str, collisions: int, timed_out: bool) -> str:
+def score_line(
+    name: str, state: str, score: float | None, unit: str, better: str, collisions: int, timed_out: bool
+) -> str:
     """A task's result in one line."""
+    from vrx_mj.tasks.frame import score_text
+
     hits = f"{collisions} collision{'' if collisions == 1 else 's'}"
-    end = ", timed out" if timed_out else ""
-    return f"{name}: score {score:.4g} {unit} ({better} is better), {state}{end}, {hits}"
+    end = "finished, timed out" if timed_out else "finished" if state == "finished" else f"cut while {state}"
+    return f"{name}: {score_text(state, score, unit)} ({better} is better), {end}, {hits}"
 
 
 def print_summary(summary: "Summary") -> None:

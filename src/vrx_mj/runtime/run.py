@@ -18,7 +18,7 @@ from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, 
 from vrx_mj.runtime.commands import Commands
 from vrx_mj.runtime.observation import TASK, BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.tasks.frame import frame_stride
+from vrx_mj.tasks.frame import frame_stride, has_started
 from vrx_mj.tasks.registry import TASK_KINDS
 
 __all__ = [
@@ -119,8 +119,8 @@ class TaskSummary:
     """Name of the task: VRX's task_name."""
     state: str
     """Phase of the task: initial, ready, running or finished."""
-    score: float
-    """The score, in `unit`."""
+    score: float | None
+    """The score, in `unit`; None before the task has started."""
     unit: str
     """Unit of the score."""
     better: str
@@ -420,7 +420,7 @@ def _task_summary(sim: Simulation) -> TaskSummary | None:
         type=task["type"],
         name=task["name"],
         state=task["state"],
-        score=task["score"],
+        score=task["score"] if has_started(task["state"]) else None,
         unit=meaning.unit,
         better=meaning.better,
         elapsed=task["elapsed_time"],

@@ -25,6 +25,7 @@ from vrx_mj.recording.reader import Record, read_record
 from vrx_mj.recording.record_scene import boat_colors
 from vrx_mj.recording.video.stage import Above, Chase, Eye, Footage, Instant, Stage, TaskMoment, view_of
 from vrx_mj.sensors.view import View
+from vrx_mj.tasks.frame import score_text
 
 if TYPE_CHECKING:
     from PIL import ImageFont
@@ -306,8 +307,8 @@ def clock_line(world: str, time: float, speed: float) -> str:
 def task_lines(moment: TaskMoment) -> tuple[str, str]:
     """Phase and time left, score and collisions of a task."""
     left = f", {moment.remaining:.0f} s left" if moment.phase == "running" else ""
-    score = f"score {moment.score:.2f} {moment.unit}, collisions {moment.collisions}"
-    return f"{moment.task}: {moment.phase}{left}", score
+    score = score_text(moment.phase, moment.score, moment.unit)
+    return f"{moment.task}: {moment.phase}{left}", f"{score}, collisions {moment.collisions}"
 
 
 def project(view: View, place: FloatArray, width: int, height: int) -> tuple[float, float, float] | None:
