@@ -298,8 +298,7 @@ def _print_failures(campaign: "Campaign", show: Callable[..., None]) -> None:
 def _outcome(result: "Result") -> str:
     if result.failed:
         return f"failed: {result.error}"
-    from vrx_mj.tasks.frame import score_text
-
-    task, cut = result.task, ", cut" if result.status == "cut" else ""
-    outcome = "no task" if task is None else score_text(task["state"], result.score, task["unit"]) + cut
+    outcome = "no task" if result.task is None else result.status
+    if result.task is not None and result.score is not None:
+        outcome = f"{result.score:.4g} {result.task['unit']}{', cut' if result.status == 'cut' else ''}"
     return f"{outcome} ({result.sim_time:g} s in {result.wall_time:.1f} s)"

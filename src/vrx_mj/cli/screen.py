@@ -11,6 +11,8 @@ from vrx_mj.bar import colored
 from vrx_mj.packages import shell_word
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from vrx_mj.runtime.run import Summary
 
 __all__ = [
@@ -99,9 +101,27 @@ def print_summary(summary: "Summary") -> None:
             task.name, task.state, task.score, task.unit, task.better, task.num_collisions, task.timed_out
         )
         out.print(line, highlight=False, markup=False, soft_wrap=True)
+    if summary.touches:
+        out.print(_touch_table(summary))
     for line in summary.warnings:
         out.print(line, highlight=False, markup=False, soft_wrap=True)
     out.print(f"state_sha256 {summary.state_sha256}", highlight=False, soft_wrap=True)
+
+
+def _touch_table(summary: "Summary") -> "Table":
+    """What boats touched, also while no task counted it."""
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(title="touches, from the start to the end of the run")
+    table.add_column("boat")
+    table.add_column("touches")
+    for name in ("times", "largest force [N]", "duration [s]", "first at [s]"):
+        table.add_column(Text(name), justify="right")
+    for touch in summary.touches:
+        figures = (f"{touch.force:.0f}", f"{touch.duration:.1f}", f"{touch.begin:.1f}")
+        table.add_row(Text(touch.boat), Text(touch.other), str(touch.count), *figures)
+    return table
 
 
 def to_open(recording: Path) -> str:

@@ -18,6 +18,7 @@ from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, 
 from vrx_mj.runtime.commands import Commands
 from vrx_mj.runtime.observation import TASK, BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.tasks.frame import frame_stride, has_started
 from vrx_mj.tasks.registry import TASK_KINDS
 
@@ -110,6 +111,24 @@ class BoatSummary:
 
 
 @dataclass(frozen=True)
+class TouchSummary:
+    """All touches of a boat and another body in a run, whether or not a task counts them."""
+
+    boat: str
+    """Name of the boat."""
+    other: str
+    """Another boat, an object or a dock, by its name, or `terrain`."""
+    count: int
+    """How often they touched: contact after a second without is a new touch."""
+    force: float
+    """Largest force, of all points of contact together [N]."""
+    duration: float
+    """How long the touches lasted together [s], sampled every 0.05 s."""
+    begin: float
+    """When they first touched [s]."""
+
+
+@dataclass(frozen=True)
 class TaskSummary:
     """Result of a task."""
 
@@ -165,6 +184,8 @@ class Summary:
     """Result of the world's task; None if it has none."""
     warnings: tuple[str, ...] = ()
     """Boats that capsized, or spun faster than boats do, with the time at which it was first seen."""
+    touches: tuple[TouchSummary, ...] = ()
+    """What boats touched, also before the task starts and after its end, the largest force first."""
 
     def as_dict(self) -> dict[str, Any]:
         """The summary as plain data for JSON."""
@@ -206,6 +227,8 @@ def run(
     way = dict.fromkeys(sim.boats, 0.0)
     before, begun, interrupted, upsets = sim.observe(), clock.perf_counter(), False, MotionWarnings()
     done = calls = 0
+    touches: list[Touch] = []
+    watch = sim.watch_contacts(touches.append)
     try:
         while done < steps:
             if controller is not None:
@@ -226,8 +249,10 @@ def run(
     except KeyboardInterrupt:
         interrupted = True
         sim.event("interrupted", "WARN")
+    finally:
+        sim.unwatch_contacts(watch)
     wall = clock.perf_counter() - begun
-    return summarize(sim, done, wall, way, interrupted=interrupted, warned=upsets.lines)
+    return summarize(sim, done, wall, way, interrupted=interrupted, warned=upsets.lines, touches=touches)
 
 
 def planned(sim: Simulation) -> float:
@@ -379,10 +404,11 @@ def summarize(
     *,
     interrupted: bool = False,
     warned: Sequence[str] = (),
+    touches: Sequence[Touch] = (),
 ) -> Summary:
     """Tell how a run ended that made so many steps in this wall time [s], with the way of every boat [m].
 
-    `warned` are the warnings of how boats moved.
+    `warned` are the warnings of how boats moved, `touches` what they touched.
     """
     seen = sim.observe()
     elapsed = steps * sim.timestep
@@ -408,7 +434,25 @@ def summarize(
         boats=boats,
         task=_task_summary(sim),
         warnings=tuple(warned),
+        touches=_touch_summaries(touches),
     )
+
+
+def _touch_summaries(touches: Sequence[Touch]) -> tuple[TouchSummary, ...]:
+    pairs: dict[tuple[str, str], list[Touch]] = {}
+    for touch in touches:
+        pairs.setdefault((touch.boat, touch.other), []).append(touch)
+    found = (
+        TouchSummary(
+            *pair,
+            len(own),
+            max(touch.force for touch in own),
+            sum(touch.duration for touch in own),
+            min(touch.time for touch in own),
+        )
+        for pair, own in pairs.items()
+    )
+    return tuple(sorted(found, key=lambda touch: -touch.force))
 
 
 def _task_summary(sim: Simulation) -> TaskSummary | None:

@@ -55,6 +55,8 @@ class Touch:
     """When it began [s]."""
     force: float
     """The largest that was seen, of all points of contact together [N]."""
+    duration: float = 0.0
+    """From when it began to the last contact that was seen [s]; it grows, as `force` does, while the touch lasts."""
 
     def __str__(self) -> str:
         return f"{self.boat} touches {self.other}, {self.time:.1f} s, {self.force:.0f} N"
@@ -113,7 +115,8 @@ class ContactWatch:
             self._touches[pair] = Touch(*pair, time, force)
             self._waiting.add(pair)
         self._seen[pair] = time
-        self._touches[pair].force = max(self._touches[pair].force, force)
+        touch = self._touches[pair]
+        touch.force, touch.duration = max(touch.force, force), time - touch.time
 
     def _report(self, before: float) -> None:
         """Report touches that began before a time [s], in the order of their names."""
