@@ -29,8 +29,9 @@ def task_of(obs: Mapping[str, Any]) -> "TaskObservation":
 class Skipper:
     """A controller of the boat that has the task, or else of the first; subclasses define in `steer` what it does.
 
-    Until the task lets go of the boat, nothing is commanded; when the task has finished the thrusters stop. The boat is known by its thrusters and sensors; no
-    place of it or of anything else is taken from the simulation, except as `Navigator` documents.
+    Until the task lets go of the boat, nothing is commanded; when the task has finished the thrusters stop. The boat is
+    known by its thrusters and sensors; no place of it or of anything else is taken from the simulation, except as
+    `Navigator` documents.
     """
 
     def __init__(self) -> None:

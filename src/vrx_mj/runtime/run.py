@@ -220,14 +220,12 @@ def run(
         VrxError: the controller cannot be called with observations and a time.
         DivergedError: the state became NaN or too large.
     """
-    check_kind("run", sim, Simulation, "a simulation, as Simulation(world)")
-    _check_control(controller, control_rate, progress, advance)
+    _check_arguments(sim, controller, control_rate, progress, advance)
     steps = sim.steps_in(planned(sim) if duration is None else duration)
     per_call = 1.0 / (control_rate * sim.timestep)
     way = dict.fromkeys(sim.boats, 0.0)
     before, begun, interrupted, upsets = sim.observe(), clock.perf_counter(), False, MotionWarnings()
-    done = calls = 0
-    touches: list[Touch] = []
+    done, calls, touches = 0, 0, list[Touch]()
     watch = sim.watch_contacts(touches.append)
     try:
         while done < steps:
@@ -297,8 +295,9 @@ def split_name(name: str) -> tuple[str, str]:
     return module, attribute
 
 
-def _check_control(controller: object, rate: object, progress: object, advance: object) -> None:
+def _check_arguments(sim: object, controller: object, rate: object, progress: object, advance: object) -> None:
     """Whether there is a controller, or none, to be called at such a rate, and the other functions can be called."""
+    check_kind("run", sim, Simulation, "a simulation, as Simulation(world)")
     if controller is not None:
         _check_callable(getattr(controller, "__name__", shown(controller).strip("'")), controller)
     for name, given in (("progress", progress), ("advance", advance)):
