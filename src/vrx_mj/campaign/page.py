@@ -14,7 +14,7 @@ from vrx_mj.campaign.manifest import Campaign
 from vrx_mj.campaign.maps import COLORS, SHAPES, map_values, path
 from vrx_mj.campaign.plan import Cell
 from vrx_mj.campaign.results import LOG, Result, read_results, read_sketches, write_csv, write_text
-from vrx_mj.campaign.scores import Comparison, leaderboard, mean_of, task_types, tasks_of_worlds
+from vrx_mj.campaign.scores import Comparison, leaderboard, mean_of, seedless_worlds, task_types, tasks_of_worlds
 from vrx_mj.draw.page import page_environment
 
 __all__ = ["PAGE", "map_svg", "page", "refreshed", "write_report"]
@@ -42,6 +42,7 @@ def page(campaign: Campaign, sketches: Mapping[str, Row], comparison: Comparison
             board=leaderboard(results, plan.controllers),
             rows=list(_rows(campaign)),
             maps=list(_maps(campaign, sketches)),
+            seedless=seedless_worlds(results),
             failures=[_failure(result) for result in results if result.failed],
             comparison=comparison,
             most_changes=MOST_CHANGES,

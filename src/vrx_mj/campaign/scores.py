@@ -19,6 +19,7 @@ __all__ = [
     "leaderboard",
     "mean_of",
     "paired_test",
+    "seedless_worlds",
     "task_types",
     "tasks_of_worlds",
 ]
@@ -285,6 +286,19 @@ def mean_of(results: Iterable[Result]) -> Mean:
     found = list(results)
     scores = tuple(result.score for result in found if result.score is not None)
     return Mean(scores, *(sum(result.status == how for result in found) for how in ("failed", "not started", "cut")))
+
+
+def seedless_worlds(results: Iterable[Result]) -> list[str]:
+    """Worlds in which each controller sailed one and the same run with all of several seeds, by score and track."""
+    runs: dict[str, dict[str, list[object]]] = {}
+    for result in results:
+        own = runs.setdefault(result.cell.world, {}).setdefault(result.cell.controller, [])
+        own.append((result.status, result.score, result.sim_time, result.tracks) if not result.failed else result.cell)
+    return [
+        world
+        for world, sailed in runs.items()
+        if all(len(own) > 1 and all(one == own[0] for one in own) for own in sailed.values())
+    ]
 
 
 def tasks_of_worlds(results: Iterable[Result]) -> dict[str, Mapping[str, str]]:

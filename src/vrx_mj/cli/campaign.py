@@ -215,8 +215,13 @@ def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
     """Scores by world, the leaderboard where there are several controllers, what changed, and failures."""
     from rich.console import Console
 
+    from vrx_mj.campaign.scores import seedless_worlds
+
     out = Console()
     out.print(_scores(campaign))
+    for world in seedless_worlds(campaign.results.values()):
+        seeds = len(campaign.manifest.plan.seeds)
+        out.print(f"{world}: nothing in its runs is random: {seeds} seeds give one run", highlight=False, markup=False)
     if len(campaign.manifest.plan.controllers) > 1:
         out.print(_leaderboard(campaign))
     if comparison is not None:

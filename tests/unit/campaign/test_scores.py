@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from campaigns import campaign_of, failed, scored
 from vrx_mj.campaign.scores import Test as PairedTest
-from vrx_mj.campaign.scores import _adjusted, compare, leaderboard, mean_of, paired_test
+from vrx_mj.campaign.scores import _adjusted, compare, leaderboard, mean_of, paired_test, seedless_worlds
 
 SEEDS = range(8)
 
@@ -170,6 +170,20 @@ def test_a_score_that_comes_or_goes_is_no_gain(tmp_path, before, after, kind):
     )
     (change,) = compare(now, then).changes
     assert (change.gain, change.kind) == ((None, kind) if kind else (0.0, "different track, same score"))
+
+
+def test_worlds_in_which_all_seeds_give_one_run_are_found():
+    def sailed(world, seed, score, track=0.0, who="a:f"):
+        return scored(who, world, seed, score, tracks={"wamv": [[0.0, 0.0], [9.0, track]]})
+
+    results = [
+        *(sailed("calm", seed, 1.0, who=who) for seed in (0, 1, 2) for who in ("a:f", "b:f")),
+        *(sailed("gusty", seed, 1.0 + seed) for seed in (0, 1)),
+        *(sailed("points", seed, 1.0, track=float(seed)) for seed in (0, 1)),
+        sailed("once", 0, 1.0),
+        *(failed("a:f", "sunk", seed) for seed in (0, 1)),
+    ]
+    assert seedless_worlds(results) == ["calm"]
 
 
 def test_without_a_score_there_is_nothing_to_rank():
