@@ -24,7 +24,7 @@ from vrx_mj.cli.options import (
     World,
     opened_by,
 )
-from vrx_mj.cli.screen import print_summary, program, score_line, to_open
+from vrx_mj.cli.screen import pace_text, print_summary, program, score_line, to_open
 from vrx_mj.errors import CommandError, RecordError, VrxError
 from vrx_mj.packages import shell_word
 
@@ -151,7 +151,8 @@ def _print_files(record: Path | None, bag: Path | None) -> None:
     if record is not None:
         typer.echo(f"recording: {record}; {to_open(record)}")
     if bag is not None:
-        typer.echo(f"bag: {bag}")
+        files = [bag] if bag.is_file() else bag.glob("*")
+        typer.echo(f"bag: {bag} ({sum(file.stat().st_size for file in files) / 1e6:.3g} MB)")
 
 
 def view(
@@ -402,7 +403,7 @@ def demo(
         err=True,
     )
     result = sail(DEMO_WORLD, DEMO_FLEET, duration=duration, seed=None, path=file, control=None, thrust=DEMO_THRUST)
-    typer.echo(f"sailed {result.sim_time:g} s in {result.wall_time:.1f} s: {result.real_time_factor:.0f} x real time")
+    typer.echo(f"sailed {result.sim_time:g} s in {result.wall_time:.1f} s: {pace_text(result.real_time_factor)}")
     typer.echo("the same by hand: " + by_hand(file, duration))
     if result.interrupted:
         typer.echo(f"interrupted; {to_open(file)}")

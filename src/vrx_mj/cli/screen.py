@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "is_watched",
+    "pace_text",
     "print_summary",
     "program",
     "score_line",
@@ -73,11 +74,18 @@ def score_line(
     return f"{name}: {score_text(state, score, unit)} ({better} is better), {end}, {hits}"
 
 
+def pace_text(factor: float) -> str:
+    """How much faster than real time a run was."""
+    return f"{factor:.0f} x real time" if factor >= 10.0 else f"{factor:.2g} x real time"
+
+
 def print_summary(summary: "Summary") -> None:
     """The table at the end of a run."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
+
+    from vrx_mj.model.boats import boat_label
 
     head = f"{summary.world}, fleet {summary.fleet}, seed {summary.seed}"
     table = Table(title=Text(head + (" (interrupted)" if summary.interrupted else "")))
@@ -87,11 +95,18 @@ def print_summary(summary: "Summary") -> None:
     for name, boat in summary.boats.items():
         x, y, z = boat.position
         heading = math.degrees(boat.heading)
-        table.add_row(name, f"{x:.2f}", f"{y:.2f}", f"{z:.2f}", f"{heading:.1f}", f"{boat.distance:.1f}")
+        table.add_row(
+            Text(boat_label(name, boat.robot)),
+            f"{x:.2f}",
+            f"{y:.2f}",
+            f"{z:.2f}",
+            f"{heading:.1f}",
+            f"{boat.distance:.1f}",
+        )
     out = Console()
     out.print(table)
     out.print(
-        f"{summary.sim_time:g} s in {summary.wall_time:.2f} s: {summary.real_time_factor:.0f} x real time, "
+        f"{summary.sim_time:g} s in {summary.wall_time:.2f} s: {pace_text(summary.real_time_factor)}, "
         f"{summary.steps} steps",
         highlight=False,
     )

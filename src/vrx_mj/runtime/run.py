@@ -15,7 +15,7 @@ import numpy as np
 
 from vrx_mj.arguments import as_number, check_kind
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, shown
-from vrx_mj.runtime.commands import Commands
+from vrx_mj.runtime.commands import Commands, clipped_commands
 from vrx_mj.runtime.observation import TASK, BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.subscriptions import Touch
@@ -102,6 +102,8 @@ CONTROL_RATE = 10.0
 class BoatSummary:
     """Position, heading and distance of a boat at the end of a run."""
 
+    robot: str
+    """Kind of boat: a name, or the path that the fleet gives."""
     position: tuple[float, float, float]
     """Position (x, y, z) [m, ENU]."""
     heading: float
@@ -279,7 +281,8 @@ def load_controller(name: str, seed: int) -> Controller:
         raise VrxError(f"no module named '{module_name}' for the controller '{name}'") from error
     found = getattr(module, attribute, None)
     if found is None:
-        raise VrxError(f"the module '{module_name}' has no attribute '{attribute}'")
+        callables = [other for other, value in vars(module).items() if callable(value) and not other.startswith("_")]
+        raise UnknownNameError(f"controller in the module {module_name}", attribute, sorted(callables))
     controller: Any = found() if inspect.isclass(found) else found
     _check_callable(name, controller)
     if hasattr(controller, "reset"):
@@ -337,6 +340,11 @@ def steady(sim: Simulation, thrust: Mapping[str, float]) -> Controller:
     commands = {
         boat: {name: value for name, value in thrust.items() if name in sim.command_names(boat)} for boat in sim.boats
     }
+
+    clipped = [text for boat, own in commands.items() for _, text in clipped_commands(sim.world, boat, own)]
+    if clipped:
+        more = f"; and {len(clipped) - 1} more" if len(clipped) > 1 else ""
+        warnings.warn(f"{clipped[0]}{more}", VrxWarning, stacklevel=2)
 
     def controller(_observation: Observation, _time: float) -> Commands:
         return commands
@@ -412,12 +420,13 @@ def summarize(
     seen = sim.observe()
     elapsed = steps * sim.timestep
     boats = {
-        boat: BoatSummary(
-            tuple(float(value) for value in seen[boat].position),  # type: ignore[arg-type]
-            seen[boat].heading,
-            way[boat],
+        boat.name: BoatSummary(
+            boat.robot,
+            tuple(float(value) for value in seen[boat.name].position),  # type: ignore[arg-type]
+            seen[boat.name].heading,
+            way[boat.name],
         )
-        for boat in sim.boats
+        for boat in sim.world.parameters.boats
     }
     return Summary(
         world=sim.world.name,

@@ -78,7 +78,7 @@ def messages(make):
 
 LACK = (
     "no wind coefficients for robot plank.urdf; write `wind: [x, y, yaw]` in the robot's YAML, or list the boat in the "
-    "world's `wind.objects`"
+    "world: `wind.objects`, in Gazebo's a <wind_obj> of its wind plugin"
 )
 
 

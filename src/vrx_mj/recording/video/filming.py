@@ -20,6 +20,7 @@ import numpy as np
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.bar import Bar
 from vrx_mj.errors import UnknownNameError, VideoError
+from vrx_mj.model.boats import boat_label
 from vrx_mj.packages import install_command
 from vrx_mj.recording.reader import Record, read_record
 from vrx_mj.recording.record_scene import boat_colors
@@ -202,7 +203,9 @@ class Film:
 
         shown = fromarray(self._staged(moment.boat_set).draw(moment, eye, size))
         if self._shot.captions:
-            name_boats(shown, view_of(eye, *size), self._footage.places(moment), self._colors)
+            boats = self._footage.boat_set(moment.boat_set).parameters.boats
+            labels = {boat.name: boat_label(boat.name, boat.robot) for boat in boats}
+            name_boats(shown, view_of(eye, *size), self._footage.places(moment), self._colors, labels)
         return shown
 
     def _staged(self, boat_set: int) -> Stage:
@@ -339,9 +342,15 @@ def write_lines(picture: Image, lines: Sequence[str], *, bottom: bool = False) -
 
 
 def name_boats(
-    picture: Image, view: View, places: Mapping[str, FloatArray], colors: Mapping[str, Rgb], *, away: float = FARTHEST
+    picture: Image,
+    view: View,
+    places: Mapping[str, FloatArray],
+    colors: Mapping[str, Rgb],
+    labels: Mapping[str, str],
+    *,
+    away: float = FARTHEST,
 ) -> None:
-    """Write the names of boats at places (3,) [m] over them, if they are in view and no farther than `away` [m]."""
+    """Write the labels of boats at places (3,) [m] over them, if they are in view and no farther than `away` [m]."""
     from PIL import ImageDraw
 
     draw = ImageDraw.Draw(picture)
@@ -349,7 +358,8 @@ def name_boats(
     for name, place in places.items():
         spot = project(view, np.add(place, (0.0, 0.0, TAG_HEIGHT)), picture.width, picture.height)
         if spot is not None and spot[2] < away:
-            draw.text(spot[:2], name, font=font, fill=colors[name], anchor="mb", stroke_width=1, stroke_fill=PANEL[:3])
+            look = {"fill": colors[name], "stroke_width": 1, "stroke_fill": PANEL[:3]}
+            draw.text(spot[:2], labels[name], font=font, anchor="mb", **look)
 
 
 @cache
