@@ -358,8 +358,8 @@ def name_boats(
     for name, place in places.items():
         spot = project(view, np.add(place, (0.0, 0.0, TAG_HEIGHT)), picture.width, picture.height)
         if spot is not None and spot[2] < away:
-            look = {"fill": colors[name], "stroke_width": 1, "stroke_fill": PANEL[:3]}
-            draw.text(spot[:2], labels[name], font=font, anchor="mb", **look)
+            text, color = labels[name], colors[name]
+            draw.text(spot[:2], text, font=font, fill=color, anchor="mb", stroke_width=1, stroke_fill=PANEL[:3])
 
 
 @cache
