@@ -55,7 +55,7 @@ def test_a_run_sums_touches_up_by_pair_after_its_task_has_finished_too(capsys):
     assert (summary.task.state, summary.task.num_collisions) == ("finished", 0)
     for found in summary.touches:
         own = [touch for touch in touches if (touch.boat, touch.other) == (found.boat, found.other)]
-        assert (found.count, found.begin) == (len(own), own[0].time)
+        assert (found.count, found.time) == (len(own), own[0].time)
         assert found.force == max(touch.force for touch in own) > 100.0
         assert found.duration == pytest.approx(sum(touch.duration for touch in own))
     assert {(found.boat, found.other) for found in summary.touches} == {("a", "quay"), ("a", "b")}

@@ -12,7 +12,6 @@ from typing import Any, Protocol
 from vrx_mj.arrays import FloatArray
 from vrx_mj.campaign.plan import Cell, folder_name
 from vrx_mj.errors import RecordError
-from vrx_mj.tasks.frame import has_started
 
 __all__ = [
     "FORMAT",
@@ -75,10 +74,7 @@ class Result:
     def status(self) -> str:
         """How it ended: `failed`, `not started` or `cut` (before or while its task ran), or else `done`."""
         phase = "finished" if self.task is None else self.task["state"]
-        return (
-            "failed" if self.failed else "not started" if not has_started(phase)
-            else "done" if phase == "finished" else "cut"
-        )  # fmt: skip
+        return "failed" if self.failed else {"finished": "done", "running": "cut"}.get(phase, "not started")
 
     @property
     def score(self) -> float | None:

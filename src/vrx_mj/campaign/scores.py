@@ -290,15 +290,12 @@ def mean_of(results: Iterable[Result]) -> Mean:
 
 def seedless_worlds(results: Iterable[Result]) -> list[str]:
     """Worlds in which each controller sailed one and the same run with all of several seeds, by score and track."""
-    runs: dict[str, dict[str, list[object]]] = {}
+    groups: dict[tuple[str, str], list[Result]] = {}
     for result in results:
-        own = runs.setdefault(result.cell.world, {}).setdefault(result.cell.controller, [])
-        own.append((result.status, result.score, result.sim_time, result.tracks) if not result.failed else result.cell)
-    return [
-        world
-        for world, sailed in runs.items()
-        if all(len(own) > 1 and all(one == own[0] for one in own) for own in sailed.values())
-    ]
+        groups.setdefault((result.cell.world, result.cell.controller), []).append(result)
+    runs = {key: [(one.failed, one.score, one.sim_time, one.tracks) for one in own] for key, own in groups.items()}
+    varied = {key[0] for key, own in runs.items() if len(own) < 2 or own[0][0] or any(one != own[0] for one in own)}
+    return [world for world in dict.fromkeys(world for world, _ in groups) if world not in varied]
 
 
 def tasks_of_worlds(results: Iterable[Result]) -> dict[str, Mapping[str, str]]:

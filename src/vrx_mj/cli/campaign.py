@@ -1,7 +1,7 @@
 """`vrx-mj campaign`: controllers on worlds with seeds, in parallel, to a table and a page."""
 
 import math
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,6 +10,7 @@ import typer
 from vrx_mj.bar import Bar
 from vrx_mj.cli.files import writing
 from vrx_mj.cli.options import Fleet, Packages
+from vrx_mj.cli.screen import text_table
 from vrx_mj.errors import CommandError
 
 if TYPE_CHECKING:
@@ -229,19 +230,6 @@ def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
     _print_failures(campaign, out.print)
 
 
-def _table(title: str, left: Sequence[str], right: Sequence[str], rows: Iterable[Sequence[str]]) -> "Table":
-    """A table of texts, whose first columns are aligned at the left and the others at the right."""
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(title=Text(title), title_justify="left")
-    for number, name in enumerate((*left, *right)):
-        table.add_column(Text(name), justify="left" if number < len(left) else "right", overflow="fold")
-    for row in rows:
-        table.add_row(*map(Text, row))
-    return table
-
-
 def _scores(campaign: "Campaign") -> "Table":
     from vrx_mj.campaign.scores import mean_of, tasks_of_worlds
 
@@ -255,7 +243,7 @@ def _scores(campaign: "Campaign") -> "Table":
             cells.append(_mean(mean_of(own), len(own), has_task=task is not None))
         rows.append((world, _unit(task) if task else "", *cells))
     title = "scores: mean ± standard deviation over the seeds; ↓ lower is better, ↑ higher"
-    return _table(title, ("world", "unit"), plan.controllers, rows)
+    return text_table(title, ("world", "unit"), plan.controllers, rows)
 
 
 def _unit(task: Mapping[str, str]) -> str:
@@ -279,7 +267,7 @@ def _leaderboard(campaign: "Campaign") -> "Table":
         for line in leaderboard(results, campaign.manifest.plan.controllers)
     ]
     names = ("sum", *(kind.replace("_", " ") for kind in kinds))
-    return _table("leaderboard: rank in each task, and their sum", ("controller",), names, rows)
+    return text_table("leaderboard: rank in each task, and their sum", ("controller",), names, rows)
 
 
 def _changes(comparison: "Comparison") -> "Table":
@@ -289,7 +277,7 @@ def _changes(comparison: "Comparison") -> "Table":
         p = "-" if test.adjusted is None or math.isnan(test.adjusted) else f"{test.adjusted:.3g}"
         counts = (str(test.pairs), str(test.better), str(test.worse), f"{test.gain:+.3g} {test.unit}", p)
         rows.append((test.controller, test.task.replace("_", " "), *counts, test.verdict))
-    return _table(title, ("controller", "task"), ("pairs", "better", "worse", "gain", "p", "verdict"), rows)
+    return text_table(title, ("controller", "task"), ("pairs", "better", "worse", "gain", "p", "verdict"), rows)
 
 
 def _print_failures(campaign: "Campaign", show: Callable[..., None]) -> None:

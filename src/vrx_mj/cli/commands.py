@@ -29,7 +29,6 @@ from vrx_mj.errors import CommandError, RecordError, VrxError
 from vrx_mj.packages import shell_word
 
 if TYPE_CHECKING:
-    from vrx_mj.recording.rescoring import Scored
     from vrx_mj.runtime.run import Summary
 
 DEMO_WORLD, DEMO_FLEET, DEMO_THRUST = "example_course", "trio", "left=0.5,right=0.4"
@@ -366,17 +365,8 @@ def score(
     scored = rescore(recording)
     for time, text, level in scored.events if events else ():
         typer.echo(f"{time:8.2f} s  {level:5}  {text}")
-    typer.echo(_score_text(scored))
-
-
-def _score_text(scored: "Scored") -> str:
-    from vrx_mj.tasks.registry import TASK_KINDS
-
-    referee, status = scored.referee, scored.status
-    meaning = TASK_KINDS[referee.type]
-    return score_line(
-        referee.name, status.phase, status.score, meaning.unit, meaning.better, status.collisions, status.timed_out
-    )
+    one, status = scored.referee, scored.status
+    typer.echo(score_line(one.name, one.type, status.phase, status.score, status.collisions, status.timed_out))
 
 
 def demo(

@@ -3,9 +3,9 @@
 import math
 import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from vrx_mj.bar import colored
 from vrx_mj.packages import shell_word
@@ -23,6 +23,7 @@ __all__ = [
     "score_line",
     "show",
     "show_error",
+    "text_table",
     "to_open",
     "warn_once",
 ]
@@ -63,15 +64,14 @@ def warn_once() -> Callable[..., None]:
     return show_warning
 
 
-def score_line(
-    name: str, state: str, score: float | None, unit: str, better: str, collisions: int, timed_out: bool
-) -> str:
-    """A task's result in one line."""
+def score_line(name: str, kind: str, state: str, score: float | None, collisions: int, timed_out: bool) -> str:
+    """The result of a task of a kind in one line."""
     from vrx_mj.tasks.frame import score_text
+    from vrx_mj.tasks.registry import TASK_KINDS
 
-    hits = f"{collisions} collision{'' if collisions == 1 else 's'}"
+    meaning, hits = TASK_KINDS[kind], f"{collisions} collision{'' if collisions == 1 else 's'}"
     end = "finished, timed out" if timed_out else "finished" if state == "finished" else f"cut while {state}"
-    return f"{name}: {score_text(state, score, unit)} ({better} is better), {end}, {hits}"
+    return f"{name}: {score_text(state, score, meaning.unit)} ({meaning.better} is better), {end}, {hits}"
 
 
 def pace_text(factor: float) -> str:
@@ -94,15 +94,8 @@ def print_summary(summary: "Summary") -> None:
         table.add_column(Text(name), justify="right")
     for name, boat in summary.boats.items():
         x, y, z = boat.position
-        heading = math.degrees(boat.heading)
-        table.add_row(
-            Text(boat_label(name, boat.robot)),
-            f"{x:.2f}",
-            f"{y:.2f}",
-            f"{z:.2f}",
-            f"{heading:.1f}",
-            f"{boat.distance:.1f}",
-        )
+        label, heading = Text(boat_label(name, boat.robot)), math.degrees(boat.heading)
+        table.add_row(label, f"{x:.2f}", f"{y:.2f}", f"{z:.2f}", f"{heading:.1f}", f"{boat.distance:.1f}")
     out = Console()
     out.print(table)
     out.print(
@@ -112,30 +105,30 @@ def print_summary(summary: "Summary") -> None:
     )
     if summary.task is not None:
         task = summary.task
-        line = score_line(
-            task.name, task.state, task.score, task.unit, task.better, task.num_collisions, task.timed_out
-        )
+        line = score_line(task.name, task.type, task.state, task.score, task.num_collisions, task.timed_out)
         out.print(line, highlight=False, markup=False, soft_wrap=True)
     if summary.touches:
-        out.print(_touch_table(summary))
+        names = ("times", "largest force [N]", "duration [s]", "first at [s]")
+        rows = [
+            (one.boat, one.other, str(one.count), f"{one.force:.0f}", f"{one.duration:.1f}", f"{one.time:.1f}")
+            for one in summary.touches
+        ]
+        out.print(text_table("touches, from the start to the end of the run", ("boat", "touches"), names, rows))
     for line in summary.warnings:
         out.print(line, highlight=False, markup=False, soft_wrap=True)
     out.print(f"state_sha256 {summary.state_sha256}", highlight=False, soft_wrap=True)
 
 
-def _touch_table(summary: "Summary") -> "Table":
-    """What boats touched, also while no task counted it."""
+def text_table(title: str, left: Sequence[str], right: Sequence[str], rows: Iterable[Sequence[Any]]) -> "Table":
+    """A table of texts, plain or rich's own, whose first columns are aligned at the left, the others at the right."""
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(title="touches, from the start to the end of the run")
-    table.add_column("boat")
-    table.add_column("touches")
-    for name in ("times", "largest force [N]", "duration [s]", "first at [s]"):
-        table.add_column(Text(name), justify="right")
-    for touch in summary.touches:
-        figures = (f"{touch.force:.0f}", f"{touch.duration:.1f}", f"{touch.begin:.1f}")
-        table.add_row(Text(touch.boat), Text(touch.other), str(touch.count), *figures)
+    table = Table(title=Text(title), title_justify="left")
+    for number, name in enumerate((*left, *right)):
+        table.add_column(Text(name), justify="left" if number < len(left) else "right", overflow="fold")
+    for row in rows:
+        table.add_row(*(Text(cell) if isinstance(cell, str) else cell for cell in row))
     return table
 
 

@@ -16,11 +16,11 @@ from vrx_mj.arguments import as_number, check_kind
 from vrx_mj.bar import Bar
 from vrx_mj.errors import CommandError, VrxError, shown
 from vrx_mj.packages import install_command, shell_word
+from vrx_mj.tasks.frame import score_text
 
 if TYPE_CHECKING:
     from vrx_mj.mjcf.world import World
     from vrx_mj.runtime.simulation import Simulation
-    from vrx_mj.runtime.task_runner import TaskObservation
 
 __all__ = ["in_notebook", "progress", "register", "show", "terminal_bar"]
 
@@ -65,7 +65,7 @@ def world_map(world: "World") -> bytes:
 def simulation_line(sim: "Simulation") -> str:
     """What runs, and how far it is."""
     task = sim.task
-    status = "" if task is None else f"; {task['name']} is {task['state']}, {_score_text(task)}"
+    status = "" if task is None else f"; {task['name']} is {task['state']}, {score_text(task['state'], task['score'])}"
     return f"{sim.world.name} at t = {sim.time:g} s, seed {sim.seed}{status}"
 
 
@@ -198,11 +198,4 @@ def _new_events(sim: "Simulation", write: Line) -> Callable[[], None]:
 
 def _status(sim: "Simulation") -> str:
     task = sim.task
-    return "" if task is None else f"{task['name']}: {task['state']}, {_score_text(task)}"
-
-
-def _score_text(task: "TaskObservation") -> str:
-    from vrx_mj.tasks.frame import score_text
-    from vrx_mj.tasks.registry import TASK_KINDS
-
-    return score_text(task["state"], task["score"], TASK_KINDS[task["type"]].unit)
+    return "" if task is None else f"{task['name']}: {task['state']}, {score_text(task['state'], task['score'])}"

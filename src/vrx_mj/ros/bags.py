@@ -335,9 +335,8 @@ class Bag:
         self._wanted = frozenset(light.union(*named.values()))
         twice = sorted(name for name in self._wanted if f"{name}/compressed" in self._wanted)
         if twice:
-            more = f" and {len(twice) - 1} more" if len(twice) > 1 else ""
-            text = f"the bag takes {twice[0]}{more} both raw and compressed: raw pictures make it many times as large"
-            warnings.warn(f"{text}; name {twice[0]}/compressed alone if it should not", VrxWarning, stacklevel=2)
+            text = f"the bag takes both raw and compressed pictures of {', '.join(twice[:3])}: raw ones make it large"
+            warnings.warn(f"{text}; name {twice[0]}/compressed for the others alone", VrxWarning, stacklevel=2)
 
     @property
     def wanted(self) -> frozenset[str]:

@@ -113,24 +113,6 @@ class BoatSummary:
 
 
 @dataclass(frozen=True)
-class TouchSummary:
-    """All touches of a boat and another body in a run, whether or not a task counts them."""
-
-    boat: str
-    """Name of the boat."""
-    other: str
-    """Another boat, an object or a dock, by its name, or `terrain`."""
-    count: int
-    """How often they touched: contact after a second without is a new touch."""
-    force: float
-    """Largest force, of all points of contact together [N]."""
-    duration: float
-    """How long the touches lasted together [s], sampled every 0.05 s."""
-    begin: float
-    """When they first touched [s]."""
-
-
-@dataclass(frozen=True)
 class TaskSummary:
     """Result of a task."""
 
@@ -186,8 +168,8 @@ class Summary:
     """Result of the world's task; None if it has none."""
     warnings: tuple[str, ...] = ()
     """Boats that capsized, or spun faster than boats do, with the time at which it was first seen."""
-    touches: tuple[TouchSummary, ...] = ()
-    """What boats touched, also before the task starts and after its end, the largest force first."""
+    touches: tuple[Touch, ...] = ()
+    """What boats touched, by pair, also before the task starts and after its end; the largest force first."""
 
     def as_dict(self) -> dict[str, Any]:
         """The summary as plain data for JSON."""
@@ -281,8 +263,8 @@ def load_controller(name: str, seed: int) -> Controller:
         raise VrxError(f"no module named '{module_name}' for the controller '{name}'") from error
     found = getattr(module, attribute, None)
     if found is None:
-        callables = [other for other, value in vars(module).items() if callable(value) and not other.startswith("_")]
-        raise UnknownNameError(f"controller in the module {module_name}", attribute, sorted(callables))
+        known = sorted(other for other, value in vars(module).items() if callable(value) and other[0] != "_")
+        raise UnknownNameError(f"controller in the module {module_name}", attribute, known)
     controller: Any = found() if inspect.isclass(found) else found
     _check_callable(name, controller)
     if hasattr(controller, "reset"):
@@ -442,25 +424,20 @@ def summarize(
         boats=boats,
         task=_task_summary(sim),
         warnings=tuple(warned),
-        touches=_touch_summaries(touches),
+        touches=_by_pair(touches),
     )
 
 
-def _touch_summaries(touches: Sequence[Touch]) -> tuple[TouchSummary, ...]:
+def _by_pair(touches: Sequence[Touch]) -> tuple[Touch, ...]:
+    """All touches of each pair as one, with their number."""
     pairs: dict[tuple[str, str], list[Touch]] = {}
-    for touch in touches:
-        pairs.setdefault((touch.boat, touch.other), []).append(touch)
-    found = (
-        TouchSummary(
-            *pair,
-            len(own),
-            max(touch.force for touch in own),
-            sum(touch.duration for touch in own),
-            min(touch.time for touch in own),
-        )
+    for one in touches:
+        pairs.setdefault((one.boat, one.other), []).append(one)
+    found = [
+        Touch(*pair, own[0].time, max(one.force for one in own), sum(one.duration for one in own), len(own))
         for pair, own in pairs.items()
-    )
-    return tuple(sorted(found, key=lambda touch: -touch.force))
+    ]
+    return tuple(sorted(found, key=lambda one: -one.force))
 
 
 def _task_summary(sim: Simulation) -> TaskSummary | None:

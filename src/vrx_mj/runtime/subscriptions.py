@@ -57,6 +57,8 @@ class Touch:
     """The largest that was seen, of all points of contact together [N]."""
     duration: float = 0.0
     """From when it began to the last contact that was seen [s]; it grows, as `force` does, while the touch lasts."""
+    count: int = 1
+    """How many touches these are: in a run's summary, all of a pair, with the largest force and the whole duration."""
 
     def __str__(self) -> str:
         return f"{self.boat} touches {self.other}, {self.time:.1f} s, {self.force:.0f} N"

@@ -39,9 +39,9 @@ def has_started(phase: str) -> bool:
     return phase in ("running", "finished")
 
 
-def score_text(phase: str, score: float | None, unit: str) -> str:
+def score_text(phase: str, score: float | None, unit: str = "") -> str:
     """The score in words; there is none before the task has started."""
-    return f"score {score:.4g} {unit}" if has_started(phase) else "no score yet"
+    return f"score {score:.4g} {unit}".rstrip() if has_started(phase) else "no score yet"
 
 
 @dataclass

@@ -39,7 +39,7 @@ def test_a_program_that_the_shell_finds_is_named_alone(typed, monkeypatch):
     ("finished", 2.0, "way: score 2 m (lower is better), finished, 1 collision"),
 ])  # fmt: skip
 def test_a_run_that_was_cut_is_called_so(phase, score, line):
-    assert screen.score_line("way", phase, score, "m", "lower", 1, timed_out=False) == line
+    assert screen.score_line("way", "wayfinding", phase, score, 1, timed_out=False) == line
 
 
 @pytest.mark.parametrize(("factor", "text"), [(0.3333, "0.33"), (0.0042, "0.0042"), (9.96, "10"), (715.8, "716")])

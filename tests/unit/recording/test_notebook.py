@@ -68,9 +68,9 @@ def test_the_table_tells_where_every_boat_is(sim):
 
 
 def test_a_task_stands_in_the_line():
-    task = {"type": "gymkhana", "name": "gates", "state": "running", "score": 1.25}
+    task = {"name": "gates", "state": "running", "score": 1.25}
     sim = SimpleNamespace(world=SimpleNamespace(name="bay"), time=12.5, seed=7, task=task)
-    assert notebook.simulation_line(sim) == "bay at t = 12.5 s, seed 7; gates is running, score 1.25 m"
+    assert notebook.simulation_line(sim) == "bay at t = 12.5 s, seed 7; gates is running, score 1.25"
 
 
 def viewer_of(monkeypatch):
@@ -158,7 +158,7 @@ def test_a_bar_in_a_notebook_is_not_redrawn_at_every_call_but_at_the_end(drawn, 
 
 def test_the_referee_is_heard_under_the_bar(drawn):
     events = ((10.0, "a < b: ready", "INFO"),)
-    task = {"type": "dock", "name": "course", "state": "ready", "score": 0.0}
+    task = {"name": "course", "state": "ready", "score": 0.0}
     with notebook.notebook_bar(SimpleNamespace(task=task, task_events=events), 20.0) as tick:
         tick(12.0)
         tick(13.0)

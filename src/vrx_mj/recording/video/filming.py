@@ -342,22 +342,16 @@ def write_lines(picture: Image, lines: Sequence[str], *, bottom: bool = False) -
 
 
 def name_boats(
-    picture: Image,
-    view: View,
-    places: Mapping[str, FloatArray],
-    colors: Mapping[str, Rgb],
-    labels: Mapping[str, str],
-    *,
-    away: float = FARTHEST,
+    picture: Image, view: View, places: Mapping[str, FloatArray], colors: Mapping[str, Rgb], labels: Mapping[str, str]
 ) -> None:
-    """Write the labels of boats at places (3,) [m] over them, if they are in view and no farther than `away` [m]."""
+    """Write the labels of boats at places (3,) [m] over them, if they are in view and no farther than `FARTHEST`."""
     from PIL import ImageDraw
 
     draw = ImageDraw.Draw(picture)
     font = font_of(max(SMALLEST, round(picture.height * NAME_SHARE)))
     for name, place in places.items():
         spot = project(view, np.add(place, (0.0, 0.0, TAG_HEIGHT)), picture.width, picture.height)
-        if spot is not None and spot[2] < away:
+        if spot is not None and spot[2] < FARTHEST:
             text, color = labels[name], colors[name]
             draw.text(spot[:2], text, font=font, fill=color, anchor="mb", stroke_width=1, stroke_fill=PANEL[:3])
 
