@@ -49,6 +49,7 @@ class Touch:
     """A boat touches something."""
 
     boat: str
+    """Name of the boat."""
     other: str
     """Another boat, an object or a dock, by its name, or `terrain`."""
     time: float
