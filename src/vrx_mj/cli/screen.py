@@ -108,12 +108,12 @@ def print_summary(summary: "Summary") -> None:
         line = score_line(task.name, task.type, task.state, task.score, task.num_collisions, task.timed_out)
         out.print(line, highlight=False, markup=False, soft_wrap=True)
     if summary.touches:
-        names = ("times", "largest force [N]", "duration [s]", "first at [s]")
+        names = ("times", "force [N]", "lasting [s]", "first [s]")
         rows = [
             (one.boat, one.other, str(one.count), f"{one.force:.0f}", f"{one.duration:.1f}", f"{one.time:.1f}")
             for one in summary.touches
         ]
-        out.print(text_table("touches, from the start to the end of the run", ("boat", "touches"), names, rows))
+        out.print(text_table("touches of the whole run, with the largest force", ("boat", "touches"), names, rows))
     for line in summary.warnings:
         out.print(line, highlight=False, markup=False, soft_wrap=True)
     out.print(f"state_sha256 {summary.state_sha256}", highlight=False, soft_wrap=True)
