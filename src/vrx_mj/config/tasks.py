@@ -373,8 +373,7 @@ TASKS: Mapping[str, type[TaskConfig]] = {
     if name not in ALIASES
 }
 """Models of the tasks, by type."""
-SCORES: Mapping[str, str] = {
-    **{name: model.scores for name, model in TASKS.items()},
+SCORES: Mapping[str, str] = {name: model.scores for name, model in TASKS.items()} | {
     "dock": "points of the docking; higher is better",
     "scan_and_dock": "points of the colours and the docking; higher is better",
 }

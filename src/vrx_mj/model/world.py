@@ -125,8 +125,8 @@ class Parameters:
     def has_random_loads(self) -> bool:
         """Whether a run's seed draws what moves boats: waves, gusts, the wind's direction or the current."""
         air, current = self.air, self.current
-        turning = air is not None and bool(air.spread or air.gust_frequencies)
-        return bool(self.sea.random or self.wind.gain or turning or (current is not None and current.gain))
+        wind = self.wind.gain or (air is not None and (air.spread or air.gust_frequencies))
+        return bool(self.sea.random or wind or (current is not None and current.gain))
 
     def thrusters_of(self, boat: str) -> tuple[Thruster, ...]:
         """The thrusters and rudders of a boat."""
