@@ -7,12 +7,12 @@ from vrx_mj.campaign.results import Result
 UNITS = {"stationkeeping": ("m", "lower"), "dock": ("points", "higher")}
 
 
-def scored(controller, world, seed, score, *, kind="stationkeeping", state=None, tracks=None):
-    """A trial that ended with a score."""
+def scored(controller, world, seed, score, *, kind="stationkeeping", state=None, tracks=None, phase="finished"):
+    """A trial that ended with a score, in a phase of its task."""
     unit, better = UNITS[kind]
     task = {
-        "type": kind, "name": kind, "state": "finished", "score": score, "unit": unit, "better": better,
-        "elapsed": 300.0, "timed_out": True, "num_collisions": 0, "events": [],
+        "type": kind, "name": kind, "state": phase, "score": score, "unit": unit, "better": better,
+        "elapsed": 300.0, "timed_out": phase == "finished", "num_collisions": 0, "events": [],
     }  # fmt: skip
     cell = Cell(controller, world, seed)
     return Result(cell, task=task, sim_time=320.0, state_sha256=state or f"{cell} {score}", tracks=tracks or {})

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 import vrx_mj
+from vrx_mj.cli.screen import print_summary
 from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.recording.session import following
 from vrx_mj.runtime.subscriptions import ContactWatch, forces_of_pairs
@@ -35,6 +36,54 @@ def test_a_touch_is_told_once_with_a_force_that_stops_the_boat(sim):
     assert 0.0 < touches[0].time < 12.0
     assert touches[0].force > 100.0
     assert str(touches[0]) == f"a touches quay, {touches[0].time:.1f} s, {touches[0].force:.0f} N"
+
+
+def test_a_run_sums_touches_up_by_pair_after_its_task_has_finished_too(capsys):
+    """Boat a rams the quay, and b its stern; each pair is as often and as long as the watch of the test says."""
+    phases = {"initial_state_duration": 0.5, "ready_state_duration": 0.5, "running_state_duration": 1}
+    task = {"type": "stationkeeping", "goal_cart": [0, 0, 0], **phases}
+    near = {"boats": [FLEET["boats"][0], {"name": "b", "pose": [-8, 0, 0.1, 0, 0, 0]}]}
+    sim = vrx_mj.Simulation(vrx_mj.compile_world({**WORLD, "task": task}, fleet=near))
+    touches = []
+    sim.watch_contacts(touches.append)
+
+    def rams(_obs, t):
+        power = 1.0 if t % 20.0 < 12.0 else -1.0
+        return {boat: {"left": power, "right": power} for boat in "ab"}
+
+    summary = vrx_mj.run(sim, 40.0, controller=rams)
+    assert (summary.task.state, summary.task.num_collisions) == ("finished", 0)
+    for found in summary.touches:
+        own = [touch for touch in touches if (touch.boat, touch.other) == (found.boat, found.other)]
+        assert (found.count, found.time) == (len(own), own[0].time)
+        assert found.force == max(touch.force for touch in own) > 100.0
+        assert found.duration == pytest.approx(sum(touch.duration for touch in own))
+    assert {(found.boat, found.other) for found in summary.touches} == {("a", "quay"), ("a", "b")}
+    assert [touch.force for touch in summary.touches] == sorted(
+        (touch.force for touch in summary.touches), reverse=True
+    )
+    print_summary(summary)
+    printed = capsys.readouterr().out
+    for found in summary.touches:
+        assert f"{found.other} " in printed
+        assert f" {found.force:.0f} " in printed
+
+
+@pytest.mark.parametrize("cut", [1, 7, 100])
+def test_a_touch_lasts_from_its_first_contact_to_its_last(sim, cut):
+    """The same from a look at every step: sampled each 0.05 s, and however the run is cut."""
+    touches, seen = [], []
+    watch = sim.watch_contacts(touches.append)
+    for _ in range(1200 // cut):
+        power = 1.0 if sim.time < 8.0 else -1.0
+        sim.command("a", left=power, right=power)
+        sim.advance(cut)
+        seen += [sim.time] if cut == 1 and forces_of_pairs(sim._live.arrays, frozenset("ab")) else []
+    sim.unwatch_contacts(watch)
+    (touch,) = touches
+    assert touch.duration > 0.5
+    if cut == 1:
+        assert touch.duration == pytest.approx(seen[-1] - seen[0], abs=0.1)
 
 
 def test_who_parts_and_comes_back_touches_anew(sim):

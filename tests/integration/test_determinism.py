@@ -64,6 +64,33 @@ def test_seeds_give_different_gusts_and_nothing_else_differs():
     assert same_bits(still.data.qpos, as_still.data.qpos)
 
 
+WIND, MARINE = {"mean_velocity": 3.0, "var_gain": 0.0}, {"physics": {"profile": "marine"}}
+LOADS = {
+    "calm": {"sea": CALM, "wind": None},
+    "waves of VRX": {"wind": None},
+    "steady wind": {"wind": WIND},
+    "gusts": {"wind": {**WIND, "var_gain": 2.0}},
+    "regular waves": {"wind": None, "sea": {"model": "regular", "height": 0.4, "period": 4}, **MARINE},
+    "a spectrum": {"wind": None, "sea": {"model": "pm", "significant_height": 0.4, "peak_period": 4}, **MARINE},
+    "steady current": {"wind": None, "sea": CALM, "current": {"speed": 0.5}, **MARINE},
+    "random current": {"wind": None, "sea": CALM, "current": {"speed": 0.5, "var_gain": 0.2}, **MARINE},
+    "steady wind over marine": {"wind": WIND, "sea": CALM, **MARINE},
+    "gusts of a spectrum": {"wind": {"mean_velocity": 6.0, "spectrum": "npd"}, "sea": CALM, **MARINE},
+    "wind that turns at random": {"wind": {**WIND, "var_direction": 20.0}, "sea": CALM, **MARINE},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("loads", LOADS)
+def test_a_world_knows_whether_seeds_move_its_boats(loads):
+    """By what two seeds make of one boat."""
+    sim, places = simulation(**LOADS[loads]), []
+    for seed in (1, 2):
+        sim.reset(seed)
+        sim.step(duration=4.0)
+        places.append(sim.row()[1:8].tobytes())
+    assert sim.world.parameters.has_random_loads == (places[0] != places[1])
+
+
 def test_the_winds_own_seed_is_part_of_it():
     def reseed(parameters):
         parameters["wind"]["seed"] = 99

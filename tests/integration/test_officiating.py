@@ -42,6 +42,12 @@ def test_a_run_lasts_until_the_task_is_finished(sim):
     assert summary.task.score == sim.task["score"] > 0.0
 
 
+@pytest.mark.parametrize(("duration", "state", "scored"), [(1.5, "ready", False), (4.0, "running", True)])
+def test_a_run_has_no_score_before_its_task_has_started(sim, duration, state, scored):
+    task = vrx_mj.run(sim, duration, controller=ahead).task
+    assert (task.state, task.score is not None) == (state, scored)
+
+
 def test_the_score_is_the_mean_error_of_the_frames_of_the_run(sim):
     """The same sum by hand, from the boat's pose at each twentieth of a second."""
     errors = []

@@ -211,7 +211,10 @@ def test_the_slider_and_the_keys_drive_too(world, page):
     heard = overheard(world, "wamv1")
     page.key(",", ",")
     reached(lambda: world.bridge.listen(0.02) or -0.5 in heard)
+    knob = "new DOMMatrix(getComputedStyle(document.querySelector('#knob')).transform).m42"
+    assert page.wait(f"{knob} > 10")  # astern is down, whoever asked for it
     page.key("k", "k")
+    assert page.wait(f"Math.abs({knob}) < 1")
     reached(lambda: world.bridge.listen(0.02) or heard[-1] == 0.0)
     page.look("document.querySelector('#angle').focus()")
     page.key("ArrowRight")

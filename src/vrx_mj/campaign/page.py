@@ -14,7 +14,7 @@ from vrx_mj.campaign.manifest import Campaign
 from vrx_mj.campaign.maps import COLORS, SHAPES, map_values, path
 from vrx_mj.campaign.plan import Cell
 from vrx_mj.campaign.results import LOG, Result, read_results, read_sketches, write_csv, write_text
-from vrx_mj.campaign.scores import Comparison, leaderboard, mean_of, task_types, tasks_of_worlds
+from vrx_mj.campaign.scores import Comparison, leaderboard, mean_of, seedless_worlds, task_types, tasks_of_worlds
 from vrx_mj.draw.page import page_environment
 
 __all__ = ["PAGE", "map_svg", "page", "refreshed", "write_report"]
@@ -42,6 +42,7 @@ def page(campaign: Campaign, sketches: Mapping[str, Row], comparison: Comparison
             board=leaderboard(results, plan.controllers),
             rows=list(_rows(campaign)),
             maps=list(_maps(campaign, sketches)),
+            seedless=seedless_worlds(results),
             failures=[_failure(result) for result in results if result.failed],
             comparison=comparison,
             most_changes=MOST_CHANGES,
@@ -78,11 +79,12 @@ def _cell(result: Result | None, seed: int, scores: Sequence[float], task: Mappi
     if result.failed:
         return {**row, "kind": "failed", "text": "✕", "title": f"seed {seed} failed: {result.error}"}
     if result.score is None or task is None:
-        return {**row, "kind": "none", "text": "no task", "title": f"seed {seed}: no task, {result.sim_time:g} s"}
+        text = "no task" if result.task is None else "not started"
+        return {**row, "kind": "none", "text": text, "title": f"seed {seed}: {text}, {result.sim_time:g} s"}
     return {
         **row,
         "kind": "score",
-        "text": f"{result.score:.2f}",
+        "text": f"{result.score:.4g}{' ✂' if result.status == 'cut' else ''}",
         "value": f"{result.score:.6g}",
         "color": _color(result.score, scores, task["better"]),
         "title": f"seed {seed}: {result.score:.4g} {task['unit']}{_how(result.task or {})}",
@@ -93,7 +95,8 @@ def _how(task: Mapping[str, object]) -> str:
     """How a task ended, in words."""
     hits = task["num_collisions"]
     collided = f", {hits} collision{'s' if hits != 1 else ''}" if hits else ""
-    return f" after {task['elapsed']:.1f} s, {task['state']}{', timed out' if task['timed_out'] else ''}{collided}"
+    end = "cut while running" if task["state"] == "running" else "finished"
+    return f" after {task['elapsed']:.1f} s, {end}{', timed out' if task['timed_out'] else ''}{collided}"
 
 
 def _color(score: float, scores: Sequence[float], better: str) -> str:

@@ -71,9 +71,15 @@ class Result:
         return self.error is not None
 
     @property
+    def status(self) -> str:
+        """How it ended: `failed`, `not started` or `cut` (before or while its task ran), or else `done`."""
+        phase = "finished" if self.task is None else self.task["state"]
+        return "failed" if self.failed else {"finished": "done", "running": "cut"}.get(phase, "not started")
+
+    @property
     def score(self) -> float | None:
-        """The task's score; None where the trial failed or the world has no task."""
-        return None if self.error is not None or self.task is None else float(self.task["score"])
+        """The task's score; None where the trial failed, its task has not started, or the world has no task."""
+        return float(self.task["score"]) if self.task is not None and self.status in ("cut", "done") else None
 
 
 def write_result(folder: Path, result: Result) -> None:
@@ -125,7 +131,7 @@ def _row(result: Result) -> dict[str, Any]:
     task = result.task or {}
     return {
         **asdict(result.cell),
-        "status": "failed" if result.failed else "done",
+        "status": result.status,
         "task": task.get("type"),
         "score": result.score,
         **{key: task.get(key) for key in ("unit", "better", "state", "timed_out", "elapsed")},

@@ -19,6 +19,7 @@ __all__ = [
     "leaderboard",
     "mean_of",
     "paired_test",
+    "seedless_worlds",
     "task_types",
     "tasks_of_worlds",
 ]
@@ -41,10 +42,15 @@ class Change:
     """Improvement of the score in its unit; None where one of the two has no score."""
 
     @property
+    def lost(self) -> bool:
+        """Whether it failed now, or has a score no longer."""
+        return self.after.failed or (self.after.score is None and self.before.score is not None)
+
+    @property
     def kind(self) -> str:
         """The kind of change, in a few words."""
         if self.gain is None:
-            return "fails now" if self.after.failed else "works now"
+            return "fails now" if self.after.failed else "no score now" if self.lost else "works now"
         return "better" if self.gain > 0.0 else "worse" if self.gain < 0.0 else "different track, same score"
 
 
@@ -156,7 +162,7 @@ def _gain(before: Result, after: Result, better: Mapping[str, str]) -> float | N
 
 def _change(before: Result, after: Result, better: Mapping[str, str]) -> Change | None:
     """How a cell has changed; None where it has not."""
-    if before.failed != after.failed:
+    if before.failed != after.failed or (before.score is None) != (after.score is None):
         return Change(after.cell, before, after, None)
     if after.failed or before.state_sha256 == after.state_sha256:
         return None
@@ -166,7 +172,7 @@ def _change(before: Result, after: Result, better: Mapping[str, str]) -> Change 
 def _severity(change: Change) -> float:
     """What is smaller comes first: new failures, then losses, gains, and what works again."""
     if change.gain is None:
-        return math.inf if change.before.failed else -math.inf
+        return -math.inf if change.lost else math.inf
     return change.gain
 
 
@@ -235,6 +241,10 @@ class Mean:
     scores: tuple[float, ...]
     failed: int
     """Trials without a score because they failed."""
+    unstarted: int = 0
+    """Trials without a score because their task never started."""
+    cut: int = 0
+    """Trials whose score is of a task that was cut."""
 
     @property
     def mean(self) -> float:
@@ -248,9 +258,9 @@ class Mean:
 
     def __str__(self) -> str:
         if not self.scores:
-            return "failed" if self.failed else "-"
-        spread = f" ± {self.deviation:.2f}" if len(self.scores) > 1 else ""
-        return f"{self.mean:.2f}{spread}"
+            return "failed" if self.failed else "not started" if self.unstarted else "-"
+        spread = f" ± {self.deviation:.2g}" if len(self.scores) > 1 else ""
+        return f"{self.mean:.4g}{spread}"
 
 
 @dataclass(frozen=True)
@@ -260,13 +270,10 @@ class Line:
     controller: str
     means: Mapping[str, Mean]
     """Means by type of task."""
-    ranks: Mapping[str, int]
-    """Ranks by type of task; 1 is the best, and equals share the better rank."""
-
-    @property
-    def total(self) -> int:
-        """Sum of the ranks: the smaller, the better."""
-        return sum(self.ranks.values())
+    ranks: Mapping[str, int | None]
+    """Ranks by type of task; 1 is the best, equals share the better rank, and without a score there is none."""
+    total: int
+    """Sum of the ranks: the smaller, the better; no rank counts as the last."""
 
     @property
     def failed(self) -> int:
@@ -278,7 +285,17 @@ def mean_of(results: Iterable[Result]) -> Mean:
     """The scores of these trials together."""
     found = list(results)
     scores = tuple(result.score for result in found if result.score is not None)
-    return Mean(scores, sum(result.failed for result in found))
+    return Mean(scores, *(sum(result.status == how for result in found) for how in ("failed", "not started", "cut")))
+
+
+def seedless_worlds(results: Iterable[Result]) -> list[str]:
+    """Worlds in which each controller sailed one and the same run with all of several seeds, by score and track."""
+    groups: dict[tuple[str, str], list[Result]] = {}
+    for result in results:
+        groups.setdefault((result.cell.world, result.cell.controller), []).append(result)
+    runs = {key: [(one.failed, one.score, one.sim_time, one.tracks) for one in own] for key, own in groups.items()}
+    varied = {key[0] for key, own in runs.items() if len(own) < 2 or own[0][0] or any(one != own[0] for one in own)}
+    return [world for world in dict.fromkeys(world for world, _ in groups) if world not in varied]
 
 
 def tasks_of_worlds(results: Iterable[Result]) -> dict[str, Mapping[str, str]]:
@@ -299,7 +316,7 @@ def task_types(results: Iterable[Result]) -> dict[str, Mapping[str, str]]:
 def leaderboard(results: Sequence[Result], controllers: Sequence[str]) -> list[Line]:
     """Controllers, the best first: ranked in each type of task, their ranks summed.
 
-    That is how VRX ranks teams. Within a task, fewer failed trials come first and then the better mean score.
+    That is how VRX ranks teams. Within a task, fewer trials without a score come first and then the better mean score.
     """
     worlds, kinds = tasks_of_worlds(results), task_types(results)
     means = {
@@ -307,7 +324,10 @@ def leaderboard(results: Sequence[Result], controllers: Sequence[str]) -> list[L
         for controller in controllers
     }
     ranks = {kind: _ranks({who: means[who][kind] for who in controllers}, kinds[kind]["better"]) for kind in kinds}
-    lines = [Line(who, means[who], {kind: ranks[kind][who] for kind in kinds}) for who in controllers]
+    lines = []
+    for who in controllers:
+        own = {kind: ranks[kind][who] for kind in kinds}
+        lines.append(Line(who, means[who], own, sum(rank or len(controllers) for rank in own.values())))
     return sorted(lines, key=lambda line: (line.total, line.failed))
 
 
@@ -322,7 +342,7 @@ def _of(
     )
 
 
-def _ranks(means: Mapping[str, Mean], better: str) -> dict[str, int]:
+def _ranks(means: Mapping[str, Mean], better: str) -> dict[str, int | None]:
     sign = 1.0 if better == "lower" else -1.0
-    keys = {who: (mean.failed, sign * mean.mean if mean.scores else math.inf) for who, mean in means.items()}
-    return {who: 1 + sum(other < key for other in keys.values()) for who, key in keys.items()}
+    keys = {who: (mean.failed + mean.unstarted, sign * mean.mean) for who, mean in means.items() if mean.scores}
+    return {who: 1 + sum(other < keys[who] for other in keys.values()) if who in keys else None for who in means}

@@ -126,7 +126,7 @@ def _recording(sim: Simulation, file: Path | None) -> AbstractContextManager[obj
 
 def _result(trial: Trial, summary: Summary, world: str, tracks: Tracks) -> Result:
     task = summary.as_dict().get("task")
-    if task is not None and not math.isfinite(task["score"]):
+    if task is not None and not math.isfinite(task["score"] or 0.0):
         raise VrxError(f"the score of {task['name']} is {task['score']}: a finite number is needed")
     if task is not None:
         task["events"] = [list(event) for event in task["events"][-EVENTS:]]

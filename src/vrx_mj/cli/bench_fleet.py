@@ -13,9 +13,9 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
-from rich.table import Table
 
 from vrx_mj.cli.bench import DT, SEA, fleet, resident_memory, sailing
+from vrx_mj.cli.screen import text_table
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.batch import Batch
 
@@ -119,20 +119,15 @@ def processor_share(advance: Advance, seconds: float) -> float:
 
 def print_fleet_table(rows: Sequence[Mapping[str, Any]]) -> None:
     """The rows as a table, and what is missing where a fleet is several worlds."""
-    table = Table(title="vrx-mj bench --fleet-table: one core, steps of 10 ms, sea and wind")
-    for name in ("boats", "CPU", "memory", "real time", "guide: CPU", "guide: memory"):
-        table.add_column(name, justify="right")
-    for row in rows:
-        table.add_row(
-            f"{row['boats']:,}" + ("*" if row["worlds"] > 1 else ""),
-            _share(row["cpu_share"]),
-            _megabytes(row["memory_mb"]),
-            f"{row['real_time_factor']:.3g} x",
-            _share(row["guide_cpu_share"]),
-            _megabytes(row["guide_memory_mb"]),
-        )
+    heads = ("boats", "CPU", "memory", "real time", "guide: CPU", "guide: memory")
+    texts = [
+        (f"{row['boats']:,}" + ("*" if row["worlds"] > 1 else ""), _share(row["cpu_share"]),
+         _megabytes(row["memory_mb"]), f"{row['real_time_factor']:.3g} x", _share(row["guide_cpu_share"]),
+         _megabytes(row["guide_memory_mb"]))
+        for row in rows
+    ]  # fmt: skip
     out = Console()
-    out.print(table)
+    out.print(text_table("vrx-mj bench --fleet-table: one core, steps of 10 ms, sea and wind", (), heads, texts))
     for line in remarks(rows):
         out.print(line, highlight=False)
 

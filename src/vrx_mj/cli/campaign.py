@@ -1,7 +1,7 @@
 """`vrx-mj campaign`: controllers on worlds with seeds, in parallel, to a table and a page."""
 
 import math
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,6 +10,7 @@ import typer
 from vrx_mj.bar import Bar
 from vrx_mj.cli.files import writing
 from vrx_mj.cli.options import Fleet, Packages
+from vrx_mj.cli.screen import text_table
 from vrx_mj.errors import CommandError
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from vrx_mj.campaign.manifest import Campaign
     from vrx_mj.campaign.plan import Plan, Serving
     from vrx_mj.campaign.results import Result
-    from vrx_mj.campaign.scores import Comparison
+    from vrx_mj.campaign.scores import Comparison, Mean
     from vrx_mj.campaign.trial import Trial
 
 __all__ = ["CampaignProgress", "campaign", "print_tables"]
@@ -215,26 +216,18 @@ def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
     """Scores by world, the leaderboard where there are several controllers, what changed, and failures."""
     from rich.console import Console
 
+    from vrx_mj.campaign.scores import seedless_worlds
+
     out = Console()
     out.print(_scores(campaign))
+    for world in seedless_worlds(campaign.results.values()):
+        seeds = len(campaign.manifest.plan.seeds)
+        out.print(f"{world}: nothing in its runs is random: {seeds} seeds give one run", highlight=False, markup=False)
     if len(campaign.manifest.plan.controllers) > 1:
         out.print(_leaderboard(campaign))
     if comparison is not None:
         out.print(_changes(comparison))
     _print_failures(campaign, out.print)
-
-
-def _table(title: str, left: Sequence[str], right: Sequence[str], rows: Iterable[Sequence[str]]) -> "Table":
-    """A table of texts, whose first columns are aligned at the left and the others at the right."""
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(title=Text(title), title_justify="left")
-    for number, name in enumerate((*left, *right)):
-        table.add_column(Text(name), justify="left" if number < len(left) else "right", overflow="fold")
-    for row in rows:
-        table.add_row(*map(Text, row))
-    return table
 
 
 def _scores(campaign: "Campaign") -> "Table":
@@ -250,18 +243,18 @@ def _scores(campaign: "Campaign") -> "Table":
             cells.append(_mean(mean_of(own), len(own), has_task=task is not None))
         rows.append((world, _unit(task) if task else "", *cells))
     title = "scores: mean ± standard deviation over the seeds; ↓ lower is better, ↑ higher"
-    return _table(title, ("world", "unit"), plan.controllers, rows)
+    return text_table(title, ("world", "unit"), plan.controllers, rows)
 
 
 def _unit(task: Mapping[str, str]) -> str:
     return f"{'↑' if task['better'] == 'higher' else '↓'} {task['unit']}"
 
 
-def _mean(mean: object, count: int, *, has_task: bool) -> str:
-    failed = getattr(mean, "failed", 0)
-    text = str(mean) if has_task else "no task" if count > failed else ""
-    lost = f"{failed} of {count} failed" if failed else ""
-    return "not sailed" if not count else ", ".join(filter(None, [text if text != "failed" else "", lost]))
+def _mean(mean: "Mean", count: int, *, has_task: bool) -> str:
+    kinds = {"failed": mean.failed, "not started": mean.unstarted, "cut": mean.cut}
+    notes = [f"{number} of {count} {how}" for how, number in kinds.items() if number]
+    text = str(mean) if has_task else "no task" if count > mean.failed else "failed"
+    return "not sailed" if not count else ", ".join([text, *notes] if text not in kinds else notes)
 
 
 def _leaderboard(campaign: "Campaign") -> "Table":
@@ -270,11 +263,11 @@ def _leaderboard(campaign: "Campaign") -> "Table":
     results = list(campaign.results.values())
     kinds = task_types(results)
     rows = [
-        (line.controller, str(line.total), *(str(line.ranks[kind]) for kind in kinds))
+        (line.controller, str(line.total), *(str(line.ranks[kind] or "-") for kind in kinds))
         for line in leaderboard(results, campaign.manifest.plan.controllers)
     ]
     names = ("sum", *(kind.replace("_", " ") for kind in kinds))
-    return _table("leaderboard: rank in each task, and their sum", ("controller",), names, rows)
+    return text_table("leaderboard: rank in each task, and their sum", ("controller",), names, rows)
 
 
 def _changes(comparison: "Comparison") -> "Table":
@@ -284,7 +277,7 @@ def _changes(comparison: "Comparison") -> "Table":
         p = "-" if test.adjusted is None or math.isnan(test.adjusted) else f"{test.adjusted:.3g}"
         counts = (str(test.pairs), str(test.better), str(test.worse), f"{test.gain:+.3g} {test.unit}", p)
         rows.append((test.controller, test.task.replace("_", " "), *counts, test.verdict))
-    return _table(title, ("controller", "task"), ("pairs", "better", "worse", "gain", "p", "verdict"), rows)
+    return text_table(title, ("controller", "task"), ("pairs", "better", "worse", "gain", "p", "verdict"), rows)
 
 
 def _print_failures(campaign: "Campaign", show: Callable[..., None]) -> None:
@@ -298,5 +291,7 @@ def _print_failures(campaign: "Campaign", show: Callable[..., None]) -> None:
 def _outcome(result: "Result") -> str:
     if result.failed:
         return f"failed: {result.error}"
-    outcome = "no task" if result.task is None else f"{result.score:.4g} {result.task['unit']}"
+    outcome = "no task" if result.task is None else result.status
+    if result.task is not None and result.score is not None:
+        outcome = f"{result.score:.4g} {result.task['unit']}{', cut' if result.status == 'cut' else ''}"
     return f"{outcome} ({result.sim_time:g} s in {result.wall_time:.1f} s)"

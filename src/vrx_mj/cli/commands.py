@@ -24,12 +24,11 @@ from vrx_mj.cli.options import (
     World,
     opened_by,
 )
-from vrx_mj.cli.screen import print_summary, program, score_line, to_open
+from vrx_mj.cli.screen import pace_text, print_summary, program, score_line, to_open
 from vrx_mj.errors import CommandError, RecordError, VrxError
 from vrx_mj.packages import shell_word
 
 if TYPE_CHECKING:
-    from vrx_mj.recording.rescoring import Scored
     from vrx_mj.runtime.run import Summary
 
 DEMO_WORLD, DEMO_FLEET, DEMO_THRUST = "example_course", "trio", "left=0.5,right=0.4"
@@ -151,7 +150,8 @@ def _print_files(record: Path | None, bag: Path | None) -> None:
     if record is not None:
         typer.echo(f"recording: {record}; {to_open(record)}")
     if bag is not None:
-        typer.echo(f"bag: {bag}")
+        files = [bag] if bag.is_file() else bag.glob("*")
+        typer.echo(f"bag: {bag} ({sum(file.stat().st_size for file in files) / 1e6:.3g} MB)")
 
 
 def view(
@@ -365,17 +365,8 @@ def score(
     scored = rescore(recording)
     for time, text, level in scored.events if events else ():
         typer.echo(f"{time:8.2f} s  {level:5}  {text}")
-    typer.echo(_score_text(scored))
-
-
-def _score_text(scored: "Scored") -> str:
-    from vrx_mj.tasks.registry import TASK_KINDS
-
-    referee, status = scored.referee, scored.status
-    meaning = TASK_KINDS[referee.type]
-    return score_line(
-        referee.name, status.phase, status.score, meaning.unit, meaning.better, status.collisions, status.timed_out
-    )
+    one, status = scored.referee, scored.status
+    typer.echo(score_line(one.name, one.type, status.phase, status.score, status.collisions, status.timed_out))
 
 
 def demo(
@@ -402,7 +393,7 @@ def demo(
         err=True,
     )
     result = sail(DEMO_WORLD, DEMO_FLEET, duration=duration, seed=None, path=file, control=None, thrust=DEMO_THRUST)
-    typer.echo(f"sailed {result.sim_time:g} s in {result.wall_time:.1f} s: {result.real_time_factor:.0f} x real time")
+    typer.echo(f"sailed {result.sim_time:g} s in {result.wall_time:.1f} s: {pace_text(result.real_time_factor)}")
     typer.echo("the same by hand: " + by_hand(file, duration))
     if result.interrupted:
         typer.echo(f"interrupted; {to_open(file)}")

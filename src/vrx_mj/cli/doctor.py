@@ -22,10 +22,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from vrx_mj.cli.environment import PACKAGES
+from vrx_mj.cli.screen import text_table
 from vrx_mj.errors import VrxError
 from vrx_mj.packages import install_command
 from vrx_mj.runtime.limits import core_share, free_memory
@@ -97,14 +97,10 @@ def examine() -> list[Row]:
 
 def print_rows(rows: list[Row]) -> None:
     """The rows as a table, then what to do."""
-    table = Table(title="vrx-mj doctor")
-    for name in ("what", "found", "works"):
-        table.add_column(name, overflow="fold")
-    for row in rows:
-        style = {"yes": "green", "no": "red", "not needed": "dim"}[row.works]
-        table.add_row(row.what, Text(row.found), Text(row.works, style=style))
+    styles = {"yes": "green", "no": "red", "not needed": "dim"}
+    texts = [(row.what, row.found, Text(row.works, style=styles[row.works])) for row in rows]
     out = Console()
-    out.print(table)
+    out.print(text_table("vrx-mj doctor", ("what", "found", "works"), (), texts))
     for row in rows:
         if row.advice:
             out.print(f"{row.what}: {row.advice}", markup=False, highlight=False, soft_wrap=True)

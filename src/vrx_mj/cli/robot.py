@@ -11,6 +11,7 @@ import typer
 
 from vrx_mj.bar import Bar
 from vrx_mj.cli.files import writing
+from vrx_mj.cli.screen import text_table
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, shown
 
 if TYPE_CHECKING:
@@ -355,17 +356,11 @@ def _about_generator(verdict: "Verdict") -> Iterator[str]:
 
 
 def _type_table(part: "PartType", book: "Rules") -> "Table":
-    from rich.table import Table
-    from rich.text import Text
-
     rules = book.of(part.kind).types.get(part.name)
-    table = Table(title=Text(f"{part.name}: {part.meaning}"), title_justify="left")
-    for name in ("parameter", "default", "unit", "permitted", "meaning"):
-        table.add_column(Text(name))
-    for each in part.parameters:
-        permitted = "yes" if rules and each.name in rules.parameters else "no"
-        table.add_row(*map(Text, (each.name, _default(each), each.unit, permitted, _meaning(each))))
-    return table
+    permitted = {each.name: "yes" if rules and each.name in rules.parameters else "no" for each in part.parameters}
+    rows = [(each.name, _default(each), each.unit, permitted[each.name], _meaning(each)) for each in part.parameters]
+    heads = ("parameter", "default", "unit", "permitted", "meaning")
+    return text_table(f"{part.name}: {part.meaning}", heads, (), rows)
 
 
 def _default(parameter: "Parameter") -> str:

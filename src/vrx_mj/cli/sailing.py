@@ -7,6 +7,7 @@ from pathlib import Path
 
 from vrx_mj.bar import waiting
 from vrx_mj.cli.ros import needing_rosbags
+from vrx_mj.cli.screen import show
 from vrx_mj.errors import CommandError
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.recording.notebook import terminal_bar
@@ -42,6 +43,8 @@ def sail(
     """Compile, sail and record as asked."""
     steer = steering(control, thrust)
     sim = Simulation(compile_world(world, fleet=fleet, seed=seed, nudge=nudge, arguments=arguments))
+    if seed is not None and not sim.world.parameters.has_random_loads:
+        show("nothing that moves boats in this world is random: every --seed gives one run, but for noise of sensors")
     controller = steer(sim)
     most = planned(sim) if duration is None else duration
     sim.steps_in(most)

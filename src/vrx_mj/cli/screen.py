@@ -3,23 +3,27 @@
 import math
 import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from vrx_mj.bar import colored
 from vrx_mj.packages import shell_word
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from vrx_mj.runtime.run import Summary
 
 __all__ = [
     "is_watched",
+    "pace_text",
     "print_summary",
     "program",
     "score_line",
     "show",
     "show_error",
+    "text_table",
     "to_open",
     "warn_once",
 ]
@@ -60,11 +64,19 @@ def warn_once() -> Callable[..., None]:
     return show_warning
 
 
-def score_line(name: str, state: str, score: float, unit: str, better: str, collisions: int, timed_out: bool) -> str:
-    """A task's result in one line."""
-    hits = f"{collisions} collision{'' if collisions == 1 else 's'}"
-    end = ", timed out" if timed_out else ""
-    return f"{name}: score {score:.4g} {unit} ({better} is better), {state}{end}, {hits}"
+def score_line(name: str, kind: str, state: str, score: float | None, collisions: int, timed_out: bool) -> str:
+    """The result of a task of a kind in one line."""
+    from vrx_mj.tasks.frame import score_text
+    from vrx_mj.tasks.registry import TASK_KINDS
+
+    meaning, hits = TASK_KINDS[kind], f"{collisions} collision{'' if collisions == 1 else 's'}"
+    end = "finished, timed out" if timed_out else "finished" if state == "finished" else f"cut while {state}"
+    return f"{name}: {score_text(state, score, meaning.unit)} ({meaning.better} is better), {end}, {hits}"
+
+
+def pace_text(factor: float) -> str:
+    """How much faster than real time a run was."""
+    return f"{factor:.0f} x real time" if factor >= 10.0 else f"{factor:.2g} x real time"
 
 
 def print_summary(summary: "Summary") -> None:
@@ -73,6 +85,8 @@ def print_summary(summary: "Summary") -> None:
     from rich.table import Table
     from rich.text import Text
 
+    from vrx_mj.model.boats import boat_label
+
     head = f"{summary.world}, fleet {summary.fleet}, seed {summary.seed}"
     table = Table(title=Text(head + (" (interrupted)" if summary.interrupted else "")))
     table.add_column("boat")
@@ -80,24 +94,42 @@ def print_summary(summary: "Summary") -> None:
         table.add_column(Text(name), justify="right")
     for name, boat in summary.boats.items():
         x, y, z = boat.position
-        heading = math.degrees(boat.heading)
-        table.add_row(name, f"{x:.2f}", f"{y:.2f}", f"{z:.2f}", f"{heading:.1f}", f"{boat.distance:.1f}")
+        label, heading = Text(boat_label(name, boat.robot)), math.degrees(boat.heading)
+        table.add_row(label, f"{x:.2f}", f"{y:.2f}", f"{z:.2f}", f"{heading:.1f}", f"{boat.distance:.1f}")
     out = Console()
     out.print(table)
     out.print(
-        f"{summary.sim_time:g} s in {summary.wall_time:.2f} s: {summary.real_time_factor:.0f} x real time, "
+        f"{summary.sim_time:g} s in {summary.wall_time:.2f} s: {pace_text(summary.real_time_factor)}, "
         f"{summary.steps} steps",
         highlight=False,
     )
     if summary.task is not None:
         task = summary.task
-        line = score_line(
-            task.name, task.state, task.score, task.unit, task.better, task.num_collisions, task.timed_out
-        )
+        line = score_line(task.name, task.type, task.state, task.score, task.num_collisions, task.timed_out)
         out.print(line, highlight=False, markup=False, soft_wrap=True)
+    if summary.touches:
+        names = ("times", "force [N]", "lasting [s]", "first [s]")
+        rows = [
+            (one.boat, one.other, str(one.count), f"{one.force:.0f}", f"{one.duration:.1f}", f"{one.time:.1f}")
+            for one in summary.touches
+        ]
+        out.print(text_table("touches of the whole run, with the largest force", ("boat", "touches"), names, rows))
     for line in summary.warnings:
         out.print(line, highlight=False, markup=False, soft_wrap=True)
     out.print(f"state_sha256 {summary.state_sha256}", highlight=False, soft_wrap=True)
+
+
+def text_table(title: str, left: Sequence[str], right: Sequence[str], rows: Iterable[Sequence[Any]]) -> "Table":
+    """A table of texts, plain or rich's own, whose first columns are aligned at the left, the others at the right."""
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(title=Text(title), title_justify="left")
+    for number, name in enumerate((*left, *right)):
+        table.add_column(Text(name), justify="left" if number < len(left) else "right", overflow="fold")
+    for row in rows:
+        table.add_row(*(Text(cell) if isinstance(cell, str) else cell for cell in row))
+    return table
 
 
 def to_open(recording: Path) -> str:

@@ -373,6 +373,11 @@ TASKS: Mapping[str, type[TaskConfig]] = {
     if name not in ALIASES
 }
 """Models of the tasks, by type."""
+SCORES: Mapping[str, str] = {name: model.scores for name, model in TASKS.items()} | {
+    "dock": "points of the docking; higher is better",
+    "scan_and_dock": "points of the colours and the docking; higher is better",
+}
+"""What the score of a task is, by type."""
 
 
 def read_task(value: object, info: ValidationInfo) -> object:

@@ -98,6 +98,8 @@ class PathLeader:
         """[m/s]"""
         self.drift = (0.0, 0.0)
         """Velocity with which its track is carried along [m/s]: none."""
+        self.pose = self.track.spot(0.0)[:3]
+        """East, north [m] and heading [rad]: that of its track."""
         self._full = speed
         self._then = math.inf
 
@@ -106,6 +108,7 @@ class PathLeader:
         self.along = min(self.along + self.speed * max(0.0, t - self._then), self.track.length)
         pace = self._full * max(0.0, min(1.0, 1.0 - lag / WAITING_LAG))
         self.speed = 0.0 if self.arrived else pace
+        self.pose = self.track.spot(self.along)[:3]
         self._then = t
 
     @property
@@ -131,6 +134,8 @@ class BoatLeader:
         """Along its track [m/s]."""
         self.drift = (0.0, 0.0)
         """Velocity with which its track is carried along [m/s, east and north]."""
+        self.pose = (0.0, 0.0, 0.0)
+        """East, north [m] and heading [rad]: that of the boat, whatever its course."""
         self._velocity = (0.0, 0.0)
         self._place: Point | None = None
         self._gone = 0.0
@@ -146,6 +151,7 @@ class BoatLeader:
         if boat is None:
             raise UnknownNameError("boat", self.name, known=seen)
         ahead = (math.cos(boat.heading), math.sin(boat.heading))
+        self.pose = boat.x, boat.y, boat.heading
         if self._place is None:
             start = (boat.x - CHORD * ahead[0], boat.y - CHORD * ahead[1])
             self.track, self._velocity = Track([start, (boat.x, boat.y)]), (boat.vx, boat.vy)
@@ -317,7 +323,11 @@ class Formation:
         self.goals: dict[str, Spot] = {}
         """The slots at the last call, by boat."""
         self.off: dict[str, float] = {}
-        """How far each boat was from its slot at the last call [m]."""
+        """How far each boat was from its slot, which hangs on the leader's track, at the last call [m]."""
+        self.off_shape: dict[str, float] = {}
+        """The same from its place in the rigid shape, which turns with the leader's heading [m].
+
+        Larger than `off` where the leader turns: the slots turn when its track does."""
         self._helms: dict[str, tuple[VelocityKeeper, Pilot]] = {}
 
     def change(self, shape: str, spacing: float | None = None, *, reassign: bool = False) -> None:
@@ -360,6 +370,12 @@ class Formation:
             order = assigned([(seen[name].x, seen[name].y) for name in boats], [goal[:2] for goal in goals[first:]])
             self.places = {name: first + number for name, number in zip(boats, order, strict=True)}
         self.goals = {name: goals[number] for name, number in self.places.items()}
+        x, y, heading = self.leader.pose
+        cos, sin = math.cos(heading), math.sin(heading)
+        self.off_shape = {}
+        for name, number in self.places.items():
+            bow, port = offsets[number][0] - ahead, offsets[number][1] - left
+            self.off_shape[name] = seen[name].to(x + bow * cos - port * sin, y + bow * sin + port * cos)[0]
 
     def _steer(self, name: str, seen: Mapping[str, Estimate], t: float) -> dict[str, float]:
         """Commands that take one boat toward its slot."""

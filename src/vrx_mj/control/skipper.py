@@ -29,8 +29,9 @@ def task_of(obs: Mapping[str, Any]) -> "TaskObservation":
 class Skipper:
     """A controller of the boat that has the task, or else of the first; subclasses define in `steer` what it does.
 
-    Until the task lets go of the boat, nothing is commanded. The boat is known by its thrusters and sensors; no
-    place of it or of anything else is taken from the simulation, except as `Navigator` documents.
+    Until the task lets go of the boat, nothing is commanded; when the task has finished the thrusters stop. The boat is
+    known by its thrusters and sensors; no place of it or of anything else is taken from the simulation, except as
+    `Navigator` documents.
     """
 
     def __init__(self) -> None:
@@ -55,6 +56,8 @@ class Skipper:
         task = task_of(obs)
         name = str(task.get("boat") or next(iter(obs)))
         boat = obs[name]
+        if task.get("state") == "finished":
+            return {name: dict.fromkeys(boat.thrusters, 0.0)}
         if self._pilot is None:
             self._pilot = Pilot(boat.thrusters, craft_of(boat))
         seen = self.navigator(boat, t)

@@ -13,7 +13,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.course import Course, course_of, symbols_of
 from vrx_mj.mjcf.objects import BALL
 from vrx_mj.mjcf.world import World
-from vrx_mj.model.boats import Boat
+from vrx_mj.model.boats import Boat, boat_label
 from vrx_mj.model.site import Dock, Object
 
 if TYPE_CHECKING:
@@ -161,7 +161,7 @@ def _dock(dock: Dock) -> MapDock:
 def _boat(boat: Boat, index: int) -> MapBoat:
     x, y, *_, yaw = boat.pose
     color = boat.color[:3] if boat.color else BOAT_COLORS[index % len(BOAT_COLORS)]
-    return MapBoat(boat.name, x, y, yaw, color)
+    return MapBoat(boat_label(boat.name, boat.robot), x, y, yaw, color)
 
 
 def _objects(world: World, model: "mujoco.MjModel | None") -> tuple[MapObject, ...]:

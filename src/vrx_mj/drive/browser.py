@@ -34,8 +34,9 @@ fall behind at more than a few hundred chunks a second."""
 class Browser:
     """rerun's browser viewer; keys come from elsewhere, since its page gives none."""
 
-    def __init__(self, sim: Simulation, clock: Callable[[], float] = time.perf_counter) -> None:
-        self._clock = clock
+    def __init__(self, sim: Simulation, clock: Callable[[], float] = time.perf_counter, *, keys: bool = True) -> None:
+        """Open it; `keys`: whether any are read, so that it is worth a line which boat they drive."""
+        self._clock, self._keys = clock, keys
         self._scene: RecordScene = scene_of(sim)
         self._views = blueprint_bytes(self._scene, APPLICATION)
         self._server = Server()
@@ -73,7 +74,7 @@ class Browser:
             self._shown = sim.time
             self._fleet_pause.begin(now, FLEET_PERIOD)
             self._send(sim, now)
-        if session.pilot.boat != self._boat:
+        if self._keys and session.pilot.boat != self._boat:
             self._boat = session.pilot.boat
             event = (sim.time, f"the keys drive {self._boat}", "INFO", "")
             rr.send_chunks(event_chunk([event]), recording=self._stream)

@@ -57,7 +57,9 @@ def try_backend(backend: str, environment: Mapping[str, str] | None = None) -> A
     outcome, _, name = _last_line(done.stdout).partition(" ")
     if done.returncode == 0 and outcome == "DREW":
         return Attempt(True, name)
-    return Attempt(False, "the picture stays blank" if outcome == "BLANK" else _last_line(done.stderr) or "no answer")
+    why = "the picture stays blank" if outcome == "BLANK" else _last_line(done.stderr) or "no answer"
+    missing = why.startswith("AttributeError: 'NoneType'")  # what PyOpenGL makes of a library that it does not find
+    return Attempt(False, "its library of OpenGL is not installed" if missing else why)
 
 
 def has_display(environment: Mapping[str, str] | None = None, platform: str = sys.platform) -> bool:

@@ -42,7 +42,7 @@ def view(
     session = Session(sim, boat=boat, pace=pace, controller=controller)
     reason = "as asked" if browser else no_window()
     with ended_by_signals(), Terminal() as terminal, contextlib.suppress(KeyboardInterrupt):
-        screen = _open(sim, reason)
+        screen = _open(sim, reason, keys=terminal.reads)
         try:
             for line in _introduction(screen, reason, keys=terminal.reads):
                 write(line)
@@ -53,15 +53,15 @@ def view(
     write(f"stopped at {sim.time:.1f} s of simulated time")
 
 
-def _open(sim: Simulation, reason: str | None) -> Screen:
-    """The window, or for a reason the browser."""
+def _open(sim: Simulation, reason: str | None, *, keys: bool) -> Screen:
+    """The window, or for a reason the browser; `keys`: whether any are read for it."""
     if reason is None:
         from vrx_mj.drive.window import Window
 
         return Window(sim)
     from vrx_mj.drive.browser import Browser
 
-    return Browser(sim)
+    return Browser(sim, keys=keys)
 
 
 def _introduction(screen: Screen, reason: str | None, *, keys: bool) -> Iterator[str]:

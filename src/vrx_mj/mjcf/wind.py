@@ -167,7 +167,7 @@ def warn_if_unpushed(
     if still:
         text = f"world {world}: the wind does not push {_first(boat.name for boat in still)}"
         lack = f"no wind coefficients for robot {_first(boat.robot for boat in still)}"
-        advice = "write `wind: [x, y, yaw]` in the robot's YAML, or list the boat in the world's `wind.objects`"
+        advice = "write `wind: [x, y, yaw]` in the robot's YAML, or list it in `wind.objects`, Gazebo's <wind_obj>"
         warnings.warn(f"{text}: {lack}; {advice}", VrxWarning, stacklevel=5)
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import PurePath
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -371,6 +372,12 @@ class Boat:
     """Pose at the start [m, rad]."""
     life: Count = field(default=0, metadata=LEFT_OUT)
     """Number of boats of that name before it."""
+
+
+def boat_label(name: str, robot: str) -> str:
+    """A boat's name in tables and pictures, with the kind of boat where the name says another: `wamv (skiff)`."""
+    kind = PurePath(robot).stem
+    return f"{name} ({kind})" if name.startswith("wamv") and "wamv" not in kind else name
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -121,6 +121,13 @@ class Parameters:
     lives: Mapping[Text, Count] = field(default_factory=dict, metadata=LEFT_OUT)
     """Number of boats that a name had before, for those that left."""
 
+    @property
+    def has_random_loads(self) -> bool:
+        """Whether a run's seed draws what moves boats: waves, gusts, the wind's direction or the current."""
+        air, current = self.air, self.current
+        wind = self.wind.gain or (air is not None and (air.spread or air.gust_frequencies))
+        return bool(self.sea.random or wind or (current is not None and current.gain))
+
     def thrusters_of(self, boat: str) -> tuple[Thruster, ...]:
         """The thrusters and rudders of a boat."""
         hull = next(index for index, own in enumerate(self.boats) if own.name == boat)

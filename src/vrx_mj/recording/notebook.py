@@ -16,6 +16,7 @@ from vrx_mj.arguments import as_number, check_kind
 from vrx_mj.bar import Bar
 from vrx_mj.errors import CommandError, VrxError, shown
 from vrx_mj.packages import install_command, shell_word
+from vrx_mj.tasks.frame import score_text
 
 if TYPE_CHECKING:
     from vrx_mj.mjcf.world import World
@@ -64,7 +65,7 @@ def world_map(world: "World") -> bytes:
 def simulation_line(sim: "Simulation") -> str:
     """What runs, and how far it is."""
     task = sim.task
-    status = "" if task is None else f"; {task['name']} is {task['state']}, score {task['score']:.4g}"
+    status = "" if task is None else f"; {task['name']} is {task['state']}, {score_text(task['state'], task['score'])}"
     return f"{sim.world.name} at t = {sim.time:g} s, seed {sim.seed}{status}"
 
 
@@ -197,4 +198,4 @@ def _new_events(sim: "Simulation", write: Line) -> Callable[[], None]:
 
 def _status(sim: "Simulation") -> str:
     task = sim.task
-    return "" if task is None else f"{task['name']}: {task['state']}, score {task['score']:.2f}"
+    return "" if task is None else f"{task['name']}: {task['state']}, {score_text(task['state'], task['score'])}"

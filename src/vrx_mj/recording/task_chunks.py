@@ -27,7 +27,7 @@ from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.reader import FRAMES
 from vrx_mj.recording.rescoring import restore_referee
 from vrx_mj.recording.static_chunks import static
-from vrx_mj.tasks.frame import Frame, FrameLayout, Message, Pose
+from vrx_mj.tasks.frame import Frame, FrameLayout, Message, Pose, has_started, score_text
 from vrx_mj.tasks.gates import gate_between
 from vrx_mj.tasks.referee import Referee
 from vrx_mj.tasks.registry import TASK_KINDS, make_referee
@@ -373,7 +373,8 @@ class TaskChunks:
         """Score and collisions, and words, unless that was a moment ago."""
         status = self._referee.status
         if at_once or self._due(PLOT, time, PLOT_EVERY):
-            self._change(PLOT, scalar_columns, time, (status.score, status.collisions))
+            score = status.score if has_started(status.phase) else math.nan
+            self._change(PLOT, scalar_columns, time, (score, status.collisions))
         if at_once or self._due(WORDS, time, WORDS_EVERY):
             self._change(WORDS, text_columns, time, words(self._referee))
 
@@ -453,7 +454,7 @@ def words(referee: Referee) -> str:
     hits = f"collisions **{status.collisions}**"
     lines = [
         f"**{referee.name}: {status.phase}**, {clock}",
-        f"score **{status.score:.2f} {meaning.unit}**, the {meaning.better} the better; {hits}",
+        f"**{score_text(status.phase, status.score, meaning.unit)}**, the {meaning.better} the better; {hits}",
         *_parts(referee.progress),
     ]
     return "\n\n".join(lines)

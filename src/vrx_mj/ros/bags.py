@@ -6,6 +6,7 @@ import sqlite3
 import struct
 import tempfile
 import time
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -21,7 +22,7 @@ from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from vrx_mj.errors import RecordError, UnknownNameError
+from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning
 from vrx_mj.ros.interface import Inbox, RosInterface, Sent, Traffic
 from vrx_mj.ros.messages import Message, definition, encode, full_name, md5sum, new, stamp, typestore
 from vrx_mj.ros.ros_server import CLOCK_RATE, RosServer
@@ -332,6 +333,10 @@ class Bag:
                 )
         light = {output.name for output in table.outputs.values() if output.type not in HEAVY}
         self._wanted = frozenset(light.union(*named.values()))
+        twice = sorted(name for name in self._wanted if f"{name}/compressed" in self._wanted)
+        if twice:
+            text = f"the bag takes both raw and compressed pictures of {', '.join(twice[:3])}: raw ones make it large"
+            warnings.warn(f"{text}; name {twice[0]}/compressed for the others alone", VrxWarning, stacklevel=2)
 
     @property
     def wanted(self) -> frozenset[str]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import mujoco
 
 from vrx_mj.errors import nearest
-from vrx_mj.model import boats as model
+from vrx_mj.runtime.commands import clipped_commands
 from vrx_mj.runtime.hull import Propeller
 from vrx_mj.runtime.run import FASTEST_SPIN, is_capsized, spin
 from vrx_mj.runtime.simulation import Simulation
@@ -239,15 +239,8 @@ class Diagnosis:
 
     def commanded(self, boat: str, commands: Mapping[str, float]) -> None:
         """See whether commands are beyond what thrusters do, or the boat is held."""
-        own = {thruster.name: thruster for thruster in self._sim.world.parameters.thrusters_of(boat)}
-        for name, value in commands.items():
-            angle = name.endswith("_angle")
-            thruster = own.get(name.removesuffix("_angle") if angle else name)
-            if thruster is None:
-                continue
-            least, most = (-thruster.max_angle, thruster.max_angle) if angle else thruster.command_limits
-            if not least - 1e-6 <= value <= most + 1e-6:
-                self._once(f"{boat} {name}", f"{name} of {boat} is {_clipped(value, thruster, angle=angle)}")
+        for name, text in clipped_commands(self._sim.world, boat, commands):
+            self._once(f"{boat} {name}", text)
         task = self._sim.task
         if task is not None and task["boat"] == boat and task["state"] == "initial" and any(commands.values()):
             free = f"t = {task['ready_time']:g} s"
@@ -269,21 +262,21 @@ class Diagnosis:
         seen, ashore = self._sim.observe(), _touching_land(self._sim)
         for boat in self._sim.boats:
             capsized, rate = is_capsized(seen[boat]), spin(seen[boat])
-            self._state(f"{boat} capsized", capsized, f"{boat} has capsized; /gazebo/set_model_state rights it")
+            righted = f"{boat} has capsized; /gazebo/set_model_state rights it"
+            self._state(f"{boat} capsized", capsized, righted, f"{boat} is upright again")
             fast = f"{boat} spins at {rate:.3g} rad/s, more than {FASTEST_SPIN:g}: check masses, inertias and floats"
-            self._state(f"{boat} spins", rate > FASTEST_SPIN, f"{fast} of its robot")
-            self._ashore[boat] = _counted(self._ashore.get(boat, 0), boat in ashore)
-            if self._ashore[boat] >= AGROUND:
-                self._once(f"{boat} aground", f"t = {self._sim.time:.1f} s: {boat} is aground")
-            elif self._ashore[boat] <= -AFLOAT:
-                self._reported.discard(f"{boat} aground")
+            self._state(f"{boat} spins", rate > FASTEST_SPIN, f"{fast} of its robot", f"{boat} spins no longer")
+            looks = self._ashore[boat] = _counted(self._ashore.get(boat, 0), boat in ashore)
+            if looks >= AGROUND or looks <= -AFLOAT:
+                self._state(f"{boat} aground", looks > 0, f"{boat} is aground", f"{boat} is afloat again")
 
-    def _state(self, key: str, holds: bool, text: str) -> None:
-        """Report something once for as long as it holds."""
+    def _state(self, key: str, holds: bool, text: str, ended: str) -> None:
+        """Report something once for as long as it holds, and when it has ended."""
         if holds:
             self._once(key, f"t = {self._sim.time:.1f} s: {text}")
-        else:
+        elif key in self._reported:
             self._reported.discard(key)
+            self._report("INFO", f"t = {self._sim.time:.1f} s: {ended}")
 
     def _once(self, key: str, text: str) -> None:
         if key not in self._reported and len(self._reported) < 10_000:
@@ -300,17 +293,6 @@ class Diagnosis:
 def _counted(looks: int, holds: bool) -> int:
     """How many looks in a row something held, or, below 0, did not."""
     return max(looks, 0) + 1 if holds else min(looks, 0) - 1
-
-
-def _clipped(value: float, thruster: model.Thruster, *, angle: bool) -> str:
-    if angle:
-        largest = thruster.max_angle
-        return f"{value:.4g} rad: the angle is clamped to {min(max(value, -largest), largest):.4g} rad"
-    ahead, astern = thruster.max_forward, abs(thruster.max_reverse)
-    least, most = thruster.command_limits
-    unit = " N" if thruster.in_newtons else ""
-    text = f"{value:.4g}{unit}, beyond {least:g} to {most:g}"
-    return f"{text}: the force is limited to {ahead:g} N ahead, {astern:g} N astern"
 
 
 def overlaps(sim: Simulation) -> Iterator[str]:

@@ -1,12 +1,13 @@
 """Commands of boats: names and numbers checked, then written into the thrusters' state."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from vrx_mj.arguments import as_number, check_name
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.mjcf.world import World
+from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import RUDDER, Table
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
@@ -63,6 +64,30 @@ def channels_of(world: World, thrusters: Table) -> tuple[Channel, ...]:
         angle = float(row["max_angle"]) if given.max_angle else 0.0
         steering.append(Channel(boat, name + ANGLE, number, "angle_target", (-angle, angle), timeout))
     return (*pushing, *steering)
+
+
+def clipped_commands(world: World, boat: str, commands: Mapping[str, float]) -> Iterator[tuple[str, str]]:
+    """Commands beyond what a boat's thrusters do: the name of each, and what becomes of it."""
+    own = {thruster.name: thruster for thruster in world.parameters.thrusters_of(boat)}
+    for name, value in commands.items():
+        angle = name.endswith(ANGLE)
+        thruster = own.get(name.removesuffix(ANGLE))
+        if thruster is None:
+            continue
+        least, most = (-thruster.max_angle, thruster.max_angle) if angle else thruster.command_limits
+        if not least - 1e-6 <= value <= most + 1e-6:
+            yield name, f"{name} of {boat} is {_clipped(value, thruster, angle=angle)}"
+
+
+def _clipped(value: float, thruster: Thruster, *, angle: bool) -> str:
+    if angle:
+        largest = thruster.max_angle
+        return f"{value:.4g} rad: the angle is clamped to {min(max(value, -largest), largest):.4g} rad"
+    ahead, astern = thruster.max_forward, abs(thruster.max_reverse)
+    least, most = thruster.command_limits
+    unit = " N" if thruster.in_newtons else ""
+    text = f"{value:.4g}{unit}, beyond {least:g} to {most:g}"
+    return f"{text}: the force is limited to {ahead:g} N ahead, {astern:g} N astern"
 
 
 class CommandNames:

@@ -15,10 +15,11 @@ import numpy as np
 
 from vrx_mj.arguments import as_number, check_kind
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, shown
-from vrx_mj.runtime.commands import Commands
+from vrx_mj.runtime.commands import Commands, clipped_commands
 from vrx_mj.runtime.observation import TASK, BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.tasks.frame import frame_stride
+from vrx_mj.runtime.subscriptions import Touch
+from vrx_mj.tasks.frame import frame_stride, has_started
 from vrx_mj.tasks.registry import TASK_KINDS
 
 __all__ = [
@@ -101,6 +102,8 @@ CONTROL_RATE = 10.0
 class BoatSummary:
     """Position, heading and distance of a boat at the end of a run."""
 
+    robot: str
+    """Kind of boat: a name, or the path that the fleet gives."""
     position: tuple[float, float, float]
     """Position (x, y, z) [m, ENU]."""
     heading: float
@@ -119,8 +122,8 @@ class TaskSummary:
     """Name of the task: VRX's task_name."""
     state: str
     """Phase of the task: initial, ready, running or finished."""
-    score: float
-    """The score, in `unit`."""
+    score: float | None
+    """The score, in `unit`; None before the task has started."""
     unit: str
     """Unit of the score."""
     better: str
@@ -165,6 +168,8 @@ class Summary:
     """Result of the world's task; None if it has none."""
     warnings: tuple[str, ...] = ()
     """Boats that capsized, or spun faster than boats do, with the time at which it was first seen."""
+    touches: tuple[Touch, ...] = ()
+    """What boats touched, by pair, also before the task starts and after its end; the largest force first."""
 
     def as_dict(self) -> dict[str, Any]:
         """The summary as plain data for JSON."""
@@ -199,13 +204,13 @@ def run(
         VrxError: the controller cannot be called with observations and a time.
         DivergedError: the state became NaN or too large.
     """
-    check_kind("run", sim, Simulation, "a simulation, as Simulation(world)")
-    _check_control(controller, control_rate, progress, advance)
+    _check_arguments(sim, controller, control_rate, progress, advance)
     steps = sim.steps_in(planned(sim) if duration is None else duration)
     per_call = 1.0 / (control_rate * sim.timestep)
     way = dict.fromkeys(sim.boats, 0.0)
     before, begun, interrupted, upsets = sim.observe(), clock.perf_counter(), False, MotionWarnings()
-    done = calls = 0
+    done, calls, touches = 0, 0, list[Touch]()
+    watch = sim.watch_contacts(touches.append)
     try:
         while done < steps:
             if controller is not None:
@@ -226,8 +231,10 @@ def run(
     except KeyboardInterrupt:
         interrupted = True
         sim.event("interrupted", "WARN")
+    finally:
+        sim.unwatch_contacts(watch)
     wall = clock.perf_counter() - begun
-    return summarize(sim, done, wall, way, interrupted=interrupted, warned=upsets.lines)
+    return summarize(sim, done, wall, way, interrupted=interrupted, warned=upsets.lines, touches=touches)
 
 
 def planned(sim: Simulation) -> float:
@@ -256,7 +263,8 @@ def load_controller(name: str, seed: int) -> Controller:
         raise VrxError(f"no module named '{module_name}' for the controller '{name}'") from error
     found = getattr(module, attribute, None)
     if found is None:
-        raise VrxError(f"the module '{module_name}' has no attribute '{attribute}'")
+        known = sorted(other for other, value in vars(module).items() if callable(value) and other[0] != "_")
+        raise UnknownNameError(f"controller in the module {module_name}", attribute, known)
     controller: Any = found() if inspect.isclass(found) else found
     _check_callable(name, controller)
     if hasattr(controller, "reset"):
@@ -272,8 +280,9 @@ def split_name(name: str) -> tuple[str, str]:
     return module, attribute
 
 
-def _check_control(controller: object, rate: object, progress: object, advance: object) -> None:
+def _check_arguments(sim: object, controller: object, rate: object, progress: object, advance: object) -> None:
     """Whether there is a controller, or none, to be called at such a rate, and the other functions can be called."""
+    check_kind("run", sim, Simulation, "a simulation, as Simulation(world)")
     if controller is not None:
         _check_callable(getattr(controller, "__name__", shown(controller).strip("'")), controller)
     for name, given in (("progress", progress), ("advance", advance)):
@@ -313,6 +322,11 @@ def steady(sim: Simulation, thrust: Mapping[str, float]) -> Controller:
     commands = {
         boat: {name: value for name, value in thrust.items() if name in sim.command_names(boat)} for boat in sim.boats
     }
+
+    clipped = [text for boat, own in commands.items() for _, text in clipped_commands(sim.world, boat, own)]
+    if clipped:
+        more = f"; and {len(clipped) - 1} more" if len(clipped) > 1 else ""
+        warnings.warn(f"{clipped[0]}{more}", VrxWarning, stacklevel=2)
 
     def controller(_observation: Observation, _time: float) -> Commands:
         return commands
@@ -379,20 +393,22 @@ def summarize(
     *,
     interrupted: bool = False,
     warned: Sequence[str] = (),
+    touches: Sequence[Touch] = (),
 ) -> Summary:
     """Tell how a run ended that made so many steps in this wall time [s], with the way of every boat [m].
 
-    `warned` are the warnings of how boats moved.
+    `warned` are the warnings of how boats moved, `touches` what they touched.
     """
     seen = sim.observe()
     elapsed = steps * sim.timestep
     boats = {
-        boat: BoatSummary(
-            tuple(float(value) for value in seen[boat].position),  # type: ignore[arg-type]
-            seen[boat].heading,
-            way[boat],
+        boat.name: BoatSummary(
+            boat.robot,
+            tuple(float(value) for value in seen[boat.name].position),  # type: ignore[arg-type]
+            seen[boat.name].heading,
+            way[boat.name],
         )
-        for boat in sim.boats
+        for boat in sim.world.parameters.boats
     }
     return Summary(
         world=sim.world.name,
@@ -408,7 +424,20 @@ def summarize(
         boats=boats,
         task=_task_summary(sim),
         warnings=tuple(warned),
+        touches=_by_pair(touches),
     )
+
+
+def _by_pair(touches: Sequence[Touch]) -> tuple[Touch, ...]:
+    """All touches of each pair as one, with their number."""
+    pairs: dict[tuple[str, str], list[Touch]] = {}
+    for one in touches:
+        pairs.setdefault((one.boat, one.other), []).append(one)
+    found = [
+        Touch(*pair, own[0].time, max(one.force for one in own), sum(one.duration for one in own), len(own))
+        for pair, own in pairs.items()
+    ]
+    return tuple(sorted(found, key=lambda one: -one.force))
 
 
 def _task_summary(sim: Simulation) -> TaskSummary | None:
@@ -420,7 +449,7 @@ def _task_summary(sim: Simulation) -> TaskSummary | None:
         type=task["type"],
         name=task["name"],
         state=task["state"],
-        score=task["score"],
+        score=task["score"] if has_started(task["state"]) else None,
         unit=meaning.unit,
         better=meaning.better,
         elapsed=task["elapsed_time"],

@@ -51,12 +51,17 @@ class Touch:
 
     __pydantic_config__ = STRICT
     boat: str
+    """Name of the boat."""
     other: str
     """Another boat, an object or a dock, by its name, or `terrain`."""
     time: float
     """When it began [s]."""
     force: float
     """The largest that was seen, of all points of contact together [N]."""
+    duration: float = 0.0
+    """From when it began to the last contact that was seen [s]; it grows, as `force` does, while the touch lasts."""
+    count: int = 1
+    """How many touches these are: in a run's summary, all of a pair, with the largest force and the whole duration."""
 
     def __str__(self) -> str:
         return f"{self.boat} touches {self.other}, {self.time:.1f} s, {self.force:.0f} N"
@@ -115,7 +120,8 @@ class ContactWatch:
             self._touches[pair] = Touch(*pair, time, force)
             self._waiting.add(pair)
         self._seen[pair] = time
-        self._touches[pair].force = max(self._touches[pair].force, force)
+        touch = self._touches[pair]
+        touch.force, touch.duration = max(touch.force, force), time - touch.time
 
     def _report(self, before: float) -> None:
         """Report touches that began before a time [s], in the order of their names."""

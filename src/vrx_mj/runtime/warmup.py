@@ -17,7 +17,7 @@ KERNELS = 135
 
 @contextlib.contextmanager
 def announced(first_call: Any, what: str = "the physics", seconds: int = 20) -> Iterator[None]:
-    """Around the first call of a kernel: if it is not in the cache, report it, and show how compiling goes on.
+    """Around what may call a kernel first: if it has to be compiled, report it, and show how compiling goes on.
 
     `what` is compiled, which takes about so many `seconds`.
     """
@@ -26,25 +26,28 @@ def announced(first_call: Any, what: str = "the physics", seconds: int = 20) -> 
         return
     kept = first_call.stats.cache_path is not None
     with Bar("compiling", KERNELS, "kernels") as bar:
-        counter = _Counter(bar)
-        bar.print(f"vrx_mj: compiling {what} {ONCE if kept else EVERY_TIME}; it takes about {seconds} s")
+        counter = _Counter(bar, f"vrx_mj: compiling {what} {ONCE if kept else EVERY_TIME}; it takes about {seconds} s")
         event.register("numba:compile", counter)
         try:
             yield
         finally:
             event.unregister("numba:compile", counter)
-            bar.print(f"vrx_mj: compiled {counter.done} kernels")
+            if counter.done:
+                bar.print(f"vrx_mj: compiled {counter.done} kernels")
 
 
 class _Counter(event.Listener):  # type: ignore[misc]
-    """Counts kernels as numba finishes them."""
+    """Counts kernels as numba finishes them; announces the first, as a call may need none of them."""
 
-    def __init__(self, bar: Bar) -> None:
+    def __init__(self, bar: Bar, announcement: str) -> None:
         self.done = 0
-        self._bar = bar
+        self._bar, self._announcement = bar, announcement
 
     def on_start(self, event: object) -> None:
         """A kernel begins: it counts once it is done."""
+        if self._announcement:
+            self._bar.print(self._announcement)
+            self._announcement = ""
 
     def on_end(self, event: object) -> None:
         """A kernel is done."""

@@ -20,6 +20,8 @@ __all__ = [
     "Pose",
     "TaskStatus",
     "frame_stride",
+    "has_started",
+    "score_text",
 ]
 
 
@@ -30,6 +32,16 @@ Place = Annotated[list[float], Field(min_length=3, max_length=3)]
 
 
 Phase = Literal["initial", "ready", "running", "finished"]
+
+
+def has_started(phase: str) -> bool:
+    """Whether a task in a phase has started: before that it has no score."""
+    return phase in ("running", "finished")
+
+
+def score_text(phase: str, score: float | None, unit: str = "") -> str:
+    """The score in words; there is none before the task has started."""
+    return f"score {score:.4g} {unit}".rstrip() if has_started(phase) else "no score yet"
 
 
 @dataclass

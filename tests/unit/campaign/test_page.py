@@ -80,6 +80,17 @@ def test_every_cell_is_there_with_its_colour(parsed):
     assert cells[0]["title"] == "seed 0: 1 m after 300.0 s, finished, timed out"
 
 
+def test_cells_say_what_was_cut_and_what_never_started():
+    results = [scored("a:f", "w", 0, 0.00196, phase="running"), scored("a:f", "w", 1, 0.0, phase="ready")]
+    parsed = Parsed(page(campaign_of("results", results), {}))
+    cut, never = (at for at in parsed.of("td") if "data-s" in at)
+    assert (cut["class"], cut["data-v"], cut["title"]) == (
+        "score", "0.00196", "seed 0: 0.00196 m after 300.0 s, cut while running"
+    )  # fmt: skip
+    assert (never["class"], never["data-v"], never["title"]) == ("none", "", "seed 1: not started, 320 s")
+    assert "0.00196 ✂" in parsed.words
+
+
 def test_nothing_of_a_name_or_message_becomes_part_of_the_page(parsed):
     assert len(parsed.of("script")) == 1
     assert EVIL in parsed.words  # the failure's message, as text

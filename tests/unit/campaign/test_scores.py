@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from campaigns import campaign_of, failed, scored
 from vrx_mj.campaign.scores import Test as PairedTest
-from vrx_mj.campaign.scores import _adjusted, compare, leaderboard, mean_of, paired_test
+from vrx_mj.campaign.scores import _adjusted, compare, leaderboard, mean_of, paired_test, seedless_worlds
 
 SEEDS = range(8)
 
@@ -132,15 +132,58 @@ def test_ranks_are_summed_over_tasks_and_failures_come_last():
 
 def test_a_mean_says_its_spread_and_how_many_failed():
     mean = mean_of(RESULTS[:2])
-    assert (mean.mean, mean.deviation, str(mean)) == (2.0, pytest.approx(math.sqrt(2.0)), "2.00 ± 1.41")
+    assert (mean.mean, mean.deviation, str(mean)) == (2.0, pytest.approx(math.sqrt(2.0)), "2 ± 1.4")
     half = mean_of(RESULTS[4:6])
-    assert (half.failed, str(half), math.isnan(half.deviation)) == (1, "3.00", True)
+    assert (half.failed, str(half), math.isnan(half.deviation)) == (1, "3", True)
     assert str(mean_of(RESULTS[5:6])) == "failed"
 
 
 def test_a_controller_that_failed_everywhere_is_last():
     results = [scored("a:f", "hold", 0, 99.0), failed("b:f", "hold", 0)]
     assert [line.controller for line in leaderboard(results, ("b:f", "a:f"))] == ["a:f", "b:f"]
+
+
+def test_a_task_that_never_started_has_no_score_and_no_rank():
+    never = scored("b:f", "hold", 0, 0.0, phase="ready")
+    assert (never.status, never.score, str(mean_of([never]))) == ("not started", None, "not started")
+    results = [scored("a:f", "hold", 0, 99.0), never, scored("c:f", "hold", 0, 50.0, phase="running")]
+    lines = {line.controller: line for line in leaderboard(results, ("a:f", "b:f", "c:f"))}
+    assert {who: (line.ranks["stationkeeping"], line.total) for who, line in lines.items()} == {
+        "c:f": (1, 1), "a:f": (2, 2), "b:f": (None, 3)
+    }  # fmt: skip
+    assert results[2].status == "cut"
+    assert lines["c:f"].means["stationkeeping"].cut == 1
+
+
+def test_one_of_two_trials_that_never_started_goes_behind_those_that_did():
+    results = [scored("a:f", "hold", seed, 9.0) for seed in (0, 1)]
+    results += [scored("b:f", "hold", 0, 1.0), scored("b:f", "hold", 1, 0.0, phase="initial")]
+    assert [line.controller for line in leaderboard(results, ("b:f", "a:f"))] == ["a:f", "b:f"]
+
+
+@pytest.mark.parametrize(("before", "after", "kind"), [
+    ("finished", "ready", "no score now"), ("ready", "finished", "works now"), ("ready", "initial", None),
+])  # fmt: skip
+def test_a_score_that_comes_or_goes_is_no_gain(tmp_path, before, after, kind):
+    then, now = (
+        campaign_of(tmp_path, [scored("a:f", "hold", 0, 5.0, phase=how, state=how[0])]) for how in (before, after)
+    )
+    (change,) = compare(now, then).changes
+    assert (change.gain, change.kind) == ((None, kind) if kind else (0.0, "different track, same score"))
+
+
+def test_worlds_in_which_all_seeds_give_one_run_are_found():
+    def sailed(world, seed, score, track=0.0, who="a:f"):
+        return scored(who, world, seed, score, tracks={"wamv": [[0.0, 0.0], [9.0, track]]})
+
+    results = [
+        *(sailed("calm", seed, 1.0, who=who) for seed in (0, 1, 2) for who in ("a:f", "b:f")),
+        *(sailed("gusty", seed, 1.0 + seed) for seed in (0, 1)),
+        *(sailed("points", seed, 1.0, track=float(seed)) for seed in (0, 1)),
+        sailed("once", 0, 1.0),
+        *(failed("a:f", "sunk", seed) for seed in (0, 1)),
+    ]
+    assert seedless_worlds(results) == ["calm"]
 
 
 def test_without_a_score_there_is_nothing_to_rank():

@@ -54,6 +54,7 @@ def test_list_says_what_each_is_when_asked(cli, folder):
 
 def test_list_has_a_line_for_each_type_of_task_and_its_keys_when_asked(cli):
     lines = cli("list", "tasks").out.splitlines()
+    assert len({line.partition(": ")[2] for line in lines}) == len(lines)  # no two tasks are described alike
     assert [line.partition(":")[0] for line in lines] == list(TASKS)
     more = cli("list", "tasks", "--verbose").out.splitlines()
     assert set(lines) < set(more)
@@ -92,7 +93,11 @@ def test_list_shows_only_names_like_a_pattern(cli, pattern, names):
 
 def test_list_of_a_pattern_that_nothing_fits_is_an_error(cli):
     said = cli("list", "fleets", "duo*")
-    assert (said.code, said.out, said.err.strip()) == (2, "", "no fleet named 'duo*'; known: none, trio, usv_config")
+    assert (said.code, said.out, said.err.strip()) == (
+        2,
+        "",
+        "no fleet named 'duo*'; known: none, single, trio, usv_config",
+    )
 
 
 def test_list_shows_a_file_that_cannot_be_read_without_a_description(cli, folder):

@@ -27,9 +27,12 @@ def nonsense(obs, t):
 """
 
 
+CALM = "nothing that moves boats in this world is random: every --seed gives one run, but for noise of sensors\n"
+
+
 def summary_of(cli, *words):
     said = cli("run", "ocean", "--duration", "0.5", "--seed", 5, *words, "--summary", "s.json")
-    assert (said.code, said.err) == (0, "")
+    assert (said.code, said.err) == (0, CALM)
     with pathlib.Path("s.json").open(encoding="utf-8") as file:
         return json.load(file)
 
@@ -117,7 +120,8 @@ def test_the_advice_after_a_recording_can_be_pasted(cli, folder):
 def test_recordings_of_different_runs_compare_with_exit_code_1(cli, folder):
     (folder / "gusty.yaml").write_text("extends: ocean\nwind: {mean_velocity: 3, var_gain: 3}\n", encoding="utf-8")
     for seed in (1, 2):
-        cli("run", "gusty.yaml", "--duration", "1", "--seed", seed, "--record", f"{seed}.rrd")
+        said = cli("run", "gusty.yaml", "--duration", "1", "--seed", seed, "--record", f"{seed}.rrd")
+        assert (said.code, said.err) == (0, "")
     said = cli("compare", "1.rrd", "2.rrd")
     assert said.code == 1
     assert "seed: 1 and 2\n" in said.out

@@ -33,6 +33,20 @@ def test_a_program_that_the_shell_finds_is_named_alone(typed, monkeypatch):
     assert screen.program() == "vrx-mj"
 
 
+@pytest.mark.parametrize(("phase", "score", "line"), [
+    ("ready", None, "way: no score yet (lower is better), cut while ready, 1 collision"),
+    ("running", 0.00196, "way: score 0.00196 m (lower is better), cut while running, 1 collision"),
+    ("finished", 2.0, "way: score 2 m (lower is better), finished, 1 collision"),
+])  # fmt: skip
+def test_a_run_that_was_cut_is_called_so(phase, score, line):
+    assert screen.score_line("way", "wayfinding", phase, score, 1, timed_out=False) == line
+
+
+@pytest.mark.parametrize(("factor", "text"), [(0.3333, "0.33"), (0.0042, "0.0042"), (9.96, "10"), (715.8, "716")])
+def test_a_run_slower_than_real_time_is_not_called_0(factor, text):
+    assert screen.pace_text(factor) == f"{text} x real time"
+
+
 def test_started_by_another_program_it_has_its_own_name(monkeypatch):
     monkeypatch.setattr(sys, "argv", ["pytest"])
     assert screen.program() == "vrx-mj"

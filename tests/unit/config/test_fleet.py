@@ -229,6 +229,12 @@ def test_every_shipped_fleet_fits_every_shipped_world(name):
         assert bool(load_fleet(name, world).resolve(world)) == (name != "none")
 
 
+def test_single_is_what_a_world_without_a_fleet_sails():
+    world = load_world({"extends": "ocean", "spawn": {"robot": "skiff", "pose": [3, 4, 0.2, 0, 0, 1.0]}})
+    alone, single = load_fleet(None, world), load_fleet("single", world)
+    assert (alone.name, alone.resolve(world)) == (single.name, single.resolve(world))
+
+
 def test_trio_is_the_ring_of_the_guide_ahead_of_the_spawn_pose():
     world = load_world("example_course")
     ring = [boat.pose for boat in boats("trio", world)]

@@ -59,6 +59,12 @@ def test_nothing_is_commanded_before_the_boat_is_let_go():
     assert steered(StationKeeper(), {"type": "stationkeeping", "state": "initial"}) == {}
 
 
+@pytest.mark.parametrize("kind", SKIPPERS)
+def test_thrusters_stop_when_the_task_has_finished(kind):
+    sent = SKIPPERS[kind]()({"wamv": boat(), "task": {"type": kind, "state": "finished", "goal": GOAL}}, 0.0)
+    assert sent == {"wamv": dict.fromkeys(ENGINES, 0.0)}
+
+
 def test_from_afar_a_boat_goes_bow_first():
     commands = steered(StationKeeper(), {"type": "stationkeeping", "state": "ready", "goal": GOAL})
     assert commands["left"] == pytest.approx(commands["right"])

@@ -61,8 +61,8 @@ WORLD = World(
                 {"name": "pier", "cells": [[0, 0], [1, 0]], "block": 2.0, "pose": [10.0, 0.0, 0, 0, 0, math.pi / 2]}
             ],
             "boats": [
-                {"name": "wamv1", "pose": [1.0, 2.0, 0.1, 0, 0, 0.5], "color": None},
-                {"name": "wamv2", "pose": [5.0, 2.0, 0.1, 0, 0, 1.5], "color": [0.1, 0.2, 0.3, 1.0]},
+                {"name": "wamv1", "robot": "wamv", "pose": [1.0, 2.0, 0.1, 0, 0, 0.5], "color": None},
+                {"name": "wamv2", "robot": "skiff", "pose": [5.0, 2.0, 0.1, 0, 0, 1.5], "color": [0.1, 0.2, 0.3, 1.0]},
             ],
         }
     ),
@@ -143,7 +143,7 @@ def test_a_world_becomes_a_scene():
     assert scene.wave == MapWave((1.0, 0.0), 5.0, 0.2)
     assert scene.waypoints == ((1.0, 2.0, 0.5),)
     assert scene.objects == (MapObject("buoy", "round", 3.0, 4.0, pytest.approx((0.9, 0.1, 0.1)), pytest.approx(1.0)),)
-    assert [(boat.name, boat.yaw) for boat in scene.boats] == [("wamv1", 0.5), ("wamv2", 1.5)]
+    assert [(boat.name, boat.yaw) for boat in scene.boats] == [("wamv1", 0.5), ("wamv2 (skiff)", 1.5)]
     assert scene.boats[1].color == (0.1, 0.2, 0.3)
     np.testing.assert_allclose(scene.docks[0].cells, [[10.0, 0.0], [10.0, 2.0]], atol=1e-12)
     np.testing.assert_array_equal(scene.shore[0], [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0]])

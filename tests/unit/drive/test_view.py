@@ -4,6 +4,7 @@ import re
 import signal
 import socket
 import sys
+from types import SimpleNamespace
 
 import mujoco
 import numpy as np
@@ -229,6 +230,24 @@ def test_a_display_that_cannot_draw_is_no_display(monkeypatch):
 def test_a_way_to_draw_that_fails_says_why():
     attempt = display.try_backend("glfw", {**os.environ, "DISPLAY": ":99999", "WAYLAND_DISPLAY": ""})
     assert (attempt.works, bool(attempt.detail)) == (False, True)
+
+
+def test_a_missing_library_is_said_to_be_missing(monkeypatch):
+    """PyOpenGL's own words for a library that it does not find."""
+    said = "Traceback\nAttributeError: 'NoneType' object has no attribute 'glGetError'\n"
+    done = SimpleNamespace(returncode=1, stdout="", stderr=said)
+    monkeypatch.setattr(display.subprocess, "run", lambda *_, **__: done)
+    assert display.try_backend("osmesa") == display.Attempt(False, "its library of OpenGL is not installed")
+
+
+@pytest.mark.parametrize("keys", [True, False])
+def test_the_page_says_which_boat_keys_drive_only_where_keys_are_read(monkeypatch, keys):
+    sent = []
+    monkeypatch.setattr(browser.rr, "send_chunks", lambda chunk, **_: sent.append(chunk))
+    page = object.__new__(browser.Browser)
+    page.__dict__ |= {"_keys": keys, "_boat": "", "_stream": None, "_shown": 9.0, "_clock": lambda: 0.0}
+    page.show(SimpleNamespace(sim=SimpleNamespace(time=1.0), pilot=SimpleNamespace(boat="a")))
+    assert len(sent) == keys
 
 
 def addresses(port):

@@ -77,8 +77,8 @@ def messages(make):
 
 
 LACK = (
-    "no wind coefficients for robot plank.urdf; write `wind: [x, y, yaw]` in the robot's YAML, or list the boat in the "
-    "world's `wind.objects`"
+    "no wind coefficients for robot plank.urdf; write `wind: [x, y, yaw]` in the robot's YAML, or list it in "
+    "`wind.objects`, Gazebo's <wind_obj>"
 )
 
 

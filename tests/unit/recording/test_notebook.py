@@ -158,12 +158,12 @@ def test_a_bar_in_a_notebook_is_not_redrawn_at_every_call_but_at_the_end(drawn, 
 
 def test_the_referee_is_heard_under_the_bar(drawn):
     events = ((10.0, "a < b: ready", "INFO"),)
-    task = {"name": "course", "state": "ready", "score": 0.5}
+    task = {"name": "course", "state": "ready", "score": 0.0}
     with notebook.notebook_bar(SimpleNamespace(task=task, task_events=events), 20.0) as tick:
         tick(12.0)
         tick(13.0)
     assert drawn[-1] == (
-        '<progress value="13" max="20"></progress> course: ready, score 0.50, 13 of 20 s'
+        '<progress value="13" max="20"></progress> course: ready, no score yet, 13 of 20 s'
         "<pre>   10.00 s  a &lt; b: ready</pre>"
     )
 

@@ -140,7 +140,7 @@ def test_lines_of_text():
     assert clock_line("bay", 12.34, 1.0) == "bay  12.3 s"
     assert clock_line("bay", 12.34, 2.5) == "bay  12.3 s  ×2.5"
     running = TaskMoment(3.0, "dock", "running", 10.0, "points", 1, 44.6)
-    assert task_lines(running) == ("dock: running, 45 s left", "score 10.00 points, collisions 1")
+    assert task_lines(running) == ("dock: running, 45 s left", "score 10 points, collisions 1")
     assert task_lines(TaskMoment(3.0, "dock", "ready", 0.0, "points", 0, 60.0))[0] == "dock: ready"
 
 

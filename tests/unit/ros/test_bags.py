@@ -7,6 +7,7 @@ import subprocess
 import sys
 import zlib
 from contextlib import closing, suppress
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ import pytest
 from rosbags.highlevel import AnyReader, AnyReaderError
 
 from needs import ROSBAG, needs
-from vrx_mj.errors import RecordError, UnknownNameError
+from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning
 from vrx_mj.ros.bags import HEAVY, KINDS, Bag
 from vrx_mj.ros.interface import Output, RosInterface, Sent, Transport
 from vrx_mj.ros.messages import new, stamp
@@ -109,6 +110,14 @@ def test_images_and_points_are_written_only_where_they_are_named(tmp_path):
     written(tmp_path / "out.bag", topics=["/wamv/sensors/cameras/*"])
     images = [message for topic, *_, message in read(tmp_path / "out.bag") if topic == IMAGE]
     assert [image.data.tolist() for image in images] == [list(range(12))] * 3
+
+
+def test_pictures_that_are_written_raw_and_compressed_are_warned_of(tmp_path):
+    table = RosInterface({name: replace(OUTPUTS[IMAGE], name=name) for name in (IMAGE, f"{IMAGE}/compressed")})
+    with pytest.warns(VrxWarning) as caught:
+        Bag(tmp_path / "out.bag", topics=["/wamv/sensors/cameras/*"]).offer(table)
+    text = f"the bag takes both raw and compressed pictures of {IMAGE}: raw ones make it large"
+    assert [str(item.message) for item in caught] == [f"{text}; name {IMAGE}/compressed for the others alone"]
 
 
 def test_a_topic_that_is_not_there_is_told(tmp_path):

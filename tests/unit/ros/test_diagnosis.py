@@ -145,9 +145,20 @@ def test_a_boat_has_capsized_when_its_mast_points_down(roll, pitch, told):
     assert len(lines) == told
 
 
+def test_a_boat_that_capsized_is_said_to_be_upright_before_it_capsizes_again():
+    sim, lines = Quiet(), []
+    watch = Diagnosis(sim, lambda level, text: lines.append((level, text.partition(": ")[2].partition(";")[0])))
+    for number, roll in enumerate((0.0, 2.0, 2.0, 0.0, 0.0, 2.0)):
+        sim.time = float(number + 1)
+        sim.observe = lambda roll=roll: {"a": SimpleNamespace(roll=roll, pitch=0.0, angular_velocity=(0, 0, 0))}
+        watch.look()
+    capsized = ("WARN", "a has capsized")
+    assert lines == [capsized, ("INFO", "a is upright again"), capsized]
+
+
 @pytest.mark.parametrize(
     ("touches", "told"),
-    [("1", 0), ("11", 1), ("101010", 0), ("1111" * 5, 1), ("11011001100110", 1), ("11" + "0" * 10 + "11", 2)],
+    [("1", 0), ("11", 1), ("101010", 0), ("1111" * 5, 1), ("11011001100110", 1), ("11" + "0" * 10 + "11", 3)],
 )
 def test_a_boat_is_aground_once_until_it_is_free_for_ten_seconds(monkeypatch, touches, told):
     sim, lines, looks = Quiet(), [], iter(touches)
@@ -157,7 +168,7 @@ def test_a_boat_is_aground_once_until_it_is_free_for_ten_seconds(monkeypatch, to
     for number in range(len(touches)):
         sim.time = float(number + 1)
         watch.look()
-    assert [line.partition(": ")[2] for line in lines] == ["a is aground"] * told
+    assert [line.partition(": ")[2] for line in lines] == ["a is aground", "a is afloat again", "a is aground"][:told]
 
 
 def test_the_unit_of_a_command_is_the_thrusters_however_weak_it_is():

@@ -335,7 +335,7 @@ def test_two_listeners_get_rows_at_their_own_rates():
         (":f", "invalid controller ':f': module:function is needed, as in my_boat:controller"),
         ("./my.py:f", "invalid controller './my.py:f': module:function is needed, as in my_boat:controller"),
         ("no_such_boat:f", "no module named 'no_such_boat' for the controller 'no_such_boat:f'"),
-        ("json:sail", "the module 'json' has no attribute 'sail'"),
+        ("json:loda", "no controller in the module json named 'loda'; did you mean 'load'?"),
         ("json:decoder", "invalid controller 'json:decoder': a function, or a class with __call__, is needed"),
     ],
 )

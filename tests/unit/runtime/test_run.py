@@ -1,6 +1,7 @@
 """Runs: how long they last, and what their summary counts."""
 
 import math
+import warnings
 from types import SimpleNamespace
 
 import pytest
@@ -9,7 +10,7 @@ from integration.sailing import AFLOAT, CALM, boats, simulation
 from trees import partial
 from vrx_mj import Simulation, VrxWarning, compile_world
 from vrx_mj.errors import CommandError, VrxError
-from vrx_mj.runtime.run import MotionWarnings, fleet_controller, names_controllers, run
+from vrx_mj.runtime.run import MotionWarnings, fleet_controller, names_controllers, run, steady
 
 
 @pytest.fixture(scope="module")
@@ -115,13 +116,28 @@ def test_what_cannot_be_used_is_told_with_its_boats():
     with pytest.raises(VrxError) as caught:
         steered(*["some_crew:nobody"] * 5)
     assert str(caught.value) == (
-        "controller of wamv1, wamv2, wamv3 and 2 more: the module 'some_crew' has no attribute 'nobody'"
+        "controller of wamv1, wamv2, wamv3 and 2 more: no controller in the module some_crew named 'nobody'; "
+        "known: Turner, all_ahead, nonsense, silent"
     )
     with pytest.raises(CommandError) as caught:
         steered("some_crew:nonsense")
     assert str(caught.value) == (
         "the controller some_crew:nonsense returned 0.5: a mapping by boat, or None, is needed"
     )
+
+
+@pytest.mark.parametrize(("thrust", "texts"), [
+    ({"left": 5.0}, ["left of a is 5, beyond -1 to 1: the force is limited to 250 N ahead, 100 N astern"]),
+    ({"left": 5.0, "right": -1.5}, [
+        "left of a is 5, beyond -1 to 1: the force is limited to 250 N ahead, 100 N astern; and 1 more"
+    ]),
+    ({"left": 1.0, "right": -1.0}, []),
+])  # fmt: skip
+def test_steady_commands_beyond_what_thrusters_do_are_warned_of(sim, thrust, texts):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        steady(sim, thrust)
+    assert [str(item.message) for item in caught] == texts
 
 
 # Boats that capsize or spin are said, once each

@@ -28,3 +28,12 @@ def test_where_nothing_can_be_kept_it_is_said_what_helps(tmp_path, monkeypatch, 
     with announced(twice):
         twice(3.0)
     assert capsys.readouterr().err == ""
+
+
+def test_nothing_is_said_where_nothing_is_compiled(tmp_path, monkeypatch, capsys):
+    """A picture of a calm sea calls no kernel of the sea's surface, and would announce it for ever."""
+    monkeypatch.setattr(module, "_FOLDER", tmp_path)
+    for _ in range(2):
+        with announced(kernel(_twice), "a kernel", 7):
+            pass
+    assert capsys.readouterr().err == ""

@@ -20,11 +20,13 @@ import numpy as np
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.bar import Bar
 from vrx_mj.errors import UnknownNameError, VideoError
+from vrx_mj.model.boats import boat_label
 from vrx_mj.packages import install_command
 from vrx_mj.recording.reader import Record, read_record
 from vrx_mj.recording.record_scene import boat_colors
 from vrx_mj.recording.video.stage import Above, Chase, Eye, Footage, Instant, Stage, TaskMoment, view_of
 from vrx_mj.sensors.view import View
+from vrx_mj.tasks.frame import score_text
 
 if TYPE_CHECKING:
     from PIL import ImageFont
@@ -201,7 +203,9 @@ class Film:
 
         shown = fromarray(self._staged(moment.boat_set).draw(moment, eye, size))
         if self._shot.captions:
-            name_boats(shown, view_of(eye, *size), self._footage.places(moment), self._colors)
+            boats = self._footage.boat_set(moment.boat_set).parameters.boats
+            labels = {boat.name: boat_label(boat.name, boat.robot) for boat in boats}
+            name_boats(shown, view_of(eye, *size), self._footage.places(moment), self._colors, labels)
         return shown
 
     def _staged(self, boat_set: int) -> Stage:
@@ -306,8 +310,8 @@ def clock_line(world: str, time: float, speed: float) -> str:
 def task_lines(moment: TaskMoment) -> tuple[str, str]:
     """Phase and time left, score and collisions of a task."""
     left = f", {moment.remaining:.0f} s left" if moment.phase == "running" else ""
-    score = f"score {moment.score:.2f} {moment.unit}, collisions {moment.collisions}"
-    return f"{moment.task}: {moment.phase}{left}", score
+    score = score_text(moment.phase, moment.score, moment.unit)
+    return f"{moment.task}: {moment.phase}{left}", f"{score}, collisions {moment.collisions}"
 
 
 def project(view: View, place: FloatArray, width: int, height: int) -> tuple[float, float, float] | None:
@@ -338,17 +342,18 @@ def write_lines(picture: Image, lines: Sequence[str], *, bottom: bool = False) -
 
 
 def name_boats(
-    picture: Image, view: View, places: Mapping[str, FloatArray], colors: Mapping[str, Rgb], *, away: float = FARTHEST
+    picture: Image, view: View, places: Mapping[str, FloatArray], colors: Mapping[str, Rgb], labels: Mapping[str, str]
 ) -> None:
-    """Write the names of boats at places (3,) [m] over them, if they are in view and no farther than `away` [m]."""
+    """Write the labels of boats at places (3,) [m] over them, if they are in view and no farther than `FARTHEST`."""
     from PIL import ImageDraw
 
     draw = ImageDraw.Draw(picture)
     font = font_of(max(SMALLEST, round(picture.height * NAME_SHARE)))
     for name, place in places.items():
         spot = project(view, np.add(place, (0.0, 0.0, TAG_HEIGHT)), picture.width, picture.height)
-        if spot is not None and spot[2] < away:
-            draw.text(spot[:2], name, font=font, fill=colors[name], anchor="mb", stroke_width=1, stroke_fill=PANEL[:3])
+        if spot is not None and spot[2] < FARTHEST:
+            text, color = labels[name], colors[name]
+            draw.text(spot[:2], text, font=font, fill=color, anchor="mb", stroke_width=1, stroke_fill=PANEL[:3])
 
 
 @cache

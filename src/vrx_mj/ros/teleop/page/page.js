@@ -141,23 +141,31 @@ function choose(name) {
   showAngle();
 }
 
+const knobReach = () => $("stick").offsetWidth / 2 - $("knob").offsetWidth / 2 + 6;
+const fullWheel = () => (world?.cmd_vel === "velocity" ? FULL : { power: 1, turn: 1 });
+
+// Where the wheel is, whether the joystick or keys turned it; within the joystick's circle.
+function moveKnob(x, y) {
+  const reach = knobReach() / Math.max(1, Math.hypot(x, y));
+  $("knob").style.transform = `translate(${x * reach}px, ${y * reach}px)`;
+}
+
 // The joystick springs back; up is ahead, and left turns left.
 function steer(event) {
   const box = $("stick").getBoundingClientRect();
-  const reach = box.width / 2 - $("knob").offsetWidth / 2 + 6;
+  const reach = knobReach();
   let [x, y] = [(event.clientX - box.left - box.width / 2) / reach, (event.clientY - box.top - box.height / 2) / reach];
   const far = Math.hypot(x, y);
   if (far > 1) [x, y] = [x / far, y / far];
-  $("knob").style.transform = `translate(${x * reach}px, ${y * reach}px)`;
+  moveKnob(x, y);
   const dead = (value) => (Math.abs(value) < 0.06 ? 0 : Math.round(value * 100) / 100);
-  const full = world?.cmd_vel === "velocity" ? FULL : { power: 1, turn: 1 };
+  const full = fullWheel();
   pilot.set({ power: dead(-y) * full.power, turn: dead(-x) * full.turn });
 }
 
 function springBack() {
   if (!isStickHeld) return;
   isStickHeld = false;
-  $("knob").style.transform = "";
   $("stick").classList.remove("held");
   pilot.set({ power: 0, turn: 0 });
   send();
@@ -289,7 +297,8 @@ function showTask(task) {
   show("task-name", task.name.replaceAll("_", " "));
   show("task-state", task.timed_out ? "timed out" : task.state);
   show("task-left", `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`);
-  show("task-score", task.score === null ? "none yet" : Number(task.score.toPrecision(4)).toString());
+  const scored = task.score !== null && !["initial", "ready"].includes(task.state);
+  show("task-score", scored ? Number(task.score.toPrecision(4)).toString() : "none yet");
   show("task-hits", String(task.num_collisions));
 }
 
@@ -348,6 +357,7 @@ function showFigures() {
   show("heading", boat ? compass(degrees(boat.yaw)) : "–");
   show("power", signed(power) + unit[0]);
   show("turn", signed(turn) + unit[1]);
+  if (!isStickHeld) moveKnob(-turn / fullWheel().turn, -power / fullWheel().power);
   show("angle-shown", `${signed(degrees(angle), 0)}°`);
   if (document.activeElement !== $("angle") || angle === 0) $("angle").value = degrees(angle);
   for (const button of $("boats").children) {
