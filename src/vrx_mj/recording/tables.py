@@ -48,7 +48,7 @@ def read(recording: str | Path | Record) -> dict[str, pa.Table]:
       longitude, null where the world has no georeference.
     - `thrust`: a row for each time and thruster.
     - `wind`: a row for each time; `direction` is where it blows toward, counter-clockwise from the world's x axis.
-    - `contacts`: a row for each touch of a boat, with its largest force.
+    - `contacts`: a row for each touch of a boat, with the largest force of its first half second.
     - `events`: a row for each message.
 
     The metadata of a column have its unit.

@@ -100,7 +100,8 @@ class RecordWriter:
 
     def touch(self, touch: Touch) -> None:
         """Record that a boat touches something: as an event, and as a mark in the plots."""
-        self.event(touch.time, str(touch), "WARN", json.dumps(dataclasses.asdict(touch)))
+        begun = {"boat": touch.boat, "other": touch.other, "time": touch.time, "force": touch.force}  # it may go on
+        self.event(touch.time, str(touch), "WARN", json.dumps(begun))
         self._put(("mark", (touch.time, "contacts")))
 
     def frame(self, t: float, row: FloatArray, messages: Sequence[Message]) -> None:

@@ -79,7 +79,7 @@ def test_contacts_are_the_touches_that_a_watch_sees(tmp_path):
     world = {"extends": "ocean", "docks": [pier], "sea": {"model": "none"}}
     sim = vrx_mj.Simulation(vrx_mj.compile_world(world))
     seen = []
-    sim.watch_contacts(seen.append)
+    sim.watch_contacts(lambda touch: seen.append(replace(touch)))
     with vrx_mj.record(sim, tmp_path / "run.rrd"):
         sim.step({"wamv": {"left": 1.0, "right": 1.0}}, duration=12.0)
     found = read(tmp_path / "run.rrd")["contacts"].to_pylist()
