@@ -10,6 +10,7 @@ import pydantic
 from pydantic import BaseModel, TypeAdapter
 
 from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
+from vrx_mj.frames import compass
 from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint, Rope
 from vrx_mj.model.boats import Boat, Hull, Sensor, Spawn, Station, Thruster
 from vrx_mj.model.kinds import LEFT_OUT, STRICT, Angle, Count, NonNegative, Pose, Real, Text
@@ -120,6 +121,15 @@ class Parameters:
     """Pose from which a viewer looks at first [m, rad]."""
     lives: Mapping[Text, Count] = field(default_factory=dict, metadata=LEFT_OUT)
     """Number of boats that a name had before, for those that left."""
+
+    @property
+    def x_from_east(self) -> float:
+        """Direction of the x axis [rad], counter-clockwise from east; 0 without a georeference."""
+        return self.georeference.x_from_east if self.georeference else 0.0
+
+    def compass(self, angle: float) -> float:
+        """Compass degrees, clockwise from true north, of an angle [rad] counter-clockwise from x."""
+        return compass(angle + self.x_from_east)
 
     def thrusters_of(self, boat: str) -> tuple[Thruster, ...]:
         """The thrusters and rudders of a boat."""

@@ -99,12 +99,16 @@ CONTROL_RATE = 10.0
 
 @dataclass(frozen=True)
 class BoatSummary:
-    """Position, heading and distance of a boat at the end of a run."""
+    """Pose, course and distance of a boat at the end of a run."""
 
     position: tuple[float, float, float]
     """Position (x, y, z) [m, ENU]."""
     heading: float
-    """Heading [rad], counter-clockwise from east."""
+    """Heading [rad], counter-clockwise from the world's x axis, from -pi to pi."""
+    heading_compass: float
+    """Heading [degrees], clockwise from true north, from 0 to 360."""
+    course_compass: float
+    """Course over ground [degrees], clockwise from true north, from 0 to 360."""
     distance: float
     """Distance over ground [m], sampled at the control rate."""
 
@@ -390,6 +394,8 @@ def summarize(
         boat: BoatSummary(
             tuple(float(value) for value in seen[boat].position),  # type: ignore[arg-type]
             seen[boat].heading,
+            sim.world.parameters.compass(seen[boat].heading),
+            sim.world.parameters.compass(seen[boat].course),
             way[boat],
         )
         for boat in sim.boats
