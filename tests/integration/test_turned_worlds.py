@@ -37,7 +37,12 @@ def world(angle, task):
         "extends": "ocean",
         "physics": {"profile": "marine"},
         "georeference": {**EARTH, "heading": angle},
-        "sea": {"model": "pms", "gain": 0.3, "period": 5.0, "direction": [cos * 0.6 - sin * 0.8, sin * 0.6 + cos * 0.8]},
+        "sea": {
+            "model": "pms",
+            "gain": 0.3,
+            "period": 5.0,
+            "direction": [cos * 0.6 - sin * 0.8, sin * 0.6 + cos * 0.8],
+        },
         "wind": {"direction": 120.0 - angle, "mean_velocity": 4.0, "var_gain": 1.0, "var_time": 2.0, "seed": 3},
         "current": {"direction": 30.0 - angle, "speed": 0.2},
         "spawn": {"pose": [x, y, 0.1, 0, 0, yaw], "thrusters": "X", "sensors": ["gps", "imu"]},
