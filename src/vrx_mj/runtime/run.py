@@ -105,12 +105,12 @@ class BoatSummary:
     """Position (x, y, z) [m, ENU]."""
     heading: float
     """Heading [rad], counter-clockwise from the world's x axis, from -pi to pi."""
+    distance: float
+    """Distance over ground [m], sampled at the control rate."""
     heading_compass: float
     """Heading [degrees], clockwise from true north, from 0 to 360."""
     course_compass: float
     """Course over ground [degrees], clockwise from true north, from 0 to 360."""
-    distance: float
-    """Distance over ground [m], sampled at the control rate."""
 
 
 @dataclass(frozen=True)
@@ -394,9 +394,9 @@ def summarize(
         boat: BoatSummary(
             tuple(float(value) for value in seen[boat].position),  # type: ignore[arg-type]
             seen[boat].heading,
+            way[boat],
             sim.world.parameters.compass(seen[boat].heading),
             sim.world.parameters.compass(seen[boat].course),
-            way[boat],
         )
         for boat in sim.boats
     }
