@@ -17,8 +17,8 @@ class Fake:
 
     title = "fake"
 
-    def __init__(self, wanted=()):
-        self.wanted, self.got, self.lines = frozenset(wanted), {}, []
+    def __init__(self, wanted=(), dialect="vrx"):
+        self.wanted, self.dialect, self.got, self.lines = frozenset(wanted), dialect, {}, []
 
     def start(self):
         return []
@@ -42,10 +42,10 @@ class Fake:
         pass
 
 
-def served(world, *, wanted=(), **options):
+def served(world, *, wanted=(), dialect="vrx", **options):
     """A server, its network, its inbox, and what it told."""
     sim = world if isinstance(world, vrx_mj.Simulation) else vrx_mj.Simulation(world)
-    network, inbox, told = Fake(wanted), Inbox(), []
+    network, inbox, told = Fake(wanted, dialect), Inbox(), []
     server = RosServer(sim, [network], inbox, report=lambda _level, text: told.append(text), **options)
     SERVERS.append(server)
     return SimpleNamespace(sim=sim, server=server, network=network, inbox=inbox, told=told)

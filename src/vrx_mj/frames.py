@@ -1,11 +1,13 @@
 """Rotations, poses and places on Earth, for every layer; kernels have their own rotations in `physics.motion`.
 
-The world is east-north-up, a body forward-left-up; quaternions are (w, x, y, z); a pose in a file is
-[x, y, z, roll, pitch, yaw] in m and rad. The Earth is WGS84 (NIMA TR8350.2).
+The world's x, y and z are east, north and up, unless its georeference has a `heading`: then x is that far from east.
+A body is forward-left-up; quaternions are (w, x, y, z); a pose in a file is [x, y, z, roll, pitch, yaw] in m and rad.
+The Earth is WGS84 (NIMA TR8350.2).
 """
 
 import math
 from collections.abc import Sequence
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +23,7 @@ __all__ = [
     "Quaternion",
     "angles",
     "apply",
+    "compass",
     "compose",
     "conjugate",
     "enu_to_geodetic",
@@ -48,6 +51,12 @@ _SQUARE = FLATTENING * (2.0 - FLATTENING)
 Pose = tuple[float, float, float, float, float, float]
 Quaternion = tuple[float, float, float, float]
 Matrix = tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
+_Angle = TypeVar("_Angle", float, FloatArray)
+
+
+def compass(angle: _Angle) -> _Angle:
+    """Compass degrees, clockwise from true north and from 0 to 360, of angles [rad] counter-clockwise from east."""
+    return (90.0 - angle * (180.0 / math.pi)) % 360.0
 
 
 def rotation(roll: float, pitch: float, yaw: float) -> Matrix:
@@ -257,19 +266,27 @@ class Geodetic:
         """World x, y, z [m] of a geodetic position [degrees, degrees, m]; no altitude: that of the origin."""
         height = self.elevation if altitude is None else altitude
         origin = self.latitude, self.longitude, self.elevation
-        east, north, up = geodetic_to_enu(latitude, longitude, height, origin)
-        cos, sin = self._turn()
-        return cos * east + sin * north, cos * north - sin * east, up
+        return self.from_east_north_up(*geodetic_to_enu(latitude, longitude, height, origin))
 
     def to_geodetic(self, x: float, y: float, z: float) -> tuple[float, float, float]:
         """Latitude, longitude [degrees] and altitude [m] of a point of the world [m]."""
-        return enu_to_geodetic(*self.to_east_north_up(x, y, z), self.latitude, self.longitude, self.elevation)
+        return self.geodetic(*self.to_east_north_up(x, y, z))
+
+    def geodetic(self, east: float, north: float, up: float) -> tuple[float, float, float]:
+        """Latitude, longitude [degrees] and altitude [m] of a point east, north and up [m] of the origin."""
+        return enu_to_geodetic(east, north, up, self.latitude, self.longitude, self.elevation)
 
     def to_east_north_up(self, x: float, y: float, z: float) -> tuple[float, float, float]:
         """East, north and up of a vector of the world; they are not x, y and z where `heading` is not 0."""
-        cos, sin = self._turn()
+        cos, sin = math.cos(self.x_from_east), math.sin(self.x_from_east)
         return cos * x - sin * y, sin * x + cos * y, z
 
-    def _turn(self) -> tuple[float, float]:
-        """Cosine and sine of the heading."""
-        return math.cos(math.radians(self.heading)), math.sin(math.radians(self.heading))
+    def from_east_north_up(self, east: float, north: float, up: float) -> tuple[float, float, float]:
+        """x, y and z of a vector in the world."""
+        cos, sin = math.cos(self.x_from_east), math.sin(self.x_from_east)
+        return cos * east + sin * north, cos * north - sin * east, up
+
+    @property
+    def x_from_east(self) -> float:
+        """Direction of the world's x axis [rad], counter-clockwise from east: the `heading`."""
+        return math.radians(self.heading)

@@ -143,7 +143,8 @@ def test_a_terminal_drives_pauses_and_is_left_as_it_was(world):
         assert re.search(r"power \+0\.00  turn \+0\.00  angle \+0 deg", terminal.seen)
         terminal.type("i")
         reached(lambda: away(world, "wamv2", begun) > 0.5)
-        reached(lambda: re.search(r"power \+0\.50 .* speed \d\.\d\d m/s  heading -?\d+ deg  wind \d", terminal.seen))
+        moving = r"power \+0\.50 .* speed \d\.\d\d m/s  heading \d+ deg compass  course \d+ deg compass"
+        reached(lambda: re.search(moving, terminal.seen))
         terminal.type("p")
         reached(lambda: "paused" in terminal.seen)
         terminal.type("p")

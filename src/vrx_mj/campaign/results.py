@@ -61,7 +61,7 @@ class Result:
     platform: str = ""
     """What bit-equality depends on."""
     tracks: Mapping[str, list[list[float]]] = field(default_factory=dict)
-    """East and north [m] of each boat's way."""
+    """x and y [m] of each boat's way."""
     recording: str | None = None
     """Its file's name, in the cell's folder."""
 
@@ -206,7 +206,7 @@ class Tracks:
             places.append((x, y))
 
     def simplified(self) -> dict[str, list[list[float]]]:
-        """The track of each boat, east and north [m] to a decimetre."""
+        """The track of each boat, x and y [m] to a decimetre."""
         return {boat: simplified(places) for boat, places in self._places.items()}
 
 

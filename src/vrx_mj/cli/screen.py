@@ -79,6 +79,9 @@ def pace_text(factor: float) -> str:
     return f"{factor:.0f} x real time" if factor >= 10.0 else f"{factor:.2g} x real time"
 
 
+ANGLES = ("yaw from x [deg]", "compass heading [deg]", "compass course [deg]")
+
+
 def print_summary(summary: "Summary") -> None:
     """The table at the end of a run."""
     from rich.console import Console
@@ -90,12 +93,13 @@ def print_summary(summary: "Summary") -> None:
     head = f"{summary.world}, fleet {summary.fleet}, seed {summary.seed}"
     table = Table(title=Text(head + (" (interrupted)" if summary.interrupted else "")))
     table.add_column("boat")
-    for name in ("east [m]", "north [m]", "up [m]", "heading [deg]", "way [m]"):
+    for name in ("x [m]", "y [m]", "z [m]", *ANGLES, "distance [m]"):
         table.add_column(Text(name), justify="right")
     for name, boat in summary.boats.items():
-        x, y, z = boat.position
-        label, heading = Text(boat_label(name, boat.robot)), math.degrees(boat.heading)
-        table.add_row(label, f"{x:.2f}", f"{y:.2f}", f"{z:.2f}", f"{heading:.1f}", f"{boat.distance:.1f}")
+        angles = math.degrees(boat.heading), boat.heading_compass, boat.course_compass
+        metres = [f"{value:.2f}" for value in boat.position]
+        label = Text(boat_label(name, boat.robot))
+        table.add_row(label, *metres, *(f"{angle:.1f}" for angle in angles), f"{boat.distance:.1f}")
     out = Console()
     out.print(table)
     out.print(

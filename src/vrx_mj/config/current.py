@@ -21,7 +21,7 @@ class TideConfig(Config):
     minor: float = 0.0
     """Greatest speed across it [m/s]; below 0 the arrow turns clockwise."""
     direction: float = 0.0
-    """Direction of the greatest speed [degrees], counter-clockwise from east."""
+    """Direction of the greatest speed [degrees], counter-clockwise from x."""
     period: Positive = M2
     """Period [s]; by default that of the principal lunar tide."""
     phase: float = 0.0
@@ -34,13 +34,13 @@ class CurrentConfig(Config):
     speed: NonNegative = 0.0
     """Mean speed at the surface [m/s]."""
     direction: float = 0.0
-    """Direction in which the water moves [degrees], counter-clockwise from east, as for the wind."""
+    """Direction in which the water moves [degrees], counter-clockwise from x, as for the wind."""
     profile: tuple[Annotated[tuple[float, float], numbers("depth share")], ...] = ()
     """Share of the mean and of the tide at depths [m], with straight lines between them; by default 1 everywhere."""
     tide: TideConfig | None = None
     """A tide, which adds to the mean."""
     var_gain: NonNegative = 0.0
-    """Standard deviation of a random part (Gauss-Markov), toward east and toward north [m/s]."""
+    """Standard deviation of a random part (Gauss-Markov), along x and along y [m/s]."""
     var_time: Positive = 60.0
     """Time constant of the random part [s]."""
     seed: Seed = 0

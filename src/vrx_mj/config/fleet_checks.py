@@ -132,7 +132,7 @@ def _warn_of_bearings(fleet: FleetConfig) -> None:
     if _all_outward(fleet.positions, middle, "compass") and not _all_outward(fleet.positions, middle, "math"):
         text = f"fleet {fleet.name}: its headings point outward only as compass bearings, and are read as degrees"
         advice = "write `headings: compass` for bearings, or `headings: math` to keep this"
-        warnings.warn(f"{text} counter-clockwise from east; {advice}", VrxWarning, stacklevel=3)
+        warnings.warn(f"{text} counter-clockwise from x; {advice}", VrxWarning, stacklevel=3)
 
 
 def _warn_of_radians(fleet: FleetConfig) -> None:

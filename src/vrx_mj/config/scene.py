@@ -44,7 +44,7 @@ class CloudsConfig(Config):
     speed: NonNegative = 0.6
     """Speed [m/s]."""
     direction: float = 0.0
-    """Direction of travel [rad], counter-clockwise from east."""
+    """Direction of travel [rad], counter-clockwise from x."""
     humidity: Share = 0.5
     """SDF's humidity; clouds are not drawn."""
     mean_size: Share = 0.5

@@ -118,7 +118,7 @@ class SeaConfig(Config):
     period: Positive = 5.0
     """Peak (pms) or median (cwr) period, or that of a regular wave [s]."""
     direction: Annotated[tuple[float, float], numbers("x y")] = (1.0, 0.0)
-    """Direction in which the waves travel, east and north; any length but zero."""
+    """Direction in which the waves travel, along x and y; any length but zero."""
     tau: NonNegative = 2.0
     """Time constant of the waves' growth at the start [s], of VRX's seas."""
     significant_height: NonNegative | None = None

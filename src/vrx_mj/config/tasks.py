@@ -70,9 +70,9 @@ def _gate(value: object, index: int) -> object:
 Gate = tuple[str, str]
 Gates = Annotated[tuple[Gate, ...], BeforeValidator(_gates)]
 Geodetic = Annotated[tuple[Latitude, Longitude, float], numbers("latitude longitude yaw")]
-"""Latitude, longitude [degrees, WGS84] and yaw [rad]."""
+"""Latitude, longitude [degrees, WGS84] and yaw [rad, from east]."""
 Cartesian = Annotated[tuple[Coordinate, Coordinate, float], numbers("x y yaw")]
-"""x, y [m] in the world frame and yaw [rad]."""
+"""x, y [m] in the world frame and yaw [rad, from x]."""
 
 
 class ShownObject(Config):
@@ -174,9 +174,9 @@ class StationkeepingTask(TaskConfig):
     scores: ClassVar[str] = "mean error of the pose, in m; lower is better"
     type: Literal["stationkeeping", "station_keeping"]
     goal: Geodetic | None = None
-    """Latitude, longitude [degrees] and yaw [rad] to hold."""
+    """Latitude, longitude [degrees] and yaw [rad, from east] to hold."""
     goal_cart: Cartesian | None = None
-    """The same as x, y [m] and yaw [rad] in the world frame."""
+    """The same as x, y [m] and yaw [rad, from x] in the world frame."""
     heading: Switch = True
     """Whether the yaw counts."""
 
@@ -197,9 +197,9 @@ class WayfindingTask(TaskConfig):
     scores: ClassVar[str] = "mean of the least errors at the waypoints, in m; lower is better"
     type: Literal["wayfinding"]
     waypoints: Annotated[tuple[Geodetic, ...], NotEmpty] | None = None
-    """Latitude, longitude [degrees] and yaw [rad] of each."""
+    """Latitude, longitude [degrees] and yaw [rad, from east] of each."""
     waypoints_cart: Annotated[tuple[Cartesian, ...], NotEmpty] | None = None
-    """The same as x, y [m] and yaw [rad] in the world frame."""
+    """The same as x, y [m] and yaw [rad, from x] in the world frame."""
 
     @model_validator(mode="after")
     def _has_waypoints(self) -> Self:

@@ -32,7 +32,7 @@ class WindConfig(Config):
     """VRX's usv_gazebo_wind_plugin: a mean wind with Gauss-Markov gusts; and what profile `marine` adds to it."""
 
     direction: float = 270.0
-    """Direction in which the air moves [degrees], counter-clockwise from east."""
+    """Direction in which the air moves [degrees], counter-clockwise from x."""
     mean_velocity: NonNegative = 0.0
     """Mean speed [m/s]."""
     var_gain: NonNegative = 0.0

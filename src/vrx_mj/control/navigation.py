@@ -52,7 +52,8 @@ class TangentPlane:
             meridian, _ = self._radii(middle)
             latitude = self.latitude + math.degrees(north / meridian)
             middle = 0.5 * (latitude + self.latitude)
-        return latitude, self.longitude + math.degrees(east / self._radii(middle)[1])
+        longitude = self.longitude + math.degrees(east / self._radii(middle)[1])
+        return latitude, math.remainder(longitude, 360.0)
 
     @staticmethod
     def _radii(latitude: float) -> tuple[float, float]:
@@ -145,6 +146,11 @@ class Navigator:
         if self._plane is not None and place.get("latitude") is not None:
             return self._local(float(place["latitude"]), float(place["longitude"]))
         return float(place["x"]), float(place["y"])
+
+    def direction(self, place: Mapping[str, Any]) -> float:
+        """The yaw of a task's place in the local frame [rad], from -pi to pi; 0 if it has none."""
+        yaw = place.get("yaw") or 0.0
+        return math.remainder(yaw if self._plane is None else place.get("yaw_from_east", yaw), math.tau)
 
     def report(self, x: float, y: float) -> dict[str, float]:
         """A place of the local frame [m] in the form that tasks take: by latitude and longitude, if there are."""

@@ -1,7 +1,7 @@
 """Perception: name and locate what shows up before the boat, by its camera."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,7 @@ from vrx_mj.control.pictures import camera_ahead, intrinsics, mounting, project
 from vrx_mj.control.skipper import Commands, Skipper
 from vrx_mj.runtime.timing import Pause
 
-__all__ = ["OLD", "SYDNEY", "Blob", "Kind", "Perceiver", "Sight", "blobs", "kind_of"]
+__all__ = ["OLD", "SYDNEY", "Blob", "Kind", "Perceiver", "Sight", "blobs", "catalogue_of", "kind_of"]
 
 STEP = 2
 """Every so many pixels one is looked at; a ball of 0.5 m at 15 m is 25 pixels wide."""
@@ -83,8 +83,19 @@ BALLS: dict[str, dict[str, tuple[Kind, ...]]] = {
     OLD: {"black": (Kind("polyform_a3", 0.432), Kind("polyform_a5", 0.686), Kind("polyform_a7", 0.991))},
 }
 """What is round, by colour."""
+TYPES = {
+    name: {kind.type for kinds in (MARKERS[name], CANS if name == OLD else {}) for kind in kinds.values()}
+    | {kind.type for kinds in BALLS[name].values() for kind in kinds}
+    for name in (SYDNEY, OLD)
+}
+"""What each catalogue names."""
 STANDING = 1.25
 """Height over width from which something is tall."""
+
+
+def catalogue_of(types: Iterable[str]) -> str:
+    """The catalogue that has most of a task's types, the newer one of two that have as many."""
+    return max((SYDNEY, OLD), key=lambda name: len(TYPES[name].intersection(types)))
 
 
 def kind_of(blob: Blob, catalogue: str, scale: float | None = None) -> Kind | None:
@@ -188,6 +199,7 @@ def _union(one: Blob, other: Blob) -> Blob:
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
+    from vrx_mj.runtime.task_runner import TaskObservation
 
 
 PERIOD = 0.95
@@ -271,15 +283,14 @@ class View:
 class Perceiver(Skipper):
     """Reports each landmark once: its type from colour and outline, its position from camera and apparent width.
 
-    It takes one picture a second while the task runs. What differs from the water is a thing (`sightings.blobs`); its
-    colour and proportions give its kind (`sightings.kind_of`), and the known width of the kind gives the distance: an
-    error of 2 pixels of 60 at 8 m is 0.3 m. The lidar misses balls nearer than 6 m, so it is not used. North of the
-    equator is Sand Island with the catalogue of 2019, south of it Sydney with that of 2022 and 2023.
+    It takes one picture a second while the task runs. What differs from the water is a thing (`blobs`); its colour and
+    proportions give its kind (`kind_of`), and the known width of the kind gives the distance: an error of 2 pixels of
+    60 at 8 m is 0.3 m. The lidar misses balls nearer than 6 m, so it is not used.
     """
 
     def __init__(self, catalogue: str | None = None) -> None:
-        """Set the catalogue, `sightings.OLD` or `sightings.SYDNEY`; by default the latitude selects it."""
-        self._catalogue = catalogue
+        """Set the catalogue, `OLD` or `SYDNEY`; by default that which knows most of the task's types."""
+        self._given = catalogue
         super().__init__()
 
     def begin(self) -> None:
@@ -287,7 +298,7 @@ class Perceiver(Skipper):
         self._pause = Pause()
         self._sights: list[Sight] = []
 
-    def listen(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> None:
+    def listen(self, boat: "BoatObservation", seen: Estimate, task: "TaskObservation", t: float) -> None:
         """Take a picture, if one is due, and report what is new."""
         if task.get("state") != "running" or not self._pause.is_over(t):
             return
@@ -296,6 +307,7 @@ class Perceiver(Skipper):
         if camera is None:
             return
         reading = boat.sensors[camera]
+        self._catalogue = self._given or catalogue_of(task.get("types", ()))
         view = View(*mounting(reading), intrinsics(reading), seen)
         for blob in blobs(reading.data.rgb, view.horizon() + UNDER_HORIZON):
             self._take(view, blob, t)
@@ -312,15 +324,9 @@ class Perceiver(Skipper):
         """Return no commands: the task holds the boat."""
         return {}
 
-    @property
-    def _known(self) -> str:
-        """The catalogue."""
-        plane = self.navigator.plane
-        return self._catalogue or (OLD if plane is not None and plane.latitude > 0.0 else SYDNEY)
-
     def _take(self, view: View, blob: Blob, t: float) -> None:
         """Take a blob for something seen before, or for something new."""
-        kind = kind_of(blob, self._known, view.scale(blob))
+        kind = kind_of(blob, self._catalogue, view.scale(blob))
         if kind is None:
             return
         x, y = view.place(blob, kind.width)

@@ -53,7 +53,7 @@ class StationKeeper(Skipper):
         """Commands that go to the goal and hold it."""
         goal = task.get("goal")
         if goal is not None:
-            self._goal = self.navigator.place(goal), float(goal.get("yaw") or 0.0)
+            self._goal = self.navigator.place(goal), self.navigator.direction(goal)
         elif self._goal is None:
             self._goal = (seen.x, seen.y), seen.heading
         place, heading = self._goal

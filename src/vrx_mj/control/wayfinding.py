@@ -60,7 +60,7 @@ class WaypointFollower(Skipper):
 
     def _plan(self, seen: Estimate, task: "TaskObservation") -> None:
         waypoints = task.get("waypoints", ())
-        self._poses = [(self.navigator.place(waypoint), wrapped(float(waypoint["yaw"]))) for waypoint in waypoints]
+        self._poses = [(self.navigator.place(waypoint), self.navigator.direction(waypoint)) for waypoint in waypoints]
         self._least = [math.inf] * len(self._poses)
         self._order = self.order(seen, [place for place, _ in self._poses])
 

@@ -35,7 +35,7 @@ class GateBar:
     """The buoy that comes to starboard, as VRX's files call it."""
     right: Point
     yaw: float
-    """Direction in which to cross it [rad], counter-clockwise from east."""
+    """Direction in which to cross it [rad], counter-clockwise from x."""
 
     @property
     def middle(self) -> Point:

@@ -13,6 +13,7 @@ from vrx_mj.draw.labels import INK, font_warnings_hidden, write
 from vrx_mj.draw.map_scene import MapScene
 from vrx_mj.draw.plan import SOFT, Box, Row, course_rows, draw_plan, ground, nice_length, view_of
 from vrx_mj.errors import CommandError, VrxError, shown
+from vrx_mj.frames import compass as compass_degrees
 from vrx_mj.outputs import written
 
 if TYPE_CHECKING:
@@ -101,35 +102,29 @@ def compass(axes: "Axes", scene: MapScene) -> None:
     axes.set_ylim(-2.55, 1.55)
     axes.set_aspect("equal", anchor="N")
     axes.add_patch(Circle((0, 0), 1.0, facecolor="#f4f8fa", edgecolor=SOFT, linewidth=1.0))
-    for name, x, y in (("N", 0.0, 1.24), ("E", 1.24, 0.0), ("S", 0.0, -1.24), ("W", -1.24, 0.0)):
+    for quarter, name in enumerate("ENWS"):
+        angle = quarter * math.pi / 2.0 - scene.x_from_east
+        x, y = 1.24 * math.cos(angle), 1.24 * math.sin(angle)
         write(axes, x, y, name, size=10, ha="center", va="center", weight="bold" if name == "N" else "normal")
     lines = [("calm sea", SOFT), ("no wind", SOFT)]
     if scene.wave:
         toward = math.degrees(math.atan2(scene.wave.direction[1], scene.wave.direction[0])) % 360.0
         _arrow(axes, toward, WAVE_COLOR, 4.0)
-        lines[0] = (
-            f"waves {scene.wave.height:.2f} m, {scene.wave.period:g} s, toward {toward:.0f}°",
-            WAVE_COLOR,
-        )
+        lines[0] = f"waves {scene.wave.height:.2f} m, {scene.wave.period:g} s, {_toward(scene, toward)}", WAVE_COLOR
     if scene.wind:
         _arrow(axes, scene.wind.direction, WIND_COLOR, 2.0)
-        lines[1] = (
-            f"wind {scene.wind.speed:.1f} m/s, toward {scene.wind.direction % 360.0:.0f}°",
-            WIND_COLOR,
-        )
+        lines[1] = f"wind {scene.wind.speed:.1f} m/s, {_toward(scene, scene.wind.direction)}", WIND_COLOR
     for row, (text, color) in enumerate(lines):
         write(axes, 0.0, -1.68 - 0.3 * row, text, size=10, color=color, ha="center", va="center", weight="bold")
     if scene.wind or scene.wave:
-        write(
-            axes,
-            0.0,
-            -2.34,
-            "degrees counter-clockwise from east",
-            size=8,
-            color=SOFT,
-            ha="center",
-            va="center",
-        )
+        text = "toward: compass degrees (degrees counter-clockwise from x)"
+        write(axes, 0.0, -2.34, text, size=8, color=SOFT, ha="center", va="center")
+
+
+def _toward(scene: MapScene, direction: float) -> str:
+    """A direction [degrees, counter-clockwise from x] in words."""
+    bearing = compass_degrees(math.radians(direction) + scene.x_from_east)
+    return f"toward {bearing:.0f}° ({direction % 360.0:.0f}°)"
 
 
 def _arrow(axes: "Axes", toward: float, color: str, width: float) -> None:

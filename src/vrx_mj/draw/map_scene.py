@@ -86,7 +86,7 @@ class MapBoat:
 
 @dataclass(frozen=True)
 class MapWind:
-    """Direction of travel [deg, counter-clockwise from east] and mean speed [m/s]."""
+    """Direction of travel [deg, counter-clockwise from x] and mean speed [m/s]."""
 
     direction: float
     speed: float
@@ -103,7 +103,7 @@ class MapWave:
 
 @dataclass(frozen=True)
 class MapScene:
-    """All that a map shows. Lengths in m, world frame (east, north)."""
+    """All that a map shows. Lengths in m, world frame."""
 
     title: str
     shore: tuple[FloatArray, ...] = ()
@@ -118,6 +118,8 @@ class MapScene:
     placards: tuple[MapPlacard, ...] = ()
     course: Course = EMPTY
     """What the task lays out."""
+    x_from_east: float = 0.0
+    """Direction of the x axis [rad], counter-clockwise from east."""
 
 
 def map_of(world: World) -> MapScene:
@@ -139,6 +141,7 @@ def map_of(world: World) -> MapScene:
         wave=MapWave(sea.direction, sea.period, sea.significant_height) if sea.waves else None,
         placards=tuple(_placards(world, model)),
         course=course_of(values),
+        x_from_east=values.x_from_east,
     )
 
 

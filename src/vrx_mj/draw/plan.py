@@ -31,7 +31,7 @@ __all__ = [
 ]
 
 Box = tuple[float, float, float, float]
-"""West, south, east and north [m]."""
+"""Least x and y, greatest x and y [m]."""
 
 WATER, LAND, SHORE, SOFT = "#dbe9f0", "#e9e2cd", "#9a8f6d", "#6c7f8a"
 HULL_LENGTH, HULL_BEAM = 4.9, 2.4
@@ -43,7 +43,7 @@ SMALL_COURSE = 70.0
 
 
 def view_of(scene: MapScene, aspect: float) -> Box:
-    """West, south, east and north of the plan [m]: what matters, and a margin, in the picture's shape."""
+    """Least x and y, greatest x and y of the plan [m]: what matters, and a margin, in the picture's shape."""
     spots = [(boat.x, boat.y) for boat in scene.boats] + [(x, y) for x, y, _ in scene.waypoints]
     spots += scene.course.spots()
     spots += [(x, y) for dock in scene.docks for x, y in dock.cells.tolist()]
@@ -76,8 +76,8 @@ def draw_plan(axes: "Axes", scene: MapScene, view: Box) -> None:
     axes.grid(color="#8fa8b4", linewidth=0.5, alpha=0.45)
     axes.set_axisbelow(True)
     axes.tick_params(labelsize=9, colors=SOFT, length=3)
-    axes.set_xlabel("east [m]", fontsize=10, color=SOFT)
-    axes.set_ylabel("north [m]", fontsize=10, color=SOFT)
+    axes.set_xlabel("x [m]", fontsize=10, color=SOFT)
+    axes.set_ylabel("y [m]", fontsize=10, color=SOFT)
     pixel = (view[2] - view[0]) / axes.get_window_extent().width  # [m]
     _docks(axes, scene)
     draw_course(axes, scene, pixel)

@@ -158,7 +158,7 @@ class Session:
     def status(self) -> tuple[tuple[str, str], ...]:
         """What a screen writes beside the picture: names and values."""
         pilot, pacer, seen = self.pilot, self.pacer, self.sim.observe()[self.pilot.boat]
-        wheel = pilot.wheel
+        wheel, compass = pilot.wheel, self.sim.world.parameters.compass
         kept = "paused" if pacer.paused else f"{pacer.kept:.2f}"
         return (
             ("boat", pilot.boat),
@@ -168,7 +168,8 @@ class Session:
             ("turn", f"{wheel.turn:+.2f}"),
             ("angle", f"{math.degrees(wheel.angle):+.0f} deg"),
             ("speed", f"{seen.speed:.2f} m/s"),
-            ("heading", f"{math.degrees(seen.heading):.0f} deg"),
+            ("heading", f"{compass(seen.heading):.0f} deg compass"),
+            ("course", f"{compass(seen.course):.0f} deg compass"),
         )
 
 

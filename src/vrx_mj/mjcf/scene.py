@@ -2,7 +2,7 @@
 
 import math
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,7 +39,7 @@ class Daylight:
     light: RGB
     """Of the sun, or of what shines in its place."""
     sun: RGB
-    """Direction to it, east, north, up."""
+    """Direction to it, east, north, up; in a world's scene x, y, z."""
     ambient: float
     """Share of the day's ambient light and of the light from the camera."""
 
@@ -138,11 +138,10 @@ def fog_range(fog: FogConfig) -> tuple[float, float]:
 
 
 def _daylight(config: WorldConfig) -> Daylight:
-    """Light at the sky's hour; a day's without one."""
-    sky = config.scene.sky
-    if not isinstance(sky, SkyConfig):
-        return DAY
-    return daylight(sky, config.georeference.latitude if config.georeference else 0.0)
+    """Light at the sky's hour, a day's without one; the sun in the world's axes."""
+    sky, earth = config.scene.sky, config.georeference
+    light = daylight(sky, earth.latitude if earth else 0.0) if isinstance(sky, SkyConfig) else DAY
+    return replace(light, sun=earth.from_east_north_up(*light.sun)) if earth else light
 
 
 def _not_drawn(scene: SceneConfig) -> list[str]:

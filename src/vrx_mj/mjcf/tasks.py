@@ -113,13 +113,13 @@ class Site:
         return dock
 
     def place(self, loc: Loc, value: tuple[float, float, float], *, geodetic: bool) -> Goal:
-        """A place on the water from [latitude, longitude, yaw] or [x, y, yaw], both ways; m, degrees and rad."""
+        """A place on the water from [latitude, longitude, yaw from east] or [x, y, yaw from x]; m, degrees and rad."""
         first, second, yaw = value
         earth = self.config.georeference
         if geodetic:
             assert earth is not None, "checked with the world"
             x, y, _ = earth.to_enu(first, second)
-            place = Goal(x=x, y=y, yaw=yaw, latitude=first, longitude=second)
+            place = Goal(x=x, y=y, yaw=yaw - earth.x_from_east, latitude=first, longitude=second)
         else:
             place = Goal(x=first, y=second, yaw=yaw, **self._geodetic(first, second, 0.0))
         self._on_water(loc, place.x, place.y)

@@ -54,11 +54,11 @@ class Goal:
 
     __pydantic_config__ = STRICT
     x: Real
-    """East [m]."""
+    """Along x [m]."""
     y: Real
-    """North [m]."""
+    """Along y [m]."""
     yaw: Angle
-    """Heading [rad], counter-clockwise from east."""
+    """Heading [rad], counter-clockwise from x."""
     latitude: Latitude
     """Latitude [degrees]; None without a georeference."""
     longitude: Longitude
@@ -71,11 +71,11 @@ class Pinger:
 
     __pydantic_config__ = STRICT
     x: Real
-    """East [m]."""
+    """Along x [m]."""
     y: Real
-    """North [m]."""
+    """Along y [m]."""
     z: Real
-    """Up [m]."""
+    """Along z [m]."""
     latitude: Latitude
     """Latitude [degrees]; None without a georeference."""
     longitude: Longitude

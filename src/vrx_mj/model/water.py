@@ -23,7 +23,7 @@ class Wave:
     frequency: NonNegative
     """Angular frequency [rad/s]."""
     direction: Vec2
-    """Unit vector of travel, east and north."""
+    """Unit vector of travel, along x and y."""
     steepness: Share
     """Share of the trochoid's horizontal motion."""
     orbital: Real | None = field(default=None, metadata=LEFT_OUT)
@@ -48,7 +48,7 @@ class Sea:
     period: NonNegative
     """Period that the file gives [s]."""
     direction: Vec2
-    """Direction that the file gives, east and north."""
+    """Direction that the file gives, along x and y."""
     depth: Positive | None = field(default=None, metadata=LEFT_OUT)
     """Depth of the water [m]; None: deep."""
     gravity: Positive = field(default=WAVE_GRAVITY, metadata=LEFT_OUT)
@@ -81,9 +81,9 @@ class Current:
 
     __pydantic_config__ = STRICT
     mean: Vec2
-    """Velocity at the surface, east and north [m/s]."""
+    """Velocity at the surface, along x and y [m/s]."""
     tide_major: Vec2
-    """Velocity along the ellipse's longer axis at its greatest, east and north [m/s]."""
+    """Velocity along the ellipse's longer axis at its greatest, along x and y [m/s]."""
     tide_minor: Vec2
     """The same across it, a quarter of a period later."""
     tide_frequency: NonNegative
@@ -106,7 +106,7 @@ class Wind:
 
     __pydantic_config__ = STRICT
     direction: Vec2
-    """Unit vector toward which the air moves, east and north."""
+    """Unit vector toward which the air moves, along x and y."""
     mean: Real
     """Mean speed [m/s]."""
     gain: NonNegative

@@ -10,6 +10,7 @@ import pydantic
 from pydantic import BaseModel, TypeAdapter
 
 from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
+from vrx_mj.frames import compass
 from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint, Rope
 from vrx_mj.model.boats import Boat, Hull, Sensor, Spawn, Station, Thruster
 from vrx_mj.model.kinds import LEFT_OUT, STRICT, Angle, Count, NonNegative, Pose, Real, Text
@@ -127,6 +128,15 @@ class Parameters:
         air, current = self.air, self.current
         wind = self.wind.gain or (air is not None and (air.spread or air.gust_frequencies))
         return bool(self.sea.random or wind or (current is not None and current.gain))
+
+    @property
+    def x_from_east(self) -> float:
+        """Direction of the x axis [rad], counter-clockwise from east; 0 without a georeference."""
+        return self.georeference.x_from_east if self.georeference else 0.0
+
+    def compass(self, angle: float) -> float:
+        """Compass degrees, clockwise from true north, of an angle [rad] counter-clockwise from x."""
+        return compass(angle + self.x_from_east)
 
     def thrusters_of(self, boat: str) -> tuple[Thruster, ...]:
         """The thrusters and rudders of a boat."""

@@ -37,7 +37,9 @@ CROWD = 4
 SPEED, THRUST, STEERING = ("speed", "Speed [m/s]"), ("thrust", "Thrust [N]"), ("steering", "Steering [deg]")
 TASK = (PLOT.rpartition("/")[2], "Score and collisions")
 BELOW = (
-    ("heading", "Heading [deg from east]"),
+    ("heading", "Compass heading [deg]"),
+    ("course", "Compass course [deg]"),
+    ("yaw", "Yaw from x [deg]"),
     ("roll", "Roll [deg]"),
     ("pitch", "Pitch [deg]"),
     ("wind", "Wind [m/s]"),
@@ -158,6 +160,8 @@ def plan_view(scene: RecordScene) -> rrb.Spatial3DView:
     """The course from above, north up, with a grid of 10 m."""
     middle, radius = plan_circle(scene)
     height = (radius + PLAN_MARGIN) / PLAN_SLOPE
+    earth = scene.parameters.georeference if scene.parameters else None
+    north = np.array(earth.from_east_north_up(0.0, 1.0, 0.0) if earth else (0.0, 1.0, 0.0))
     return rrb.Spatial3DView(
         name="Plan, north up, 10 m grid",
         origin="/world",
@@ -174,9 +178,9 @@ def plan_view(scene: RecordScene) -> rrb.Spatial3DView:
         spatial_information=bare(),
         eye_controls=rrb.EyeControls3D(
             kind=rrb.Eye3DKind.Orbital,
-            position=(middle[0], middle[1] - 0.001, height),
+            position=(*(middle - 0.001 * north)[:2], height),
             look_target=middle,
-            eye_up=(0.0, 1.0, 0.0),
+            eye_up=north,
         ),
         overrides=trails(scene),
     )

@@ -258,7 +258,7 @@ class Head:
     timestep: Annotated[float, Field(gt=0.0, le=1.0)]
     """Physics step [s]."""
     wind_direction: tuple[Finite, Finite]
-    """Unit vector the wind blows toward, east and north."""
+    """Unit vector the wind blows toward, along x and y."""
     layout: RowLayout
     """Columns of the rows of the first boat set."""
     sensors: Annotated[tuple[RecordedSensor, ...], FailFast()] = ()

@@ -1,7 +1,7 @@
 """What changes with time, as rerun chunks: poses, trails, arrows, plots, sea, and the exact rows.
 
 `MovingChunks` holds the little that a chunk must know of the one before it: which samples the slower streams
-took, where each trail ended, and how often a heading went round.
+took, and where each trail ended.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import rerun as rr
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import BoolArray, ByteArray, FloatArray, IntArray
-from vrx_mj.frames import rotation_matrix
+from vrx_mj.frames import compass, rotation_matrix
 from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.record_scene import (
     PARKED,
@@ -110,7 +110,6 @@ class MovingChunks:
         self._scalar, self._trail, self._sea = Ticker(SCALAR_RATE), Ticker(TRAIL_RATE), Ticker(SEA_RATE)
         self._wake, self._wakes = Ticker(WAKE_RATE), dict[str, Wake]()
         self._trail_end: dict[str, FloatArray] = {}
-        self._heading: dict[str, float] = {}
         self._angle: dict[tuple[str, str], float] = {}
         self._codes: dict[str, int] = {}
         self._first = scene.layout()
@@ -131,7 +130,6 @@ class MovingChunks:
         there = {boat.name for boat in self._boats}
         self._trail_end = {boat: end for boat, end in self._trail_end.items() if boat in there}
         self._wakes = {boat: self._wakes.get(boat) or Wake() for boat in there}
-        self._heading = {boat: last for boat, last in self._heading.items() if boat in there}
         self._angle = {key: last for key, last in self._angle.items() if key[0] in there}
         seen = {shown.display.name for shown in scene.displays}
         self._codes = {name: last for name, last in self._codes.items() if name in seen}
@@ -211,12 +209,12 @@ class MovingChunks:
 
     def _plots(self, rows: FloatArray) -> Iterator[Chunk]:
         """One entity per quantity; its series are the boats, or the thrusters."""
-        speed, heading, roll, pitch = motion(self._layout_poses(rows), self._boat_velocities(rows))
-        last = [self._heading.get(boat.name, heading[0, i]) for i, boat in enumerate(self._boats)]
-        heading = np.unwrap(np.concatenate([[last], heading]), axis=0)[1:]
-        self._heading = {boat.name: float(heading[-1, i]) for i, boat in enumerate(self._boats)}
-        quantities = {"speed": speed, "heading": np.degrees(heading), "roll": np.degrees(roll)}
-        for name, values in (quantities | {"pitch": np.degrees(pitch)}).items():
+        speed, course, yaw, roll, pitch = motion(self._layout_poses(rows), self._boat_velocities(rows))
+        x = self._scene.parameters.x_from_east if self._scene.parameters else 0.0
+        bearings = {"heading": compass(yaw + x), "course": compass(course + x)}
+        angles = {"yaw": yaw, "roll": roll, "pitch": pitch}
+        degrees = {name: np.degrees(values) for name, values in angles.items()}
+        for name, values in ({"speed": speed} | bearings | degrees).items():
             yield from self._lines(name, rows, values, [(boat.name, "") for boat in self._boats])
         yield plot("wind", rows, rows[:, 1:2])
         if self._layout.thrusters:
@@ -348,16 +346,17 @@ def plot(name: str, rows: FloatArray, values: FloatArray) -> Chunk:
     return Chunk.from_columns(f"/plots/{name}", [times(rows[:, 0])], columns)
 
 
-def motion(pose: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Speed over ground [m/s], heading, roll and pitch [rad] of poses (n, k, 7) and velocities (n, k, 6).
+def motion(pose: FloatArray, velocity: FloatArray) -> tuple[FloatArray, ...]:
+    """Speed [m/s] and course over ground, yaw, roll and pitch [rad] of poses (n, k, 7) and velocities (n, k, 6).
 
-    R = Rz(yaw) Ry(pitch) Rx(roll); heading is counter-clockwise from east.
+    R = Rz(yaw) Ry(pitch) Rx(roll); course and yaw are counter-clockwise from x, from -pi to pi.
     """
     w, x, y, z = np.moveaxis(pose[..., 3:], -1, 0)
-    heading = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
     pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
     roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    return np.hypot(velocity[..., 0], velocity[..., 1]), heading, roll, pitch
+    vx, vy = velocity[..., 0], velocity[..., 1]
+    return np.hypot(vx, vy), np.arctan2(vy, vx), yaw, roll, pitch
 
 
 def thrust_arrows(

@@ -26,7 +26,8 @@ __all__ = ["in_notebook", "progress", "register", "show", "terminal_bar"]
 
 MAP_SIZE = (1000, 720)
 """Width and height of a world's map [px]."""
-COLUMNS = ("boat", "east [m]", "north [m]", "up [m]", "heading [deg]", "speed [m/s]")
+ANGLES = ("yaw from x [deg]", "compass heading [deg]", "compass course [deg]")
+COLUMNS = ("boat", "x [m]", "y [m]", "z [m]", *ANGLES, "speed [m/s]")
 
 
 def register() -> None:
@@ -74,11 +75,12 @@ def simulation_table(sim: "Simulation") -> str:
     seen = sim.observe()
     head = "".join(f"<th>{name}</th>" for name in COLUMNS)
     rows = []
-    for boat in sim.boats:
-        x, y, z = seen[boat].position
-        speed = float(math.hypot(*seen[boat].velocity))
-        figures = f"{x:.2f}", f"{y:.2f}", f"{z:.2f}", f"{math.degrees(seen[boat].heading):.1f}", f"{speed:.2f}"
-        rows.append(f"<tr>{''.join(f'<td>{text}</td>' for text in (html.escape(boat), *figures))}</tr>")
+    compass = sim.world.parameters.compass
+    for name, boat in seen.items():
+        angles = math.degrees(boat.heading), compass(boat.heading), compass(boat.course)
+        metres = [f"{value:.2f}" for value in boat.position]
+        figures = *metres, *(f"{angle:.1f}" for angle in angles), f"{boat.speed:.2f}"
+        rows.append(f"<tr>{''.join(f'<td>{text}</td>' for text in (html.escape(name), *figures))}</tr>")
     line = html.escape(simulation_line(sim))
     return f"<table><caption>{line}</caption><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
 

@@ -116,7 +116,7 @@ class Record:
     timestep: float
     """Physics step [s]."""
     wind_direction: tuple[float, float]
-    """Unit vector the wind blows toward, east and north."""
+    """Unit vector the wind blows toward, along x and y."""
     sensors: tuple[RecordedSensor, ...]
     """The sensors whose readings are recorded."""
     events: tuple[Event, ...]

@@ -187,7 +187,7 @@ class RecordedSensor:
 
 @dataclass(frozen=True)
 class Waypoint:
-    """A place of the task, with the heading wanted there [rad, counter-clockwise from east] if any."""
+    """A place of the task, with the heading wanted there [rad, counter-clockwise from x] if any."""
 
     name: str
     position: Vec3
@@ -210,7 +210,7 @@ class RecordScene:
     """The saved form of the world by relative path: what a restart needs."""
     sea_height: SeaHeight | None = None
     wind_direction: tuple[float, float] = (1.0, 0.0)
-    """Unit vector the wind blows toward, east and north."""
+    """Unit vector the wind blows toward, along x and y."""
     shoreline: tuple[FloatArray, ...] = ()
     """Closed polygons, (n, 2) [m]."""
     waypoints: tuple[Waypoint, ...] = ()

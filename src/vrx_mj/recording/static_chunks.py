@@ -232,7 +232,7 @@ def named_series(
 ) -> Iterator[Chunk]:
     """Names and colours of series of boats and (boat, thruster), in the plots' entities or in `own` ones under them."""
     if boats:
-        for quantity in ("speed", "heading", "roll", "pitch"):
+        for quantity in ("speed", "heading", "course", "yaw", "roll", "pitch"):
             labels = boats if quantity in ("speed", "heading") else [f"{boat} {quantity}" for boat in boats]
             lines = rr.SeriesLines(names=labels, colors=[colors[boat] for boat in boats], widths=1.5)
             yield static(f"/plots/{quantity}{own}", lines)

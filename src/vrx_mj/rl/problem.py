@@ -43,11 +43,11 @@ class Team(NamedTuple):
     """The boats of all rows at a moment, (n, boats) each unless another shape is given."""
 
     x: FloatArray
-    """Position east of the world's origin [m]."""
+    """x in the world [m]."""
     y: FloatArray
-    """Position north of the world's origin [m]."""
+    """y in the world [m]."""
     yaw: FloatArray
-    """Heading, counter-clockwise from east [rad]."""
+    """Heading, counter-clockwise from x [rad]."""
     motion: FloatArray
     """(n, boats, 7): quaternion (w, x, y, z), and velocity in the boat's axes [m/s]."""
     own: FloatArray
@@ -56,7 +56,7 @@ class Team(NamedTuple):
     """Which boats are in the water; the others' numbers mean nothing."""
 
     def velocity(self) -> tuple[FloatArray, FloatArray]:
-        """Velocity over ground, to the east and to the north [m/s]; one boat alone needs it for nothing."""
+        """Velocity over ground, along x and along y [m/s]; one boat alone needs it for nothing."""
         qw, qx, qy, qz, u, v, w = self.motion.transpose(2, 0, 1)
         ahead_east, ahead_north = _bow(qw, qx, qy, qz)
         east = ahead_east * u + 2 * (qx * qy - qw * qz) * v + 2 * (qx * qz + qw * qy) * w

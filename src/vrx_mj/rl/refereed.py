@@ -50,7 +50,7 @@ class RefereedRow:
 
     @property
     def wind(self) -> FloatArray:
-        """(1, 2): the wind's velocity [m/s], east and north."""
+        """(1, 2): the wind's velocity [m/s], along x and y."""
         return np.asarray(self.sim.wind.velocity(self.sim.time))[None, :2]
 
     @property

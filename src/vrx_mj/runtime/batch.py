@@ -155,7 +155,7 @@ class Batch(RowTables):
 
     @property
     def wind(self) -> FloatArray:
-        """Wind velocity east and north in each row, (n, 2) [m/s], in the direction of the air's motion."""
+        """Wind velocity along x and y in each row, (n, 2) [m/s], in the direction of the air's motion."""
         speed: FloatArray = self._stacks["wind_state"]["speed"]
         velocity: FloatArray = speed * self._stacks["wind"]["direction"][:, 0]
         angle = self._stacks["air_state"]["angle"]
@@ -326,12 +326,12 @@ class Batch(RowTables):
         Args:
             rows: mask or numbers of the rows; by default all.
             wind_speed: mean wind [m/s].
-            wind_direction: direction of the air's motion [rad], counter-clockwise from east.
+            wind_direction: direction of the air's motion [rad], counter-clockwise from x.
             gusts: standard deviation of the gusts [m/s].
             waves: factor of all waves' amplitudes, 0 for none.
             wave_period: factor of all waves' periods; lengths follow, heights stay.
             wave_band: factor of the width of the spectrum's band, in logarithms of frequency: 0 for one period.
-            wave_direction: direction in which the sea travels [rad], counter-clockwise from east.
+            wave_direction: direction in which the sea travels [rad], counter-clockwise from x.
             wave_spread: factor of the angles between the waves and that direction: 0 for a long-crested sea.
             wave_phases: phase of each wave at the origin at time 0 [rad], (waves,) or (rows, waves).
             mass: factor of every boat's mass and inertia; such a row has its own model. Above `largest_masses` a

@@ -51,16 +51,25 @@ class BoatObservation:
 
     @property
     def heading(self) -> float:
-        """Heading [rad], counter-clockwise from east."""
+        """Heading [rad], counter-clockwise from the world's x axis, from -pi to pi."""
         w, x, y, z = (float(value) for value in self.quaternion)
         return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
     @property
     def speed(self) -> float:
         """Horizontal speed over ground [m/s]."""
-        u, v, w = self.velocity
+        return math.hypot(*self._over_ground())
+
+    @property
+    def course(self) -> float:
+        """Course over ground [rad], counter-clockwise from the world's x axis, from -pi to pi."""
+        vx, vy = self._over_ground()
+        return math.atan2(vy, vx)
+
+    def _over_ground(self) -> list[float]:
+        """Horizontal velocity along x and y [m/s]."""
         turn = rotation_matrix(self.quaternion)
-        return math.hypot(*(float(turn[row] @ (u, v, w)) for row in (0, 1)))
+        return [float(turn[row] @ self.velocity) for row in (0, 1)]
 
 
 class Observation(dict[str, BoatObservation]):

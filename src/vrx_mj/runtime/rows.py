@@ -145,7 +145,7 @@ class RowSeas:
 
     @property
     def course(self) -> float:
-        """Direction in which the world's sea travels [rad], counter-clockwise from east."""
+        """Direction in which the world's sea travels [rad], counter-clockwise from x."""
         east, north = self._nominal["direction"][0].tolist()
         return math.atan2(north, east)
 

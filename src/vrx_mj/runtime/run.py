@@ -100,16 +100,20 @@ CONTROL_RATE = 10.0
 
 @dataclass(frozen=True)
 class BoatSummary:
-    """Position, heading and distance of a boat at the end of a run."""
+    """Pose, course and distance of a boat at the end of a run."""
 
     robot: str
     """Kind of boat: a name, or the path that the fleet gives."""
     position: tuple[float, float, float]
     """Position (x, y, z) [m, ENU]."""
     heading: float
-    """Heading [rad], counter-clockwise from east."""
+    """Heading [rad], counter-clockwise from the world's x axis, from -pi to pi."""
     distance: float
     """Distance over ground [m], sampled at the control rate."""
+    heading_compass: float
+    """Heading [degrees], clockwise from true north, from 0 to 360."""
+    course_compass: float
+    """Course over ground [degrees], clockwise from true north, from 0 to 360."""
 
 
 @dataclass(frozen=True)
@@ -407,6 +411,8 @@ def summarize(
             tuple(float(value) for value in seen[boat.name].position),  # type: ignore[arg-type]
             seen[boat.name].heading,
             way[boat.name],
+            sim.world.parameters.compass(seen[boat.name].heading),
+            sim.world.parameters.compass(seen[boat.name].course),
         )
         for boat in sim.world.parameters.boats
     }

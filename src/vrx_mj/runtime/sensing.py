@@ -365,6 +365,10 @@ class _Measurement:
         return self._sensing.earth
 
     @property
+    def x_from_east(self) -> float:
+        return self._sensing.world.parameters.x_from_east
+
+    @property
     def marks(self) -> Floats:
         return self._now.device_state[self._sensor.marks]
 

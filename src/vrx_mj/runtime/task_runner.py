@@ -188,10 +188,14 @@ class TaskRunner:
         self.referee.check(state)
 
     def _on_earth(self, output: object) -> object:
-        """An output with latitude and longitude [degrees] where a moving thing's are left open."""
+        """An output with latitude and longitude [degrees] where a moving thing's are left open, and yaws from east."""
         if isinstance(output, list):
             return [self._on_earth(item) for item in output]
-        if self._earth is None or not isinstance(output, dict) or output.get("latitude", 0.0) is not None:
+        if self._earth is None or not isinstance(output, dict):
+            return output
+        if "yaw" in output:
+            output = {**output, "yaw_from_east": output["yaw"] + self._earth.x_from_east}
+        if output.get("latitude", 0.0) is not None:
             return output
         latitude, longitude, _ = self._earth.to_geodetic(output["x"], output["y"], output.get("z", 0.0))
         return {**output, "latitude": latitude, "longitude": longitude}

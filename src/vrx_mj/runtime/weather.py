@@ -40,7 +40,7 @@ class Sea:
         return self._at(surface_heights, (), x=x, y=y, t=t)
 
     def slope(self, x: npt.ArrayLike, y: npt.ArrayLike, t: npt.ArrayLike) -> FloatArray:
-        """Slope of the surface toward east and north at (x, y) [m, ENU] and time t [s]: shape + (2,).
+        """Slope of the surface toward x and y at (x, y) [m, ENU] and time t [s]: shape + (2,).
 
         Errors are those of `height`.
         """
@@ -104,7 +104,7 @@ class Wind:
 
     @property
     def direction(self) -> float:
-        """Where it blows to now [rad], counter-clockwise from east."""
+        """Where it blows to now [rad], counter-clockwise from x."""
         east, north = self._arrays.wind["direction"][0]
         toward = math.atan2(north, east)
         for angle in self._arrays.air_state["angle"].tolist():

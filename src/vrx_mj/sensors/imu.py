@@ -24,13 +24,20 @@ _NO_ERRORS = ErrorModel()
 
 
 def inertia(
-    config: ImuConfig, place: Place, before: Place | None, interval: float, gravity: FloatArray, draw: Draw
+    config: ImuConfig,
+    place: Place,
+    before: Place | None,
+    interval: float,
+    gravity: FloatArray,
+    draw: Draw,
+    x_from_east: float = 0.0,
 ) -> Inertia:
     """What a unit at `place` measures, that was at the place `before` an `interval` [s] ago.
 
     The angular rate is the turn since then over the interval, the acceleration the change of velocity over the
     interval less `gravity` [m/s2, world axes]: both are means over the interval, in the sensor's present axes. The
-    first measurement has nothing before it: it gives the rate of this moment, and no change of velocity.
+    first measurement has nothing before it: it gives the rate of this moment, and no change of velocity. The
+    orientation is in axes east, north and up (REP 103), by the angle of the world's x axis `x_from_east` [rad].
     """
     down = place.rotation.T
     if before is None or interval <= 0.0:
@@ -39,7 +46,7 @@ def inertia(
         rate = rotation_vector(quaternion_product(conjugate(before.orientation), place.orientation)) / interval
         change = (place.velocity - before.velocity) / interval
     return Inertia(
-        _with_errors(config, place.orientation, draw),
+        _with_errors(config, place.orientation, draw, x_from_east),
         rate + errors(config.angular_velocity, draw, _ANGULAR_VELOCITY),
         down @ (change - gravity) + errors(config.acceleration, draw, _ACCELERATION),
         *covariances(config),
@@ -60,9 +67,9 @@ def covariances(config: ImuConfig) -> Covariances:
     )
 
 
-def _with_errors(config: ImuConfig, orientation: FloatArray, draw: Draw) -> FloatArray:
-    """(4,) the orientation turned about the world's z axis by the heading's error, and about its own x and y axes."""
-    turned = quaternion_product(_turn(axis_of(config.heading, draw, _HEADING, 2), 3), orientation)
+def _with_errors(config: ImuConfig, orientation: FloatArray, draw: Draw, x_from_east: float) -> FloatArray:
+    """(4,) the orientation from east, with the heading's error about the z axis and others about its own x and y."""
+    turned = quaternion_product(_turn(axis_of(config.heading, draw, _HEADING, 2) + x_from_east, 3), orientation)
     if config.tilt == _NO_ERRORS:
         return turned
     for axis in (0, 1):
@@ -78,7 +85,7 @@ def _turn(angle: float, place: int) -> FloatArray:
 
 
 def _measure(by: Measurement) -> Inertia:
-    return inertia(by.config, by.place, by.place_before, by.interval, by.gravity, by.draw)
+    return inertia(by.config, by.place, by.place_before, by.interval, by.gravity, by.draw, by.x_from_east)
 
 
 def _recorded(numbers: FloatArray, config: ImuConfig) -> Inertia:

@@ -44,6 +44,10 @@ class Measurement(Protocol):
         """The world's place on Earth; SensorError if it has none."""
 
     @property
+    def x_from_east(self) -> float:
+        """Direction of the world's x axis [rad], counter-clockwise from east."""
+
+    @property
     def marks(self) -> FloatArray:
         """The sensor's marks at this moment."""
 

@@ -65,7 +65,7 @@ class SeaSkin:
     def move(self, eye: FloatArray, sun: FloatArray, course: float, half: float, time: float) -> None:
         """Compute the surface at `time` [s] around `eye` (3,) [m], seen `half` [rad] to both sides of `course` [rad].
 
-        `course` is counter-clockwise from east; `half` = pi: all around. `sun` (3,) is a unit vector to the sun.
+        `course` is counter-clockwise from x; `half` = pi: all around. `sun` (3,) is a unit vector to the sun.
         """
         if self.wet:
             draw_surface(

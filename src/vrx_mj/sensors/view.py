@@ -87,7 +87,7 @@ class View:
         return np.asarray(seen | (radii <= 0.0))
 
     def horizontal_range(self) -> tuple[float, float]:
-        """The middle of what is seen of the sea and half its width [rad], counter-clockwise from east.
+        """The middle of what is seen of the sea and half its width [rad], counter-clockwise from x.
 
         Half is pi when the camera looks so far down, or up, or lies on its side, that its picture holds all directions.
         """

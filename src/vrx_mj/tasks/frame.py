@@ -110,7 +110,7 @@ class Pose:
 
     @property
     def yaw(self) -> float:
-        """Heading [rad], counter-clockwise from east, in [-pi, pi]."""
+        """Heading [rad], counter-clockwise from x, in [-pi, pi]."""
         w, x, y, z = self.quaternion
         return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 

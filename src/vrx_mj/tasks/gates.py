@@ -41,7 +41,7 @@ class Gate(NamedTuple):
     y: float
     """[m], north."""
     yaw: float
-    """Direction in which to cross it [rad], counter-clockwise from east."""
+    """Direction in which to cross it [rad], counter-clockwise from x."""
     width: float
     """[m]; as in VRX between the buoys' origins in space, so that their heights count."""
 

@@ -8,8 +8,8 @@ from typing import Any
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.model import tasks
-from vrx_mj.tasks.frame import Count, Frame, Pose
-from vrx_mj.tasks.rules import PlaceObject, PlainRules, TaskContext
+from vrx_mj.tasks.frame import Count, Frame, Pose, TaskStatus
+from vrx_mj.tasks.rules import Outputs, PlaceObject, PlainRules, TaskContext
 
 __all__ = ["Perception", "ahead_of"]
 
@@ -82,6 +82,10 @@ class Perception(PlainRules):
                 self._show(index, frame, context)
         if own.gone == len(self._objects):
             self._end(context)
+
+    def outputs(self, status: TaskStatus) -> Outputs:
+        """The types that reports name."""
+        return {"types": sorted({thing.type for thing in self._objects})}
 
     def accept(self, topic: str, content: object) -> object:
         """A report of a landmark: its type, x and y [m, ENU]."""

@@ -1,4 +1,5 @@
 import json
+import math
 import pathlib
 
 import mujoco
@@ -45,7 +46,8 @@ def test_the_summary_has_what_scripts_need(cli):
     assert list(summary["boats"]) == ["wamv1", "wamv2", "wamv3"]
     for boat in summary["boats"].values():
         assert len(boat["position"]) == 3
-        assert isinstance(boat["heading"], float)
+        assert boat["heading_compass"] == pytest.approx((90.0 - math.degrees(boat["heading"])) % 360.0)
+        assert 0.0 <= boat["course_compass"] <= 360.0
         assert boat["distance"] >= 0.0
     assert summary["wall_time"] * summary["real_time_factor"] == pytest.approx(summary["sim_time"])
 
@@ -55,7 +57,7 @@ def test_the_table_tells_the_same_with_units(cli):
     state = summary_of(cli, "--thrust", "left=0.5")["state_sha256"]
     assert f"state_sha256 {state}\n" in said.out
     assert "ocean, fleet single, seed 5" in said.out
-    for head in ("boat", "east [m]", "north [m]", "up [m]", "heading [deg]", "way [m]"):
+    for head in ("boat", "x [m]", "y [m]", "z [m]", "yaw from", "compass", "heading", "course", "distance"):
         assert head in said.out
 
 

@@ -49,7 +49,7 @@ def test_the_published_file_places_three_boats_and_says_once_what_its_headings_l
     (text,) = (str(item.message) for item in caught)
     assert text == (
         "fleet usv_config: its headings point outward only as compass bearings, and are read as degrees "
-        "counter-clockwise from east; write `headings: compass` for bearings, or `headings: math` to keep this"
+        "counter-clockwise from x; write `headings: compass` for bearings, or `headings: math` to keep this"
     )
     assert [boat.name for boat in fleet] == ["wamv1", "wamv2", "wamv3"]
     assert [boat.pose for boat in fleet] == [

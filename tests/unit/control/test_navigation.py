@@ -51,6 +51,21 @@ def test_the_antimeridian_is_no_wall():
     assert TangentPlane(0.0, 179.9999).local(0.0, -179.9999)[0] == pytest.approx(22.26, abs=0.01)
 
 
+@pytest.mark.parametrize(("longitude", "east", "there"), [(179.9999, 50.0, -179.99965), (-179.9999, -50.0, 179.99965)])
+def test_a_longitude_past_the_antimeridian_is_wrapped(longitude, east, there):
+    assert TangentPlane(0.0, longitude).geodetic(east, 0.0)[1] == pytest.approx(there, abs=1e-5)
+
+
+@pytest.mark.parametrize(("yaw_from_east", "direction"), [(1.0, 1.0), (4.0, 4.0 - math.tau), (-9.0, -9.0 + math.tau)])
+def test_the_direction_of_a_place_is_from_east_with_a_fix_and_from_x_by_ground_truth(yaw_from_east, direction):
+    place = {"x": 0.0, "y": 0.0, "yaw": 0.3, "yaw_from_east": yaw_from_east}
+    navigator = Navigator()
+    assert navigator.direction(place) == 0.3
+    navigator(boat(*SYDNEY), 0.0)
+    assert navigator.direction(place) == pytest.approx(direction)
+    assert navigator.direction({"latitude": 0.0, "longitude": 0.0}) == 0.0
+
+
 def test_the_first_fix_is_the_origin_and_velocity_is_north_west_up():
     seen = Navigator()(boat(*SYDNEY, velocity=(1.0, -2.0, 0.0), yaw=0.5), 0.0)
     assert (seen.x, seen.y, seen.heading) == pytest.approx((0.0, 0.0, 0.5))

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from vrx_mj.control.perception import OLD, SYDNEY, Blob, blobs, kind_of
+import vrx_mj
+from vrx_mj.control.perception import OLD, SYDNEY, Blob, blobs, catalogue_of, kind_of
 
 WATER = (20, 55, 75)
 COLORS = {
@@ -81,3 +82,15 @@ def test_what_something_is(color, size, pale, catalogue, name):
 
 def test_what_the_catalogue_lacks_is_nothing():
     assert kind_of(Blob("blue", 640.0, 300.0, 50.0, 100.0, False), SYDNEY) is None
+
+
+@pytest.mark.parametrize("latitude", [-33.7, 21.3])
+@pytest.mark.parametrize(("world", "catalogue"), [("perception_task", SYDNEY), ("vrx2019/phase2/perception1", OLD)])
+def test_the_catalogue_is_that_of_the_task_on_either_side_of_the_equator(world, catalogue, latitude):
+    here = {"extends": world, "georeference": {"latitude": latitude, "longitude": 150.0}, "spawn": {"sensors": "none"}}
+    sim = vrx_mj.Simulation(vrx_mj.compile_world(here))
+    assert catalogue_of(sim.task["types"]) == catalogue
+
+
+def test_of_unknown_types_the_newer_catalogue_is_taken():
+    assert catalogue_of([]) == catalogue_of(["whale"]) == SYDNEY

@@ -40,6 +40,7 @@ WORLD = World(
     assets=MappingProxyType({}),
     parameters=partial(
         {
+            "georeference": None,
             "name": "bay",
             "fleet": "duo",
             "task": None,

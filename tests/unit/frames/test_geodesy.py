@@ -2,13 +2,14 @@
 
 import math
 
+import numpy as np
 import pymap3d
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from vrx_mj.config.world import Georeference
-from vrx_mj.frames import enu_to_geodetic, geodetic_to_enu
+from vrx_mj.frames import compass, enu_to_geodetic, geodetic_to_enu
 
 SYDNEY = (-33.724223, 150.679736, 0.0)
 
@@ -46,6 +47,15 @@ def test_a_world_s_axes_may_be_turned_against_east_and_north(heading):
     east, north, up = earth.to_east_north_up(1.0, 0.0, 0.5)
     assert (east, north) == pytest.approx((math.cos(math.radians(heading)), math.sin(math.radians(heading))))
     assert up == 0.5
+    assert earth.from_east_north_up(east, north, up) == pytest.approx((1.0, 0.0, 0.5))
+
+
+@pytest.mark.parametrize(
+    ("degrees", "bearing"), [(0, 90), (90, 0), (180, 270), (-90, 180), (89, 1), (91, 359), (600, 210)]
+)
+def test_a_compass_counts_clockwise_from_north(degrees, bearing):
+    assert compass(math.radians(degrees)) == pytest.approx(bearing, abs=1e-9)
+    assert compass(np.radians([degrees, degrees + 720.0])) == pytest.approx(bearing, abs=1e-9)
 
 
 def test_a_place_without_an_altitude_is_on_the_level_of_the_origin():

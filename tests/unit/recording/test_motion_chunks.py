@@ -80,8 +80,9 @@ def test_an_engine_turns_about_its_mount(thruster):
 
 def test_plots_are_of_speed_over_ground_and_of_the_angles_of_the_orientation():
     pose = np.array([[0.0, 0.0, 0.0, *quaternion(0.1, -0.2, 2.5)]])
-    speed, heading, roll, pitch = motion(pose, np.array([[3.0, -4.0, 9.0, 0.0, 0.0, 0.0]]))
-    assert (speed[0], heading[0], roll[0], pitch[0]) == pytest.approx((5.0, 2.5, 0.1, -0.2))
+    speed, course, yaw, roll, pitch = motion(pose, np.array([[3.0, -4.0, 9.0, 0.0, 0.0, 0.0]]))
+    assert (speed[0], course[0]) == pytest.approx((5.0, math.atan2(-4.0, 3.0)))
+    assert (yaw[0], roll[0], pitch[0]) == pytest.approx((2.5, 0.1, -0.2))
 
 
 def test_the_poses_of_boats_are_those_of_the_rows():

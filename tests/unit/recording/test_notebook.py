@@ -64,7 +64,7 @@ def test_the_table_tells_where_every_boat_is(sim):
     sim.set_boat("wamv2", pose=(12.5, -7.25, 0.5, 0, 0, 3.141592653589793 / 2), velocity=(3, 4, 0, 0, 0, 0))
     rows = re.findall(r"<tr><td>(.*?)</td></tr>", notebook.simulation_table(sim))
     assert [row.split("</td><td>")[0] for row in rows] == list(sim.boats)
-    assert rows[1].split("</td><td>") == ["wamv2", "12.50", "-7.25", "0.50", "90.0", "5.00"]
+    assert rows[1].split("</td><td>") == ["wamv2", "12.50", "-7.25", "0.50", "90.0", "0.0", "306.9", "5.00"]
 
 
 def test_a_task_stands_in_the_line():

@@ -23,6 +23,7 @@ TASK = task_of({
 })  # fmt: skip
 PARAMETERS = partial(
     {
+        "georeference": None,
         "task": TASK,
         "objects": [{"name": name, "pose": [*place, 0.0, 0.0, 0.0, 0.0]} for name, place in BUOYS.items()],
         "floats": [],

@@ -111,12 +111,21 @@ def test_trail_is_one_line_without_gaps_across_flushes(tmp_path, monkeypatch):
     np.testing.assert_allclose(pieces[:, 1, :2], all_rows()[::4, 14:16], atol=1e-5)
 
 
-def test_heading_never_jumps(tmp_path, monkeypatch):
-    """A boat that turns round and round: its heading goes on past 180 degrees, also across flushes."""
+def test_headings_are_wrapped(tmp_path, monkeypatch):
+    """A boat that turns round and round, to port: a compass counts backwards, from 0 to 360; yaw from -180 to 180."""
     monkeypatch.setattr("vrx_mj.recording.writer.FLUSH_BYTES", 1)
     path = recorded_run.record_run(tmp_path / "run.rrd", 60.0)
-    _, heading = displayed(path, "/plots/heading", "Scalars:scalars")
-    np.testing.assert_allclose(np.diff(heading, axis=0), np.degrees(2.0 / 14.0) / 10, atol=0.2)
+    rate = np.degrees(2.0 / 14.0) / 10
+    for name, low, turn, slack in (
+        ("heading", 0.0, -rate, 0.2),
+        ("course", 0.0, -rate, 0.6),
+        ("yaw", -180.0, rate, 0.2),
+    ):
+        _, angle = displayed(path, f"/plots/{name}", "Scalars:scalars")
+        change = (np.diff(angle, axis=0) + 180.0) % 360.0 - 180.0
+        np.testing.assert_allclose(change, turn, atol=slack)  # boats drift, too, which bends the course
+        assert low <= np.min(angle) < low + 5.0
+        assert low + 355.0 < np.max(angle) <= low + 360.0
 
 
 def test_sea_is_where_the_sea_is(recording):

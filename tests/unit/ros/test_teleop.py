@@ -1,5 +1,6 @@
 import itertools
 import json
+import math
 import time
 from dataclasses import asdict
 from types import SimpleNamespace
@@ -38,6 +39,8 @@ class World(Bridged):
             Output("/vrx_mj/world", "std_msgs/String", nothing, latched=True),
             Output("/clock", "rosgraph_msgs/Clock", nothing),
             Output("/gazebo/model_states", "gazebo_msgs/ModelStates", nothing),
+            Output("/vrx/debug/wind/speed", "std_msgs/Float64", nothing),
+            Output("/vrx/debug/wind/direction", "std_msgs/Float64", nothing),
         ]
         services = [Service(f"/gazebo/{name}", "std_srvs/Empty", self.noting(name)) for name in EMPTY]
         return RosInterface(
@@ -65,7 +68,7 @@ class World(Bridged):
             self.wires.offer(self.table)
         here = [topic.split("/")[1] for topic in self.table.inputs if topic.endswith("/cmd_vel")]
         told = {boat: {"engines": [asdict(engine) for engine in TWIN]} for boat in here}
-        text = json.dumps({"name": "bay", "cmd_vel": self.cmd_vel, "boats": told})
+        text = json.dumps({"name": "bay", "x_from_east": 0.5, "cmd_vel": self.cmd_vel, "boats": told})
         self.send("/vrx_mj/world", messages.new("std_msgs/String", data=text))
 
     def values(self, topic):
@@ -139,6 +142,26 @@ def test_a_kept_velocity_is_driven_by_cmd_vel_in_its_own_units():
         world.wait(lambda here: here.came[-1][1].linear.x == 0.0)
     name, twist = world.came[0]
     assert (name, twist.linear.x, twist.angular.z) == ("/wamv2/cmd_vel", 0.5, -1.0)
+
+
+def test_the_status_has_compass_degrees_of_true_north(world):
+    """North is 90 degrees from east, and x half a radian from it."""
+    helmsman = at_helm(world)
+    pose = messages.new("geometry_msgs/Pose", orientation={"z": math.sin(0.5), "w": math.cos(0.5)})  # 1 rad from x
+    twist = messages.new("geometry_msgs/Twist", linear={"y": 2.0})
+    states = messages.new("gazebo_msgs/ModelStates", name=["wamv1"], pose=[pose], twist=[twist])
+
+    def known():
+        world.send("/gazebo/model_states", states)
+        world.send("/vrx/debug/wind/speed", messages.new("std_msgs/Float64", data=3.0))
+        world.send("/vrx/debug/wind/direction", messages.new("std_msgs/Float64", data=120.0))
+        return {"course", "wind"} <= dict(helmsman.status()).keys()
+
+    turned(helmsman, known)
+    status = dict(helmsman.status())
+    helmsman.close()
+    assert (status["heading"], status["course"]) == ("4 deg compass", "331 deg compass")
+    assert status["wind"] == "3.0 m/s to 330 deg compass"
 
 
 def test_leaving_stops_the_boats_that_were_driven(world):

@@ -26,8 +26,11 @@ def test_angles_are_those_that_the_orientation_is_made_of(roll, pitch, yaw):
 
 @given(ANGLE, st.floats(-1.5, 1.5), ANGLE, st.tuples(*[st.floats(-5, 5)] * 3))
 def test_the_speed_is_over_ground_however_the_boat_leans(roll, pitch, yaw, velocity):
-    east, north, _ = np.array(rotation(roll, pitch, yaw)) @ velocity
-    assert seen(roll, pitch, yaw, velocity).speed == pytest.approx(math.hypot(east, north), abs=1e-9)
+    vx, vy, _ = np.array(rotation(roll, pitch, yaw)) @ velocity
+    boat = seen(roll, pitch, yaw, velocity)
+    assert boat.speed == pytest.approx(math.hypot(vx, vy), abs=1e-9)
+    along = [boat.speed * turn(boat.course) for turn in (math.cos, math.sin)]
+    assert along == pytest.approx([vx, vy], abs=1e-9)
 
 
 def test_heave_is_no_speed():

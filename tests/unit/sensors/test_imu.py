@@ -22,6 +22,16 @@ def at(roll=0.0, pitch=0.0, yaw=0.0, *, velocity=(0.0, 0.0, 0.0), spin=(0.0, 0.0
     return Place(np.zeros(3), turn, attitude, np.array(velocity, float), np.array(spin, float))
 
 
+@pytest.mark.parametrize("x_from_east", [0.0, 0.7, -3.0])
+def test_the_orientation_is_from_east_and_all_else_as_before(x_from_east):
+    config = CONFIG.model_copy(update={"heading": ErrorModel(offset=(0.0, 0.0, 0.1))})
+    now, before = at(0.2, -0.1, 0.5, spin=(0.1, 0.2, 0.3)), at(0.2, -0.1, 0.4)
+    found, plain = (inertia(config, now, before, H, DOWN, DRAW, turn) for turn in (x_from_east, 0.0))
+    assert found.orientation == pytest.approx(np.array(quaternion(0.2, -0.1, 0.6 + x_from_east)), abs=1e-12)
+    for name in ("angular_velocity", "linear_acceleration", "orientation_covariance"):
+        assert np.array_equal(getattr(found, name), getattr(plain, name))
+
+
 @pytest.mark.parametrize("before", [None, at()])
 def test_at_rest_and_level_gravity_is_up(before):
     found = inertia(CONFIG, at(), before, H, DOWN, DRAW)

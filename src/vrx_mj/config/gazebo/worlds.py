@@ -1,5 +1,6 @@
 """A world of Gazebo, of either generation of VRX, as a world's file of ours."""
 
+import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -440,6 +441,9 @@ class _Reader:
         """Add the task of the scoring plugins."""
         named = [{"name": _plain(one["name"]), "model": str(_plain(one["model"]))} for one in objects]
         plugin, task = task_of(self.scoring, named)
+        earth = next((one.content["georeference"] for one in self.pieces if one.part == "georeference"), None)
+        for place in [*task.get("waypoints", ()), *([task["goal"]] if "goal" in task else ())]:
+            place[2] += math.radians(earth["heading"] if earth else 0.0)  # of a plugin it is from x, of ours from east
         markers = marked(plugin)
         self.add("task", plugin, {"task": task, **({"markers": markers} if markers else {})})
         for element, reason in unread(plugin):

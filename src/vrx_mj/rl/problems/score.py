@@ -31,7 +31,7 @@ class Score(Problem):
 
     world = open_water()
     entries = (
-        Entry("displacement east since the start [m]", 20.0), Entry("displacement north since the start [m]", 20.0),
+        Entry("x since the start [m]", 20.0), Entry("y since the start [m]", 20.0),
         Entry("cosine of the heading", 1.0), Entry("sine of the heading", 1.0),
         Entry("whether the task runs", 1.0), Entry("time left of the task [s]", 100.0),
         Entry("whether this boat is scored", 1.0),

@@ -24,10 +24,8 @@ JPEG_QUALITY = 80
 """As image_transport's default."""
 FLOAT32, UINT16 = 7, 4
 """Of sensor_msgs/PointField."""
-KNOWN_DIAGONAL, KNOWN = 2, 3
-"""COVARIANCE_TYPE_DIAGONAL_KNOWN and COVARIANCE_TYPE_KNOWN of sensor_msgs/NavSatFix."""
-ROUNDING = 1e-9
-"""Share of a variance that is nothing in a covariance."""
+KNOWN_DIAGONAL = 2
+"""COVARIANCE_TYPE_DIAGONAL_KNOWN of sensor_msgs/NavSatFix."""
 MARKER_PERIOD = 10.0
 """Between two markers of where a beacon really is [s]."""
 
@@ -256,17 +254,14 @@ def middle_ring(cloud: PointCloud, config: LidarConfig) -> Scan:
 
 def _fix(reading: Reading) -> Message:
     fix: Fix = reading.data
-    covariance = np.array(fix.position_covariance)
-    mixed = covariance.reshape(3, 3) - np.diag(covariance[::4])
-    diagonal = np.abs(mixed).max() <= ROUNDING * covariance.max()
     return new(
         "sensor_msgs/NavSatFix",
         header=_head(reading),
         latitude=fix.latitude,
         longitude=fix.longitude,
         altitude=fix.altitude,
-        position_covariance=covariance,
-        position_covariance_type=KNOWN_DIAGONAL if diagonal else KNOWN,
+        position_covariance=np.array(fix.position_covariance),
+        position_covariance_type=KNOWN_DIAGONAL,
     )
 
 

@@ -188,7 +188,7 @@ def _number(host: Host, key: str) -> Message | None:
 def _place(time: float, frame: str, place: Mapping[str, Any]) -> Message:
     """geographic_msgs/GeoPoseStamped; without a georeference x and y [m] instead of latitude and longitude."""
     on_earth = place.get("latitude") is not None
-    half = 0.5 * float(place.get("yaw", 0.0))
+    half = 0.5 * float(place.get("yaw_from_east", place.get("yaw", 0.0)))
     return new(
         "geographic_msgs/GeoPoseStamped",
         header=header(time, frame),

@@ -34,9 +34,10 @@ _grounds: WeakKeyDictionary[Simulation, Row] = WeakKeyDictionary()
 def chart_output(host: Host) -> Output:
     """The topic: std_msgs/String with a JSON object; published again when boats come or go or the task shows its goal.
 
-    Lengths in m, angles in rad, world frame: `name`, `cmd_vel` (what it commands: thrust or velocity), `shore` (rings,
-    the land on their left), `docks`, `objects`, `course` (places that the task names, x, y and heading) and `boats`,
-    each with its engines as `drive.pilot` has them. Nothing in it is hidden from a team by its task.
+    Lengths in m, angles in rad, world frame: `name`, `cmd_vel` (what it commands: thrust or velocity), `x_from_east`
+    (direction of the x axis), `shore` (rings, the land on their left), `docks`, `objects`, `course` (places that the
+    task names, x, y and yaw) and `boats`, each with its engines as `drive.pilot` has them. Nothing in it is hidden from
+    a team by its task.
     """
 
     @lru_cache(maxsize=1)
@@ -69,6 +70,7 @@ def _still(world: World) -> Row:
     scene = map_of(world)
     return {
         "name": world.name,
+        "x_from_east": world.parameters.x_from_east,
         "shore": [_points(ring) for ring in scene.shore],
         "docks": [
             {"name": dock.name, "cells": _points(dock.cells), "yaw": dock.yaw, "cell": dock.block}
@@ -126,13 +128,14 @@ def world_outputs(host: Host, boat_frames: Sequence[BoatFrames], clock_rate: flo
 
 
 def _wind(host: Host) -> Iterator[Output]:
-    """Speed [m/s], and where the wind blows to [degrees], counter-clockwise from east, from -180 to 180."""
+    """Speed [m/s], and where the wind blows to [degrees], counter-clockwise from true east, from -180 to 180."""
 
     def speed() -> Message:
         return new("std_msgs/Float64", data=host.sim.wind.speed)
 
     def direction() -> Message:
-        return new("std_msgs/Float64", data=math.degrees(host.sim.wind.direction))
+        toward = host.sim.wind.direction + host.sim.world.parameters.x_from_east
+        return new("std_msgs/Float64", data=math.degrees(math.remainder(toward, math.tau)))
 
     for name, make in (("/vrx/debug/wind/speed", speed), ("/vrx/debug/wind/direction", direction)):
         yield from with_vrx3(Output(name, "std_msgs/Float64", make, WIND_RATE, recorded="rows"), name)

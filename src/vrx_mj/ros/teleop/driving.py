@@ -15,6 +15,7 @@ from websockets.sync.client import ClientConnection, connect
 from vrx_mj.drive.pilot import Engine, Pilot, Wheel, engine_commands
 from vrx_mj.drive.terminal import HELP, Terminal
 from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
+from vrx_mj.frames import compass
 from vrx_mj.runtime.timing import Pause
 from vrx_mj.signals import ended_by_signals
 
@@ -152,7 +153,9 @@ class Motion(NamedTuple):
     speed: float
     """Over ground [m/s]."""
     heading: float
-    """Of its bow [rad], counter-clockwise from east."""
+    """Of its bow [rad], counter-clockwise from x."""
+    course: float
+    """Over ground [rad], counter-clockwise from x."""
 
 
 class Scene:
@@ -160,6 +163,8 @@ class Scene:
 
     def __init__(self, bridge: Bridge, clock: Clock = time.monotonic) -> None:
         self.name = ""
+        self.x_from_east = 0.0
+        """Direction of the world's x axis [rad], counter-clockwise from east."""
         self.keeps_velocity = False
         """Whether `cmd_vel` commands a velocity that is kept, instead of thrust."""
         self.boats: tuple[str, ...] | None = None
@@ -167,7 +172,7 @@ class Scene:
         self.motions: Mapping[str, Motion] = {}
         self.wind_speed: float | None = None
         self.wind_direction: float | None = None
-        """Where it blows to [degrees], counter-clockwise from east."""
+        """Where it blows to [degrees], counter-clockwise from true east."""
         self.time: float | None = None
         """Simulated [s]."""
         self._engines: dict[str, tuple[Engine, ...]] | None = None
@@ -218,6 +223,7 @@ class Scene:
     def _world(self, message: Values) -> None:
         chart = json.loads(message["data"])
         self.name, self.keeps_velocity = chart["name"], chart["cmd_vel"] == "velocity"
+        self.x_from_east = chart["x_from_east"]
         if self._engines is None:
             self.boats = None  # those of a world that had not offered its topics yet
         self._engines = {
@@ -242,7 +248,8 @@ class Scene:
 def _motion(turn: Mapping[str, float], velocity: Mapping[str, float]) -> Motion:
     w, x, y, z = (turn[axis] for axis in "wxyz")
     heading = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    return Motion(math.hypot(velocity["x"], velocity["y"]), heading)
+    vx, vy = velocity["x"], velocity["y"]
+    return Motion(math.hypot(vx, vy), heading, math.atan2(vy, vx))
 
 
 def _by_number(name: str) -> tuple[str, int]:
@@ -348,9 +355,12 @@ class Helmsman:
             rows.append(("angle", f"{math.degrees(wheel.angle):+.0f} deg"))
         motion = scene.motions.get(self.pilot.boat)
         if motion is not None:
-            rows += [("speed", f"{motion.speed:.2f} m/s"), ("heading", f"{round(math.degrees(motion.heading))} deg")]
+            rows.append(("speed", f"{motion.speed:.2f} m/s"))
+            for name, angle in (("heading", motion.heading), ("course", motion.course)):
+                rows.append((name, f"{compass(angle + scene.x_from_east):.0f} deg compass"))
         if scene.wind_speed is not None and scene.wind_direction is not None:
-            rows.append(("wind", f"{scene.wind_speed:.1f} m/s to {scene.wind_direction:.0f} deg"))
+            toward = compass(math.radians(scene.wind_direction))
+            rows.append(("wind", f"{scene.wind_speed:.1f} m/s to {toward:.0f} deg compass"))
         if scene.time is not None:
             rows.append(("time", f"{scene.time:.1f} s{', paused' if scene.is_paused else ''}"))
         return tuple(rows)

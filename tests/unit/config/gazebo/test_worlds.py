@@ -8,6 +8,7 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
+import vrx_mj
 from gazebo_files import classic_text, newer_text
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.gazebo.worlds import gazebo_world
@@ -197,6 +198,27 @@ def test_each_scoring_plugin_is_a_task(task, newer):
     world = said(body, "1.9" if newer else "1.6")
     assert losses(world) == []
     assert world.section["task"] == {"boat": "cat", "initial_state_duration": 5.0, **EXPECTED[task]}
+
+
+@pytest.mark.parametrize("heading", [0.0, 180.0, -37.0])
+@pytest.mark.parametrize("task", ["stationkeeping", "wayfinding"])
+def test_a_geodetic_goal_keeps_its_yaw_from_x_in_a_turned_world(task, heading):
+    """A plugin's yaw is from the world's x axis, that of ours from east."""
+    goal = "<pose>-33.7 150.6 1</pose>"
+    inner = {"stationkeeping": goal.replace("pose", "goal_pose"), "wayfinding": f"<waypoint>{goal}</waypoint>"}[task]
+    earth = (
+        f"<latitude_deg>-33.7</latitude_deg><longitude_deg>150.6</longitude_deg><heading_deg>{heading}</heading_deg>"
+    )
+    body = (
+        f"<spherical_coordinates>{earth}</spherical_coordinates>"
+        f'<plugin filename="lib{task}_scoring_plugin.so">'
+        f"{inner if task == 'stationkeeping' else f'<waypoints>{inner}</waypoints>'}</plugin>"
+    )
+    written = said(body).section["task"]
+    (place,) = written["waypoints"] if task == "wayfinding" else [written["goal"]]
+    assert place == pytest.approx((-33.7, 150.6, 1.0 + math.radians(heading)))
+    ((_, _, yaw),) = vrx_mj.compile_world("bay.world").parameters.waypoints
+    assert yaw == pytest.approx(1.0)
 
 
 BLOCK = "<bay><name>a</name><symbol>red_cross</symbol></bay>"

@@ -15,6 +15,7 @@ const APART = 7; // of a boat that joins from everything else, at least [m]
 const $ = (id) => document.getElementById(id);
 const show = (id, text) => { if ($(id).textContent !== text) $(id).textContent = text; };
 const degrees = (angle) => (angle * 180) / Math.PI;
+const fromEast = () => world?.x_from_east ?? 0; // direction of the world's x axis [rad], counter-clockwise
 
 const pilot = new Pilot();
 const sent = {}; // the last command of each boat
@@ -61,6 +62,7 @@ function put(name, { position, orientation: q }, { linear }) {
   const yaw = Math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z));
   chart.place(name, position.x, position.y, yaw, Math.hypot(linear.x, linear.y));
   chart.boats.get(name).z = position.z;
+  chart.boats.get(name).course = Math.atan2(linear.y, linear.x);
 }
 
 // Which boats there are; and where, if time stands and nothing is published.
@@ -344,7 +346,7 @@ function showWind() {
   const [, from] = compass(wind.direction + 180).split(" ");
   show("wind-speed", calm ? "No wind" : `${wind.speed.toFixed(1)} m/s`);
   show("wind-from", calm ? "" : `wind from ${from}`);
-  $("wind-arrow").setAttribute("transform", `rotate(${-wind.direction})`);
+  $("wind-arrow").setAttribute("transform", `rotate(${degrees(fromEast()) - wind.direction})`);
   $("wind-arrow").style.display = calm ? "none" : "";
 }
 
@@ -354,7 +356,9 @@ function showFigures() {
   show("world", world ? world.name.replaceAll("_", " ") : bridge.isOpen ? "Waiting for the world" : "Not connected");
   show("time", time === null ? "–" : `${time.toFixed(1)} s${paused ? ", paused" : ""}`);
   show("speed", boat ? `${boat.speed.toFixed(2)} m/s` : "–");
-  show("heading", boat ? compass(degrees(boat.yaw)) : "–");
+  show("heading", boat ? compass(degrees(boat.yaw + fromEast())) : "–");
+  show("course", boat ? compass(degrees(boat.course + fromEast())) : "–");
+  show("yaw", boat ? `${degrees(boat.yaw).toFixed(0)}°` : "–");
   show("power", signed(power) + unit[0]);
   show("turn", signed(turn) + unit[1]);
   if (!isStickHeld) moveKnob(-turn / fullWheel().turn, -power / fullWheel().power);

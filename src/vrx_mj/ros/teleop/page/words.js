@@ -14,7 +14,7 @@ export function notice(text, isGood = false) {
   setTimeout(() => line.remove(), isGood ? 4000 : 12000);
 }
 
-// A direction [degrees, counter-clockwise from east] as a compass has it.
+// A direction [degrees, counter-clockwise from true east] as a compass has it.
 export function compass(direction) {
   const bearing = (((90 - direction) % 360) + 360) % 360;
   return `${Math.round(bearing) % 360}° ${COMPASS[Math.round(bearing / 45) % 8]}`;
