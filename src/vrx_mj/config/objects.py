@@ -17,6 +17,7 @@ from vrx_mj.config.base import (
     Name,
     NonNegative,
     NotEmpty,
+    Only,
     Pose,
     Positive,
     Principal,
@@ -134,6 +135,7 @@ BODY_KEYS = ("mass", "inertia", "center_of_mass", "collisions", "visuals", "buoy
              "light", "links", "joints")  # fmt: skip
 """Keys of a single body, which a composite has not."""
 
+Afloat = Only("static", (False,))
 MOST_LEVELS = 8
 """Objects inside objects, nested."""
 MOST_OBJECTS = 10_000
@@ -162,6 +164,28 @@ class Placement(Placed):
     """Symbols that the placards of its docks show at the start, in their order."""
     mooring: RopeConfig | None = None
     """Rope of what floats, in profile `marine`, where everything without a path has one. `null`: it drifts."""
+
+    @property
+    def own_path(self) -> PathConfig | None:
+        """The path along which it swims."""
+        return self.path if "path" in self.model_fields_set else load_object(self.model, self.folder).path
+
+    @property
+    def takes_ropes(self) -> bool:
+        """Whether it, or a part of it, floats and drifts."""
+        thing = load_object(self.model, self.folder)
+        parts = any(part.takes_ropes for part in thing.objects)
+        return parts or (thing.kind == "floating" and self.own_path is None)
+
+    @model_validator(mode="after")
+    def _drifts(self, info: ValidationInfo) -> Self:
+        if self.mooring is not None:
+            check(info, self._must_take_ropes)
+        return self
+
+    def _must_take_ropes(self) -> None:
+        if not self.takes_ropes:
+            raise VrxError(f"its `mooring` does nothing: '{self.model}' does not float, or follows a path")
 
     @field_validator("symbols")
     @classmethod
@@ -197,19 +221,19 @@ class ObjectConfig(Config):
     """Whether it is fixed to the world instead of floating."""
     link: Name = "link"
     """Name of its link, as ROS and VRX's files know it."""
-    mass: Positive | None = None
+    mass: Annotated[Positive | None, Afloat] = None
     """Mass [kg]."""
-    center_of_mass: Vec3 = (0.0, 0.0, 0.0)
+    center_of_mass: Annotated[Vec3, Afloat] = (0.0, 0.0, 0.0)
     """Centre of mass in the link's frame [m]."""
-    inertia: Principal | None = None
+    inertia: Annotated[Principal | None, Afloat] = None
     """Ixx, Iyy, Izz about the centre of mass, along the link's axes [kg m2]."""
     collisions: tuple[Shape, ...] = ()
     """Shapes that boats and other objects collide with."""
     visuals: tuple[Visual, ...] = ()
     """Shapes that are seen."""
-    buoyancy: BuoyancyConfig | None = None
+    buoyancy: Annotated[BuoyancyConfig | None, Afloat] = None
     """What it displaces, and its drag; an object that floats needs it."""
-    path: PathConfig | None = None
+    path: Annotated[PathConfig | None, Afloat] = None
     """Path along which it swims, unless the world gives another."""
     light: LightConfig | None = None
     """Panels of a light buoy."""
@@ -236,7 +260,7 @@ class ObjectConfig(Config):
 
     @model_validator(mode="after")
     def _is_one_kind(self) -> Self:
-        found = {"composite": _composite, "static": _static, "floating": _floating}[self.kind](self) + _unlit(self)
+        found = {"composite": _composite, "static": lambda _: [], "floating": _floating}[self.kind](self) + _unlit(self)
         found += tree_faults(self.link, self.links, self.joints) if self.kind != "composite" else []
         if found:
             raise faults(*found)
@@ -256,11 +280,6 @@ Fault = tuple[tuple[str | int, ...], str]
 def _composite(thing: ObjectConfig) -> list[Fault]:
     written = [key for key in BODY_KEYS if key in thing.model_fields_set]
     return [((key,), "not allowed: an object made of `objects` or `docks` has no body of its own") for key in written]
-
-
-def _static(thing: ObjectConfig) -> list[Fault]:
-    afloat = [key for key in ("buoyancy", "path") if getattr(thing, key)]
-    return [((key,), "not allowed: a static object does not float; remove this or `static`") for key in afloat]
 
 
 def _floating(thing: ObjectConfig) -> list[Fault]:

@@ -56,6 +56,10 @@ __all__ = [
 _NOTICED: list[str] = []
 """The world that the notice of the default profile was of."""
 MARINE_ONLY = "needs `physics: {profile: marine}`"
+MARINE_WIND = (
+    "height", "exponent", "roughness", "spectrum", "components", "turning", "var_direction", "var_direction_time",
+)  # fmt: skip
+"""Keys of the wind that worlds of VRX's profiles cannot have."""
 MAX_TURN = 1e6
 """Largest heading [degrees] that a file may give; a saved world holds no larger one."""
 FULL_TURN = 2 * math.pi
@@ -205,8 +209,10 @@ class WorldConfig(FromFile):
                 if item.mooring is not None
             ]
             found += [
-                (("wind", key), f"{key} {MARINE_ONLY}, got {self.physics.profile}")
-                for key in (self.wind.marine_keys if self.wind else ())
+                ((name, key), f"{key} {MARINE_ONLY}, got {self.physics.profile}")
+                for name, part, keys in (("sea", self.sea, ("density",)), ("wind", self.wind, MARINE_WIND))
+                for key in keys
+                if part is not None and key in part.model_fields_set
             ]
         if self.current is not None and self.physics.profile != MARINE:
             found.append((("current",), f"a current {MARINE_ONLY}, got {self.physics.profile}"))
@@ -254,13 +260,8 @@ def _gazebo(source: str | Path) -> tuple[Section, str]:
 
 def _without_effect(world: WorldConfig) -> Iterator[str]:
     """Warnings of keys that have no effect because of another key."""
-    sea, fog = world.sea, world.scene.fog
-    if sea.model == "pms" and sea.amplitude:
-        yield f"sea.amplitude {sea.amplitude:g} has no effect in a pms sea; write `gain`, or `model: cwr`"
-    if sea.model == "cwr" and not sea.amplitude:
-        yield "its cwr sea is flat: sea.amplitude is 0, sea.gain has no effect"
-    if fog is not None and fog.model_fields_set and "type" not in fog.model_fields_set:
-        yield "scene.fog has no effect without a type; write `type: linear`, exp or quadratic"
+    if world.sea.model == "cwr" and not world.sea.amplitude:
+        yield "its cwr sea is flat: sea.amplitude is 0"
 
 
 def warn_of_degrees(owner: str, poses: Iterable[tuple[str, Sequence[float]]]) -> None:
