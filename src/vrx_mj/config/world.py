@@ -236,7 +236,7 @@ def load_world(source: Source) -> WorldConfig:
     placed: list[Placed] = [*world.objects, *world.docks]
     things = [(thing.name, thing.pose[3:]) for thing in placed]
     warn_of_degrees(f"world {world.name}", [("spawn", world.spawn.pose[3:]), *things])
-    for text in (*_without_effect(world), *_of_default_profile(world)):
+    for text in (*_of_its_sea(world), *_of_default_profile(world)):
         warnings.warn(f"world {world.name}: {text}", VrxWarning, stacklevel=3)
     return world
 
@@ -258,8 +258,11 @@ def _gazebo(source: str | Path) -> tuple[Section, str]:
     return read_source("worlds", found.section), found.name
 
 
-def _without_effect(world: WorldConfig) -> Iterator[str]:
-    """Warnings of keys that have no effect because of another key."""
+def _of_its_sea(world: WorldConfig) -> Iterator[str]:
+    """Warnings of seas that may be meant otherwise."""
+    model = (world.section.get("sea") or {}).get("model", "pms")
+    if world.sea.model != model:
+        yield f"its sea is {world.sea.model}, as `{model}` has no significant height; write `model: {world.sea.model}`"
     if world.sea.model == "cwr" and not world.sea.amplitude:
         yield "its cwr sea is flat: sea.amplitude is 0"
 

@@ -21,7 +21,7 @@ from vrx_mj.config.docks import DockPlacement
 from vrx_mj.config.fleet import FleetConfig
 from vrx_mj.config.hull import MarineHullConfig
 from vrx_mj.config.joints import JointConfig
-from vrx_mj.config.objects import ObjectConfig, PathConfig, Placement
+from vrx_mj.config.objects import ObjectConfig, PathConfig, Placement, load_object
 from vrx_mj.config.robots import RudderEntry, ThrusterEntry
 from vrx_mj.config.scene import FogConfig
 from vrx_mj.config.sea import SeaConfig
@@ -30,7 +30,8 @@ from vrx_mj.config.shapes import Visual
 from vrx_mj.config.tasks import DockTask
 from vrx_mj.config.wind import WindConfig
 from vrx_mj.config.windage import WindageConfig
-from vrx_mj.errors import VrxError
+from vrx_mj.config.world import load_world
+from vrx_mj.errors import ConfigError, VrxError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
 
 Content = dict[str, Any]
@@ -351,3 +352,48 @@ def test_every_choice_of_a_file_is_tried():
     left = {f"{model.__name__}.{key}" for model, key in choices
             if not any(issubclass(other, model) and key == selector for other, selector in tried)}  # fmt: skip
     assert left == FREE
+
+
+def written(**files: str) -> None:
+    for name, text in files.items():
+        Path(f"{name}.yaml").write_text(text, encoding="utf-8")
+
+
+@pytest.mark.parametrize("middle", ["", "wind: {mean_velocity: 2}\n"])
+def test_keys_of_a_base_fall_away_with_its_kind(middle):
+    base = "sea: {model: jonswap, significant_height: 1, gamma: 5}\nscene: {fog: {type: linear, end: 50}}\n"
+    written(
+        base=base,
+        middle=f"extends: ./base.yaml\n{middle}",
+        bay="extends: ./middle.yaml\nsea: {model: pms}\nscene: {fog: {type: exp}}\n",
+        cove="extends: ./bay.yaml\nsea: {gain: 0.3}\n",
+    )
+    assert load_world("bay.yaml").sea == SeaConfig(folder=Path.cwd(), model="pms")
+    assert load_world("cove.yaml").sea == SeaConfig(folder=Path.cwd(), model="pms", gain=0.3)
+    assert load_world("bay.yaml").scene.fog == FogConfig(type="exp")
+    assert load_world({"extends": "./base.yaml", "sea": {"model": "none"}}).sea.significant_height is None
+
+
+def test_a_key_that_the_kind_of_a_base_does_not_have_is_refused_with_the_place_of_that():
+    written(base="sea: {model: pms}\n", bay="extends: ./base.yaml\nsea: {amplitude: 0.2}\n")
+    with pytest.raises(ConfigError) as caught:
+        load_world("bay.yaml")
+    assert str(caught.value) == (
+        "bay.yaml:2:18: sea.amplitude: not allowed for `model: pms`; allowed for cwr; model is from base.yaml:1"
+    )
+
+
+def test_a_floating_object_is_fixed_by_one_key():
+    written(post="extends: ./buoy.yaml\nstatic: true\n", buoy=json.dumps(BODY))
+    assert load_object("./post.yaml", Path.cwd()).kind == "static"
+
+
+@pytest.mark.parametrize("profile", ["vrx", "vrx3", "marine"])
+def test_a_height_of_a_spectrum_on_top_of_another_sea_makes_it_one(profile):
+    written(storm="extends: base.yaml\nsea: {significant_height: 1.0, peak_period: 6}\n",
+            base=f"physics: {{profile: {profile}}}\nsea: {{model: pms, gain: 0.1, period: 5, tau: 2}}\n")  # fmt: skip
+    with pytest.warns(VrxWarning, match=r"its sea is jonswap, as `pms` has no significant height"):
+        sea = compile_world("./storm.yaml").parameters.sea
+    assert (sea.model, sea.significant_height, sea.period) == ("jonswap", 1.0, 6.0)
+    variance = sum(wave.amplitude**2 for wave in sea.waves) / 2
+    assert 4 * variance**0.5 == pytest.approx(1.0, rel=1e-9)
