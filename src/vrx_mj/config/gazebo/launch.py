@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path, PurePosixPath
 from typing import Any, TypeGuard
 
+from vrx_mj.config.fleet import FleetConfig
 from vrx_mj.config.gazebo.document import Element, Fate, Note, Report, home_path, is_file, read_document
 from vrx_mj.config.gazebo.erb_docks import is_template
 from vrx_mj.config.gazebo.launched import (
@@ -47,6 +48,8 @@ from vrx_mj.config.gazebo.stock import (
     unlocks,
     unused,
 )
+from vrx_mj.config.kinds import MARKS
+from vrx_mj.config.loading import Loading, read_source, validated
 from vrx_mj.config.search import catalogue, display, package_paths
 from vrx_mj.config.tree import File, Place
 from vrx_mj.config.urdf.elements import truth
@@ -54,7 +57,7 @@ from vrx_mj.config.urdf.expand import declared
 from vrx_mj.config.urdf.expression_values import LONGEST_TEXT, Budget, ExpressionError
 from vrx_mj.config.urdf.xacro_files import Files, Substitutions
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, shortened
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, shortened
 from vrx_mj.frames import Pose, compose
 
 __all__ = ["SERVING", "is_launch", "launch_of", "read_launch"]
@@ -141,6 +144,7 @@ class _Run:
         self.included: list[Path] = []
         self.nodes: dict[str, Place] = {}
         self.unlocked = False
+        self.fleet: Path | None = None
 
     @cached_property
     def known_objects(self) -> Mapping[str, Path]:
@@ -156,7 +160,7 @@ class _Run:
         for thing in self.objects:
             self.report.notes.append(Note(thing.place, f"<node> '{thing.name}'", fate, ours))
         started = (self.world, tuple(self.boats), tuple(self.objects), self.report)
-        return Launch(*started, unlocked=self.unlocked, included=tuple(self.included))
+        return Launch(*started, unlocked=self.unlocked, included=tuple(self.included), fleet=self.fleet)
 
     def read(self, file: Path, given: dict[str, str], scope: _Scope) -> set[str]:
         """Go through a file with arguments from outside, and return the names of those that it declares."""
@@ -320,6 +324,23 @@ class _Run:
         else:
             self.report.note(element, "ignored", "a parameter; set it with `rosparam set` while `vrx-mj serve` runs")
 
+    def parameters(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
+        """Take over a fleet's file that `<rosparam>` loads; other parameters are those of nodes."""
+        path = self.worked_out(element, element.attributes.get("file", ""), scope)
+        try:
+            file = self.allowed(element, path)
+            section = read_source("fleets", file)
+            is_fleet = not MARKS["fleets"].isdisjoint(section)
+            if is_fleet:
+                validated(FleetConfig, section, Loading())
+        except VrxError:
+            is_fleet = False
+        if not is_fleet:
+            self.ignore(element, scope, given)
+            return
+        self.fleet = file
+        self.report.note(element, "taken over", f"the fleet: `{file.name}`", f"<rosparam> {file.name}")
+
     def description(self, element: Element, command: str) -> Description:
         """File and arguments of a command of xacro; nothing is run."""
         try:
@@ -342,6 +363,9 @@ class _Run:
         """Spawn a boat; other nodes are not of the simulation."""
         if element.attributes.get("type") == SERVING:
             self.serve(element, scope)
+            return
+        if self.fleet is not None and element.attributes.get("type") == "spawn_usvs.py":
+            self.report.note(element, "taken over", f"the boats of `{self.fleet.name}`")
             return
         if element.attributes.get("type") not in {"spawn_model", "spawn_wamv.bash", "spawn_entity.py"}:
             self.ignore(element, scope, given)
@@ -586,5 +610,6 @@ def _joined(namespace: str, name: str) -> str:
 
 
 _TAKE: Mapping[str, Callable[[_Run, Element, _Scope, dict[str, str]], Any]] = {
-    "arg": _Run.argument, "group": _Run.group, "include": _Run.include, "param": _Run.parameter, "node": _Run.node,
+    "arg": _Run.argument, "group": _Run.group, "include": _Run.include, "param": _Run.parameter,
+    "rosparam": _Run.parameters, "node": _Run.node,
 }  # fmt: skip
