@@ -128,7 +128,9 @@ class SeaConfig(Config):
     tau: Annotated[NonNegative, Only("model", VRX_SEAS)] = 2.0
     """Time constant of the waves' growth at the start [s], of VRX's seas."""
     significant_height: Annotated[NonNegative | None, Only("model", SPECTRA)] = None
-    """Significant height of a spectrum, Hs = 4 sqrt(m0) [m]; by default that of `sea_state`, or of the file."""
+    """Significant height of a spectrum, Hs = 4 sqrt(m0) [m]; by default that of `sea_state`, or of the file.
+
+    On top of a base's `model` without one, or of no model, it makes the sea `jonswap`, with a warning."""
     peak_period: Annotated[Positive | None, Only("model", SPECTRA)] = None
     """Peak period of a spectrum [s]; by default that of a sea fully raised by the wind, 5 s at a height of 1 m."""
     sea_state: Annotated[Annotated[int, Field(ge=0, lt=len(SEA_STATES))] | None, Only("model", SPECTRA)] = None
