@@ -125,25 +125,12 @@ class Only(NamedTuple):
 
     def fault(self, selected: object, value: object) -> PydanticCustomError | None:
         """What is wrong with a given value of the field beside one of the other field; None for either: not given."""
-        if self.allows(selected):
-            return fault(f"required for `{self._with(selected)}`") if self.required and value is None else None
-        if value is None:
-            return None
-        said = (
-            f"not allowed without `{self.selector}`"
-            if selected is None
-            else f"not allowed for `{self._with(selected)}`"
-        )
-        allowed = f"; allowed for {one_of([_word(each) for each in self.values])}" if self.values else ""
-        return fault(said + allowed, selector=self.selector)
-
-    def _with(self, selected: object) -> str:
-        return f"{self.selector}: {_word(selected)}"
-
-
-def _word(value: object) -> str:
-    """A value as a file has it, without quotes."""
-    return shown(value).strip("'")
+        chosen, *known = (shown(each).strip("'") for each in (selected, *self.values))
+        if self.allows(selected) or value is None:
+            missing = self.required and value is None and self.allows(selected)
+            return fault(f"required for `{self.selector}: {chosen}`") if missing else None
+        said = f"without `{self.selector}`" if selected is None else f"for `{self.selector}: {chosen}`"
+        return fault(f"not allowed {said}{f'; allowed for {one_of(known)}' if known else ''}", selector=self.selector)
 
 
 class Config(BaseModel):

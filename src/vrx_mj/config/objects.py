@@ -165,27 +165,11 @@ class Placement(Placed):
     mooring: RopeConfig | None = None
     """Rope of what floats, in profile `marine`, where everything without a path has one. `null`: it drifts."""
 
-    @property
-    def own_path(self) -> PathConfig | None:
-        """The path along which it swims."""
-        return self.path if "path" in self.model_fields_set else load_object(self.model, self.folder).path
-
-    @property
-    def takes_ropes(self) -> bool:
-        """Whether it, or a part of it, floats and drifts."""
-        thing = load_object(self.model, self.folder)
-        parts = any(part.takes_ropes for part in thing.objects)
-        return parts or (thing.kind == "floating" and self.own_path is None)
-
     @model_validator(mode="after")
-    def _drifts(self, info: ValidationInfo) -> Self:
+    def _takes_its_rope(self, info: ValidationInfo) -> Self:
         if self.mooring is not None:
-            check(info, self._must_take_ropes)
+            check(info, lambda: _must_drift(self))
         return self
-
-    def _must_take_ropes(self) -> None:
-        if not self.takes_ropes:
-            raise VrxError(f"its `mooring` does nothing: '{self.model}' does not float, or follows a path")
 
     @field_validator("symbols")
     @classmethod
@@ -333,6 +317,18 @@ def _section(file: Path) -> Section:
 def _must_float(model: str, near: Path | None) -> None:
     if load_object(model, near).kind != "floating":
         raise VrxError(f"'{model}' does not float, so it cannot follow a path")
+
+
+def _must_drift(item: Placement) -> None:
+    if not _drifts(item):
+        raise VrxError(f"its `mooring` does nothing: '{item.model}' does not float, or follows a path")
+
+
+def _drifts(item: Placement) -> bool:
+    """Whether an object, or a part of it, floats without a path."""
+    thing = load_object(item.model, item.folder)
+    path = item.path if "path" in item.model_fields_set else thing.path
+    return any(map(_drifts, thing.objects)) or (thing.kind == "floating" and path is None)
 
 
 def _must_have_placards(model: str, near: Path | None, symbols: int) -> None:

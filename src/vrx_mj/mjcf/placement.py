@@ -81,7 +81,7 @@ def place_objects(
         if config.kind == "composite":
             yield from place_objects(config.objects, pose, f"{name}/", _rope(item, mooring))
         else:
-            path = item.own_path
+            path = item.path if "path" in item.model_fields_set else config.path
             yield PlacedObject(name, item.model, config, pose, path, None if path else _rope(item, mooring))
 
 

@@ -8,7 +8,6 @@ from functools import cached_property
 from pathlib import Path, PurePosixPath
 from typing import Any, TypeGuard
 
-from vrx_mj.config.fleet import FleetConfig
 from vrx_mj.config.gazebo.document import Element, Fate, Note, Report, home_path, is_file, read_document
 from vrx_mj.config.gazebo.erb_docks import is_template
 from vrx_mj.config.gazebo.launched import (
@@ -17,6 +16,7 @@ from vrx_mj.config.gazebo.launched import (
     Launch,
     SpawnedBoat,
     SpawnedObject,
+    checked_fleet,
     pose_of_words,
     stock_boat,
 )
@@ -48,8 +48,6 @@ from vrx_mj.config.gazebo.stock import (
     unlocks,
     unused,
 )
-from vrx_mj.config.kinds import MARKS
-from vrx_mj.config.loading import Loading, read_source, validated
 from vrx_mj.config.search import catalogue, display, package_paths
 from vrx_mj.config.tree import File, Place
 from vrx_mj.config.urdf.elements import truth
@@ -75,8 +73,6 @@ OWN_ARGUMENTS = {"namespace", "locked"}
 SERVING = "vrx_mj_serve"
 """Type of the node that starts one of VRX's own launch files here."""
 _LAUNCHES_WORLDS = {"empty_world.launch", "willowgarage_world.launch"}
-
-
 Description = tuple[Path | str, dict[str, str]]
 """The file of a robot's description or the name of one of ours, and the arguments of its xacro."""
 
@@ -159,8 +155,8 @@ class _Run:
         ours = "`objects` of the world" if joins else "no world to join: this launch file opens none"
         for thing in self.objects:
             self.report.notes.append(Note(thing.place, f"<node> '{thing.name}'", fate, ours))
-        started = (self.world, tuple(self.boats), tuple(self.objects), self.report)
-        return Launch(*started, unlocked=self.unlocked, included=tuple(self.included), fleet=self.fleet)
+        boats, objects, included = tuple(self.boats), tuple(self.objects), tuple(self.included)
+        return Launch(self.world, boats, objects, self.report, self.unlocked, included, self.fleet)
 
     def read(self, file: Path, given: dict[str, str], scope: _Scope) -> set[str]:
         """Go through a file with arguments from outside, and return the names of those that it declares."""
@@ -328,18 +324,10 @@ class _Run:
         """Take over a fleet's file that `<rosparam>` loads; other parameters are those of nodes."""
         path = self.worked_out(element, element.attributes.get("file", ""), scope)
         try:
-            file = self.allowed(element, path)
-            section = read_source("fleets", file)
-            is_fleet = not MARKS["fleets"].isdisjoint(section)
-            if is_fleet:
-                validated(FleetConfig, section, Loading())
+            self.fleet = checked_fleet(self.allowed(element, path))
+            self.report.note(element, "taken over", f"the fleet: `{self.fleet.name}`")
         except VrxError:
-            is_fleet = False
-        if not is_fleet:
             self.ignore(element, scope, given)
-            return
-        self.fleet = file
-        self.report.note(element, "taken over", f"the fleet: `{file.name}`", f"<rosparam> {file.name}")
 
     def description(self, element: Element, command: str) -> Description:
         """File and arguments of a command of xacro; nothing is run."""
@@ -357,14 +345,15 @@ class _Run:
         named = robot_named(path) or object_named(path)
         if named is None and path.startswith(NOWHERE):
             raise element.fault(f"no package for {path.removeprefix(NOWHERE)}: add its folder to VRX_MJ_PACKAGE_PATH")
-        return named or self.allowed(element, self.made_from(path, ".xacro", ".erb") if _is_sdf(path) else path)
+        ends = (".xacro", ".erb") if path.lower().endswith(".sdf") else ()
+        return named or self.allowed(element, self.made_from(path, *ends))
 
     def node(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
         """Spawn a boat; other nodes are not of the simulation."""
         if element.attributes.get("type") == SERVING:
             self.serve(element, scope)
             return
-        if self.fleet is not None and element.attributes.get("type") == "spawn_usvs.py":
+        if self.fleet and element.attributes.get("type") == "spawn_usvs.py":
             self.report.note(element, "taken over", f"the boats of `{self.fleet.name}`")
             return
         if element.attributes.get("type") not in {"spawn_model", "spawn_wamv.bash", "spawn_entity.py"}:
@@ -568,10 +557,6 @@ class _Known(Substitutions):
                 f"{UnknownNameError('argument', name, self.arguments)}; declare it before in an <arg>"
             )
         return super().argument(name)
-
-
-def _is_sdf(path: str) -> bool:
-    return path.lower().endswith(".sdf")
 
 
 def _is_object(file: Path) -> bool:

@@ -6,14 +6,16 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from vrx_mj.config.fleet import FleetConfig
 from vrx_mj.config.gazebo.document import Report
 from vrx_mj.config.gazebo.model_frames import safe_name
 from vrx_mj.config.gazebo.stock import StockBoat
-from vrx_mj.config.loading import read_source
+from vrx_mj.config.kinds import MARKS
+from vrx_mj.config.loading import Loading, read_source, validated
 from vrx_mj.config.tree import Entry, File, Items, Place, Section, merged
 from vrx_mj.config.urdf.elements import truth
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ConfigError, Problem
+from vrx_mj.errors import ConfigError, Problem, VrxError
 from vrx_mj.frames import Pose
 
 __all__ = [
@@ -22,6 +24,7 @@ __all__ = [
     "Launch",
     "SpawnedBoat",
     "SpawnedObject",
+    "checked_fleet",
     "fleet_of",
     "objects_of",
     "pose_of_words",
@@ -115,6 +118,14 @@ def fleet_of(launch: Launch) -> Section | None:
     name = PurePosixPath(place.file.name).name.removesuffix(ENDING)
     spawned = Section({"name": name, "boats": items}, place, dict.fromkeys(("name", "boats"), Entry(place, place)))
     return spawned if loaded is None else merged(loaded, spawned, ("boats",))
+
+
+def checked_fleet(file: Path) -> Path:
+    """The file, if it is a fleet's. Raises VrxError: it is another."""
+    section = read_source("fleets", file)
+    if MARKS["fleets"].isdisjoint(validated(FleetConfig, section, Loading()).model_fields_set):
+        raise VrxError(f"{file} is not a fleet")
+    return file
 
 
 def _loaded(file: Path) -> Section:
