@@ -144,7 +144,7 @@ def bay(tmp_path, monkeypatch):
 
 def final(world):
     """The state of a world after 10 s."""
-    sim = vrx_mj.Simulation(vrx_mj.compile_world(world))
+    sim = vrx_mj.Simulation(vrx_mj.compile_world(world, fleet="none"))
     sim.reset(seed=2)
     sim.step(duration=10.0)
     return sim

@@ -38,8 +38,8 @@ def import_(
     for message in made.failed:
         typer.echo(f"not read: {message}", err=True)
     for world, fleet in made.sails[:3]:
-        named = _word(output / world if world in made.texts else world)
-        typer.echo(f"to sail: vrx-mj run {named}{f' --fleet {_word(output / fleet)}' if fleet else ''}")
+        named, afloat = (_word(output / name if name in made.texts else name) for name in (world, fleet or ""))
+        typer.echo(f"to sail: vrx-mj run {named}{f' --fleet {afloat}' if afloat else ''}")
 
 
 def _word(path: Path | str) -> str:

@@ -5,10 +5,10 @@ import inspect
 import itertools
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Annotated, ClassVar, TypeVar, get_args, get_origin
+from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeVar, get_args, get_origin
 
 from pydantic import (
     AfterValidator,
@@ -24,7 +24,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from vrx_mj.arguments import as_number
 from vrx_mj.config.tree import Section
-from vrx_mj.config.wording import shown, unknown_key
+from vrx_mj.config.wording import one_of, shown, unknown_key
 from vrx_mj.errors import UnknownNameError
 
 __all__ = [
@@ -38,6 +38,7 @@ __all__ = [
     "Name",
     "NonNegative",
     "NotEmpty",
+    "Only",
     "Pose",
     "Positive",
     "Principal",
@@ -49,8 +50,10 @@ __all__ = [
     "faults",
     "field_docstrings",
     "keys_of",
+    "limited_keys",
     "numbers",
     "text_faults",
+    "without_ignored_keys",
 ]
 
 Filled = TypeVar("Filled", bound=tuple[object, ...])
@@ -87,28 +90,47 @@ _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}", re.ASCII)
 _SWITCHES = {"yes": True, "on": True, "no": False, "off": False}
 
 
-def fault(message: str) -> PydanticCustomError:
-    """An error about the value at hand."""
-    return PydanticCustomError("vrx", "{message}", {"message": message})
+def fault(message: str, **where: object) -> PydanticCustomError:
+    """An error about the value at hand; `where` is what the loader makes its place of."""
+    return PydanticCustomError("vrx", "{message}", {"message": message, **where})
 
 
-def faults(*found: tuple[tuple[str | int, ...], str]) -> ValidationError:
-    """Errors about things inside the value at hand, each as (path from here, message)."""
-    details = [InitErrorDetails(type=fault(message), loc=path, input=None) for path, message in found]
+def faults(*found: tuple[tuple[str | int, ...], str | PydanticCustomError]) -> ValidationError:
+    """Errors about things inside the value at hand, each as (path from here, message or error)."""
+    details = [
+        InitErrorDetails(type=fault(error) if isinstance(error, str) else error, loc=path, input=None)
+        for path, error in found
+    ]
     return ValidationError.from_exception_data("config", details)
 
 
 def text_faults(*found: tuple[int, int, str]) -> ValidationError:
     """Errors inside a block of text, each as (row, column, message); both count from 1."""
-    details = [
-        InitErrorDetails(
-            type=PydanticCustomError("vrx", "{message}", {"message": message, "row": row, "column": column}),
-            loc=(),
-            input=None,
-        )
-        for row, column, message in found
-    ]
-    return ValidationError.from_exception_data("config", details)
+    return faults(*(((), fault(message, row=row, column=column)) for row, column, message in found))
+
+
+class Only(NamedTuple):
+    """Mark of a field that counts only with some values of another one."""
+
+    selector: str
+    """The other field."""
+    values: tuple[object, ...] = ()
+    """Its values with which the field counts; by default any but None."""
+    required: bool = False
+    """Whether the field must be given with these."""
+
+    def allows(self, selected: object) -> bool:
+        """Whether the field counts with a value of the other one."""
+        return selected in self.values if self.values else selected is not None
+
+    def fault(self, selected: object, value: object) -> PydanticCustomError | None:
+        """What is wrong with a given value of the field beside one of the other field; None for either: not given."""
+        chosen, *known = (shown(each).strip("'") for each in (selected, *self.values))
+        if self.allows(selected) or value is None:
+            missing = self.required and value is None and self.allows(selected)
+            return fault(f"required for `{self.selector}: {chosen}`") if missing else None
+        said = f"without `{self.selector}`" if selected is None else f"for `{self.selector}: {chosen}`"
+        return fault(f"not allowed {said}{f'; allowed for {one_of(known)}' if known else ''}", selector=self.selector)
 
 
 class Config(BaseModel):
@@ -131,6 +153,8 @@ class Config(BaseModel):
             for key, value in data.items()
             if value is not None or key not in sections
         }
+        if isinstance(data, Section):
+            plain = without_ignored_keys(cls, plain, data.depth)
         if huge := [place for key, value in plain.items() if key in fields for place in _huge(cls, key, value)]:
             raise faults(*huge)
         if isinstance(data, Section):
@@ -139,6 +163,18 @@ class Config(BaseModel):
                     raise faults(((own,), unknown_key(own, keys_of(cls))))
                 plain[own] = data.folder_of(cls.folder_keys.get(own, ""))
         return plain
+
+    @model_validator(mode="after")
+    def _has_no_ignored_keys(self) -> Self:
+        given = {key: getattr(self, key) for key in self.model_fields_set}
+        found = [
+            ((key,), error)
+            for key, only in limited_keys(type(self)).items()
+            if (error := only.fault(getattr(self, only.selector), given.get(key)))
+        ]
+        if found:
+            raise faults(*found)
+        return self
 
 
 class FromFile(Config):
@@ -172,6 +208,30 @@ def field_docstrings(model: type[Config]) -> dict[str, str]:
                 case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(docstring))):
                     found[name] = inspect.cleandoc(docstring)
     return found
+
+
+@cache
+def limited_keys(model: type[Config]) -> Mapping[str, Only]:
+    """Fields of a model that have a meaning only with some values of another one."""
+    marks = ((key, mark) for key, field in model.model_fields.items() for mark in field.metadata)
+    return {key: mark for key, mark in marks if isinstance(mark, Only)}
+
+
+def without_ignored_keys(
+    model: type[Config], content: Mapping[str, Any], depth: Callable[[str], float] | None = None
+) -> dict[str, Any]:
+    """The keys of a model without those that do nothing with the values of others.
+
+    With the `depth` of each key in the chain of `extends` only those stay away that a file has put such a value on.
+    """
+    default = {key: field.default for key, field in model.model_fields.items()}
+    ignored = {
+        key
+        for key, only in limited_keys(model).items()
+        if (depth is None or depth(only.selector) < depth(key))
+        and not only.allows(content.get(only.selector, default[only.selector]))
+    }
+    return {key: value for key, value in content.items() if key not in ignored}
 
 
 def _huge(model: type[Config], key: str, value: object) -> Iterator[tuple[tuple[str | int, ...], str]]:

@@ -11,7 +11,7 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import BeforeValidator, Field
 
-from vrx_mj.config.base import Config, Name, NonNegative, NotEmpty, Pose, Positive, Vec3, fault, numbers
+from vrx_mj.config.base import Config, Name, NonNegative, NotEmpty, Only, Pose, Positive, Vec3, fault, numbers
 from vrx_mj.config.wording import shown
 from vrx_mj.frames import apply, rotation
 
@@ -135,7 +135,7 @@ class BayConfig(Config):
 
     name: Name | None = None
     """Name of the bay; by default bay1, bay2 and so on."""
-    symbol: Symbol | None = None
+    symbol: Annotated[Symbol | None, Only("placard", ("placard", "placard_2022"))] = None
     """What its placard shows at the start; by default a blue circle."""
     placard: Literal["placard", "placard_2022", "none"] = "placard"
     """A board of 2 by 3 m, the one of 2022 with two holes, or none. Not used where the dock lists its `placards`."""

@@ -15,7 +15,7 @@ from typing import Annotated, Self
 from pydantic import BeforeValidator, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import Config, Folder, Name, Pose, Switch, fault, faults, text_faults
+from vrx_mj.config.base import Config, Folder, Name, Only, Pose, Switch, fault, faults, text_faults
 from vrx_mj.config.bays import (
     BLOCKS,
     FIRST_SYMBOL,
@@ -193,7 +193,7 @@ class DockPlacement(Placed):
     """Whether it floats: its blocks hang together by hinges."""
     block: float = 2.0
     """Edge of a block [m]: 1 x 1 to 4 x 4 cubes of 0.5 m."""
-    mooring: MooringConfig | None = None
+    mooring: Annotated[MooringConfig | None, Only("dynamic", (True,))] = None
     """Lines that hold a dynamic dock; without them it drifts."""
     bays: tuple[BayConfig, ...] | None = None
     """What is said of the first bays, or of all. Without it a dock has all bays of its drawing, and no placards."""
@@ -271,8 +271,6 @@ def berth_faults(dock: DockPlacement, cells: Sequence[Cell]) -> Iterator[Fault]:
     """What is wrong with a dock of these blocks, as (path from the dock, message)."""
     yield from _bay_faults(dock, len(find_bays(cells)))
     yield from _placard_faults(dock, cells)
-    if dock.mooring and not dock.dynamic:
-        yield ("mooring",), "allowed only for a floating dock; remove it, or write `dynamic: true`"
     if dock.dynamic and len(cells) > MAX_BLOCKS:
         yield ("dynamic",), f"{len(cells)} blocks; a floating dock has at most {MAX_BLOCKS}"
     elif dock.dynamic and (apart := _apart(cells)):
@@ -330,7 +328,9 @@ def _placard_faults(dock: DockPlacement, cells: Sequence[Cell]) -> Iterator[Faul
     if len(dock.symbols) > count:
         yield ("symbols",), f"{len(dock.symbols)} symbols; this dock has {count} placard{'s' * (count != 1)}"
     for index, placard in enumerate(dock.placards or ()):
-        if placard.block is not None and placard.block not in cells:
+        if placard.block is not None and not dock.dynamic:
+            yield ("placards", index, "block"), "not allowed for `dynamic: false`; allowed for true"
+        elif placard.block is not None and placard.block not in cells:
             row, column = placard.block
             yield ("placards", index, "block"), f"no block in row {row}, column {column}, both counted from 0"
     names = Counter(placard.name for placard in dock.placards or ())

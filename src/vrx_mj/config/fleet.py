@@ -26,6 +26,7 @@ from vrx_mj.config.base import (
     Folder,
     FromFile,
     Name,
+    Only,
     Pose,
     Positive,
     Seed,
@@ -64,16 +65,6 @@ RADIUS = 20.0
 """Default radius of a circle [m]: that of the published guide's ring."""
 SPACING = 10.0
 """Default distance between neighbours [m]: twice the length of a WAM-V."""
-
-KEYS = {
-    "radius": ("circle",),
-    "start_angle": ("circle",),
-    "spacing": ("line", "column", "wedge", "grid", "random"),
-    "size": ("random",),
-    "seed": ("random",),
-    "heading": ("circle", "line", "column", "wedge", "grid", "random"),
-}
-"""The layouts that a key goes with."""
 
 Loc = tuple[str | int, ...]
 Fault = tuple[Loc, str]
@@ -280,17 +271,17 @@ class FleetConfig(_Built, FromFile):
     """Number of boats; by default as many as `positions` and `boats` make."""
     layout: LayoutName | None = None
     """How boats that have no `positions` are placed."""
-    radius: Positive | None = None
+    radius: Annotated[Positive | None, Only("layout", ("circle",))] = None
     """Radius of the circle [m]."""
-    start_angle: float | None = None
+    start_angle: Annotated[float | None, Only("layout", ("circle",))] = None
     """Angle of the circle's first boat [degrees], counter-clockwise from the frame's x axis."""
-    spacing: Positive | None = None
+    spacing: Annotated[Positive | None, Only("layout", ("line", "column", "wedge", "grid", "random"))] = None
     """Distance between neighbours; in a random layout the least distance [m]."""
-    size: Positive | None = None
+    size: Annotated[Positive | None, Only("layout", ("random",))] = None
     """Edge of the square of a random layout, around the origin [m]."""
-    seed: Seed | None = None
+    seed: Annotated[Seed | None, Only("layout", ("random",))] = None
     """Seed of a random layout; by default that of the world's file."""
-    heading: Heading | None = None
+    heading: Annotated[Heading | None, Only("layout")] = None
     """Heading of the layout's boats, by the convention that `headings` gives [degrees]."""
     headings: Headings | None = None
     """How `Y` and `heading` are read: math, counter-clockwise from x, or compass, clockwise from y. By default math."""
@@ -504,7 +495,7 @@ def _slot_of(entry: BoatEntry, index: int, count: int) -> int | None:
 
 def fleet_faults(fleet: FleetConfig) -> list[Fault]:
     """What does not go together in a fleet's file."""
-    return [*_count_faults(fleet), *_layout_faults(fleet)] or _entry_faults(fleet)
+    return [*_count_faults(fleet)] or _entry_faults(fleet)
 
 
 def _count_faults(fleet: FleetConfig) -> Iterator[Fault]:
@@ -516,13 +507,6 @@ def _count_faults(fleet: FleetConfig) -> Iterator[Fault]:
         yield ("usv_count",), f"{given}, but `boats` has {len(fleet.boats)}"
     if fleet.layout and given is None and not placed:
         yield ("usv_count",), f"required for layout {fleet.layout} without positions"
-
-
-def _layout_faults(fleet: FleetConfig) -> Iterator[Fault]:
-    for key, layouts in KEYS.items():
-        if getattr(fleet, key) is not None and fleet.layout not in layouts:
-            words = " or ".join(filter(None, (", ".join(layouts[:-1]), layouts[-1])))
-            yield (key,), f"allowed only for layout {words}, got {fleet.layout or 'no layout'}"
 
 
 def _entry_faults(fleet: FleetConfig) -> list[Fault]:

@@ -11,6 +11,7 @@ from vrx_mj.config.base import (
     Folder,
     NonNegative,
     NotEmpty,
+    Only,
     Positive,
     Switch,
     Vec3,
@@ -30,8 +31,7 @@ MOST_STRIPS = 200
 """Strips that a hull may have."""
 
 Row = Annotated[tuple[float, float, float, float, float, float], numbers("surge sway heave roll pitch yaw")]
-OF_MATRIX = ("restoring", "displacement", "waterline")
-"""Keys that only `hydrostatics: matrix` has."""
+OfMatrix = Only("hydrostatics", ("matrix",))
 
 
 def _six_rows(value: object) -> object:
@@ -97,7 +97,7 @@ class MarineHullConfig(Config):
     folder: Folder = None
     hydrostatics: Literal["mesh", "matrix"] = "mesh"
     """Pressure of still water and waves on closed surfaces; or the stiffness of a published model of coefficients."""
-    shapes: Annotated[tuple[Shape, ...], Field(max_length=100)] = ()
+    shapes: Annotated[tuple[Shape, ...], Field(max_length=100), Only("hydrostatics", ("mesh",))] = ()
     """Closed surfaces of the hull that do not overlap, of 100 to 700 triangles; by default the robot's own shapes."""
     point: Vec3 | None = None
     """Point to which the matrices belong [m]; by default the boat's centre of mass."""
@@ -111,16 +111,16 @@ class MarineHullConfig(Config):
     """Quadratic damping [N s2/m2, N m s2]."""
     crossflow: CrossFlowConfig | None = None
     """Drag of the flow across the hull by strips; with it, quadratic damping of sway and yaw is 0 unless given."""
-    restoring: SixBySix | None = None
+    restoring: Annotated[SixBySix | None, OfMatrix] = None
     """Stiffness at rest, of `hydrostatics: matrix` [N/m, N, N m], six rows of six, or the diagonal."""
-    displacement: Positive | None = None
+    displacement: Annotated[Positive | None, OfMatrix] = None
     """Mass at which the water is at `waterline`, of `hydrostatics: matrix` [kg]; by default the boat's."""
-    waterline: float = 0.0
+    waterline: Annotated[float, OfMatrix] = 0.0
     """Height of the water at rest, of `hydrostatics: matrix` [m]."""
     hydro: str | None = None
     """File of radiation and diffraction that `vrx-mj robot hydro --bem` writes, beside this one: added mass, memory of
     the waves that the hull makes, forces of those that it scatters."""
-    diffraction: Switch = True
+    diffraction: Annotated[Switch, Only("hydro")] = True
     """Whether waves act with the diffraction of `hydro`; or, without, with the added mass and memory of the water's
     motion at the centre of buoyancy, which is right for waves that are long against the hull."""
 
@@ -152,12 +152,9 @@ class MarineHullConfig(Config):
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
-        if self.hydrostatics == "matrix":
-            found = [] if self.restoring else [(("hydrostatics",), "matrix needs `restoring`, the stiffness at rest")]
-            found += [(("shapes",), "not used with hydrostatics: matrix; remove it")] if self.shapes else []
-        else:
-            given = [key for key in OF_MATRIX if key in self.model_fields_set]
-            found = [((key,), "is for hydrostatics: matrix; remove it, or add that") for key in given]
+        found = []
+        if self.hydrostatics == "matrix" and not self.restoring:
+            found.append((("hydrostatics",), "matrix needs `restoring`, the stiffness at rest"))
         if self.hydro and self.added_mass:
             found.append((("added_mass",), "not used with hydro, which has that; remove it"))
         if found:

@@ -12,6 +12,7 @@ from vrx_mj.config.base import (
     Folder,
     Name,
     NonNegative,
+    Only,
     Pose,
     Positive,
     Principal,
@@ -86,7 +87,7 @@ class JointConfig(Config):
     """Pose of the joint in the frame of the child link [m, rad]."""
     axis: AxisConfig = Field(default_factory=AxisConfig)
     """The axis; a universal joint's first one, which stays with the parent. Of a ball only the damping counts."""
-    axis2: AxisConfig | None = None
+    axis2: Annotated[AxisConfig | None, Only("type", ("universal",), required=True)] = None
     """Second axis of a universal joint, which turns with the first."""
 
     @property
@@ -96,11 +97,6 @@ class JointConfig(Config):
 
     @model_validator(mode="after")
     def _has_its_axes(self) -> Self:
-        count = AXES[self.type]
-        if count == 2 and self.axis2 is None:
-            raise faults((("axis2",), f"required for a {self.type} joint"))
-        if count < 2 and self.axis2 is not None:
-            raise faults((("axis2",), f"not allowed for a {self.type} joint"))
         if self.axis2 is not None and _parallel(self.axis.xyz, self.axis2.xyz):
             raise faults(
                 (("axis2", "xyz"), "must not be parallel to the first axis: a universal joint turns about two")

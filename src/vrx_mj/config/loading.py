@@ -87,11 +87,21 @@ def _problem(details: ErrorDetails, model: type[Config], section: Section) -> Pr
     message = _message(details)
     if "row" in inside:
         place = _inside(place, inside["row"], inside["column"])
+    if "selector" in inside:
+        message += _inherited(_owner(section, loc), place, inside["selector"])
     if details["type"] == "extra_forbidden":
         key = str(loc[-1])
         message = unknown_key(key, _keys(model, section, loc[:-1]))
         place = _owner(section, loc).entries[key].key
     return Problem(place.file.name, place.line, place.column, _shown_key(place, path), message)
+
+
+def _inherited(owner: Section, place: Place, selector: str) -> str:
+    """Where the value of a key is from, if it is from a file that the one of a place extends."""
+    entry = owner.entries.get(selector)
+    if entry is None or entry.value.file == place.file:
+        return ""
+    return f"; {selector} is from {entry.value.file.name}:{entry.value.line}"
 
 
 def _owner(section: Section, loc: tuple[str | int, ...]) -> Section:

@@ -17,6 +17,7 @@ from vrx_mj.config.base import (
     Name,
     NonNegative,
     NotEmpty,
+    Only,
     Pose,
     Positive,
     Principal,
@@ -134,6 +135,7 @@ BODY_KEYS = ("mass", "inertia", "center_of_mass", "collisions", "visuals", "buoy
              "light", "links", "joints")  # fmt: skip
 """Keys of a single body, which a composite has not."""
 
+Afloat = Only("static", (False,))
 MOST_LEVELS = 8
 """Objects inside objects, nested."""
 MOST_OBJECTS = 10_000
@@ -162,6 +164,12 @@ class Placement(Placed):
     """Symbols that the placards of its docks show at the start, in their order."""
     mooring: RopeConfig | None = None
     """Rope of what floats, in profile `marine`, where everything without a path has one. `null`: it drifts."""
+
+    @model_validator(mode="after")
+    def _takes_its_rope(self, info: ValidationInfo) -> Self:
+        if self.mooring is not None:
+            check(info, lambda: _must_drift(self))
+        return self
 
     @field_validator("symbols")
     @classmethod
@@ -197,19 +205,19 @@ class ObjectConfig(Config):
     """Whether it is fixed to the world instead of floating."""
     link: Name = "link"
     """Name of its link, as ROS and VRX's files know it."""
-    mass: Positive | None = None
+    mass: Annotated[Positive | None, Afloat] = None
     """Mass [kg]."""
-    center_of_mass: Vec3 = (0.0, 0.0, 0.0)
+    center_of_mass: Annotated[Vec3, Afloat] = (0.0, 0.0, 0.0)
     """Centre of mass in the link's frame [m]."""
-    inertia: Principal | None = None
+    inertia: Annotated[Principal | None, Afloat] = None
     """Ixx, Iyy, Izz about the centre of mass, along the link's axes [kg m2]."""
     collisions: tuple[Shape, ...] = ()
     """Shapes that boats and other objects collide with."""
     visuals: tuple[Visual, ...] = ()
     """Shapes that are seen."""
-    buoyancy: BuoyancyConfig | None = None
+    buoyancy: Annotated[BuoyancyConfig | None, Afloat] = None
     """What it displaces, and its drag; an object that floats needs it."""
-    path: PathConfig | None = None
+    path: Annotated[PathConfig | None, Afloat] = None
     """Path along which it swims, unless the world gives another."""
     light: LightConfig | None = None
     """Panels of a light buoy."""
@@ -236,7 +244,7 @@ class ObjectConfig(Config):
 
     @model_validator(mode="after")
     def _is_one_kind(self) -> Self:
-        found = {"composite": _composite, "static": _static, "floating": _floating}[self.kind](self) + _unlit(self)
+        found = {"composite": _composite, "static": lambda _: [], "floating": _floating}[self.kind](self) + _unlit(self)
         found += tree_faults(self.link, self.links, self.joints) if self.kind != "composite" else []
         if found:
             raise faults(*found)
@@ -256,11 +264,6 @@ Fault = tuple[tuple[str | int, ...], str]
 def _composite(thing: ObjectConfig) -> list[Fault]:
     written = [key for key in BODY_KEYS if key in thing.model_fields_set]
     return [((key,), "not allowed: an object made of `objects` or `docks` has no body of its own") for key in written]
-
-
-def _static(thing: ObjectConfig) -> list[Fault]:
-    afloat = [key for key in ("buoyancy", "path") if getattr(thing, key)]
-    return [((key,), "not allowed: a static object does not float; remove this or `static`") for key in afloat]
 
 
 def _floating(thing: ObjectConfig) -> list[Fault]:
@@ -314,6 +317,18 @@ def _section(file: Path) -> Section:
 def _must_float(model: str, near: Path | None) -> None:
     if load_object(model, near).kind != "floating":
         raise VrxError(f"'{model}' does not float, so it cannot follow a path")
+
+
+def _must_drift(item: Placement) -> None:
+    if not _drifts(item):
+        raise VrxError(f"its `mooring` does nothing: '{item.model}' does not float, or follows a path")
+
+
+def _drifts(item: Placement) -> bool:
+    """Whether an object, or a part of it, floats without a path."""
+    thing = load_object(item.model, item.folder)
+    path = item.path if "path" in item.model_fields_set else thing.path
+    return any(map(_drifts, thing.objects)) or (thing.kind == "floating" and path is None)
 
 
 def _must_have_placards(model: str, near: Path | None, symbols: int) -> None:

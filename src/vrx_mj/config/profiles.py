@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, Literal
 
+from vrx_mj.config.tree import Section
 from vrx_mj.constants import STANDARD_GRAVITY
 
 __all__ = ["CLASSIC", "DEFAULT", "MARINE", "NEWER", "Profile", "physics_of_profile", "world_of_profile"]
@@ -37,11 +38,16 @@ def world_of_profile(data: object) -> object:
     sea, profile = data.get("sea"), data["physics"].get("profile")
     if profile not in SEA or not (sea is None or isinstance(sea, Mapping)):
         return data
-    return {**data, "sea": _on_top(SEA, profile, sea or {})}
+    return _with_places(data, {**data, "sea": _on_top(SEA, profile, sea or {})})
 
 
 def _on_top(
     defaults: Mapping[str, Mapping[str, object]], profile: object, data: Mapping[str, object]
 ) -> Mapping[str, object]:
     own = defaults.get(profile, {}) if isinstance(profile, str) else {}
-    return {**own, **data} if own else data
+    return _with_places(data, {**own, **data}) if own else data
+
+
+def _with_places(data: Mapping[str, object], values: Mapping[str, object]) -> Mapping[str, object]:
+    """Other values at the places that a file's have."""
+    return Section(values, data.place, data.entries) if isinstance(data, Section) else values

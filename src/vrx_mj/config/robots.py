@@ -15,6 +15,7 @@ from vrx_mj.config.base import (
     Folder,
     Name,
     NonNegative,
+    Only,
     Positive,
     Share,
     Switch,
@@ -75,7 +76,9 @@ class ThrusterEntry(ThrusterConfig):
     """Link at whose origin the thrust acts, along its x axis."""
     joint: str | None = None
     """Joint that steers it; without one it does not steer."""
-    servo: ServoConfig = ServoConfig(kp=300.0, kd=20.0, effort=10.0, velocity=10.0)
+    max_angle: Annotated[NonNegative, Only("joint")] = 1.5707963267948966
+    """Largest steering angle either way [rad]."""
+    servo: Annotated[ServoConfig, Only("joint")] = ServoConfig(kp=300.0, kd=20.0, effort=10.0, velocity=10.0)
     """What steers the thruster."""
 
 
@@ -94,7 +97,7 @@ class RudderEntry(Config):
     """Thruster in whose race it is."""
     propeller_diameter: Positive | None = None
     """Diameter of that thruster's propeller [m]."""
-    race_share: Share = 1.0
+    race_share: Annotated[Share, Only("propeller")] = 1.0
     """Share of the blade that the race covers."""
     max_angle: NonNegative = 0.6109
     """Largest angle either way [rad]."""

@@ -4,7 +4,19 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator, model_validator
 
-from vrx_mj.config.base import Color, Config, Coordinate, NonNegative, Positive, Share, Switch, fault, faults, numbers
+from vrx_mj.config.base import (
+    Color,
+    Config,
+    Coordinate,
+    NonNegative,
+    Only,
+    Positive,
+    Share,
+    Switch,
+    fault,
+    faults,
+    numbers,
+)
 from vrx_mj.config.wording import shown
 
 __all__ = ["CloudsConfig", "FogConfig", "MarkersConfig", "SceneConfig", "SkyConfig"]
@@ -73,17 +85,17 @@ class SkyConfig(Config):
 
 
 class FogConfig(Config):
-    """Fog; `start` and `end` are for linear fog, `density` for the others."""
+    """Fog."""
 
     type: Literal["none", "linear", "exp", "quadratic"] = "none"
     """How fog grows with the distance; exp and quadratic are drawn linear between their distances of 5 % and 95 %."""
-    color: Color = (1.0, 1.0, 1.0, 1.0)
+    color: Annotated[Color, Only("type", ("linear", "exp", "quadratic"))] = (1.0, 1.0, 1.0, 1.0)
     """Colour of the fog, and of the horizon in it."""
-    start: NonNegative = 1.0
+    start: Annotated[NonNegative, Only("type", ("linear",))] = 1.0
     """Distance at which fog starts [m]."""
-    end: NonNegative = 100.0
+    end: Annotated[NonNegative, Only("type", ("linear",))] = 100.0
     """Distance beyond which fog hides everything [m]."""
-    density: NonNegative = 1.0
+    density: Annotated[NonNegative, Only("type", ("exp", "quadratic"))] = 1.0
     """Density [1/m]: exp fog hides 1 - exp(-density d) at distance d, quadratic fog 1 - exp(-(density d)^2)."""
 
     @model_validator(mode="after")

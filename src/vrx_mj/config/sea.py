@@ -7,9 +7,10 @@ from typing import Annotated, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_validator
 
-from vrx_mj.config.base import Config, Folder, NonNegative, Positive, fault, faults, numbers
+from vrx_mj.config.base import Config, Folder, NonNegative, Only, Positive, fault, faults, numbers
 from vrx_mj.config.loading import check
 from vrx_mj.config.search import ReadingError, read_limited
+from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import SEA_WATER_DENSITY
 from vrx_mj.errors import VrxError
@@ -17,6 +18,8 @@ from vrx_mj.linear_waves import SEA_STATES, Site, breaking_height, developed_per
 
 __all__ = ["REGULAR", "SPECTRA", "SeaConfig", "SpectrumTable", "read_spectrum"]
 
+VRX_SEAS = ("pms", "cwr")
+"""Models of VRX's wave fields."""
 SPECTRA = ("jonswap", "pm", "tma", "file")
 """Models that are spectra, of random phases."""
 REGULAR = ("regular", "stokes5")
@@ -103,47 +106,63 @@ class SeaConfig(Config):
     VRX's: Pierson-Moskowitz sampling (`pms`), constant wavelength-to-amplitude ratio (`cwr`), flat water (`none`).
     Spectra: `jonswap`, Pierson-Moskowitz' for a height and a period (`pm`), shallow water (`tma`), a `file`. One wave:
     a linear one (`regular`), a steep one of five harmonics (`stokes5`)."""
-    number: Annotated[int, Field(ge=1, le=100)] = 3
+    number: Annotated[int, Field(ge=1, le=100), Only("model", VRX_SEAS)] = 3
     """Component waves of `pms` and `cwr`; pms has at most 3."""
-    scale: Positive = 1.5
+    scale: Annotated[Positive, Only("model", VRX_SEAS)] = 1.5
     """Ratio between neighbouring components: of frequencies in pms, of wavelengths in cwr; 1.1 in profile vrx3."""
-    angle: float = 0.4
+    angle: Annotated[float, Only("model", VRX_SEAS)] = 0.4
     """Angle between the directions of neighbouring components of `pms` and `cwr` [rad]."""
-    steepness: NonNegative = 0.0
+    steepness: Annotated[NonNegative, Only("model", VRX_SEAS)] = 0.0
     """VRX's steepness; it is kept, but the height of the water does not depend on it."""
-    gain: NonNegative = 0.1
+    gain: Annotated[NonNegative, Only("model", ("pms",))] = 0.1
     """Factor on amplitudes (pms)."""
-    amplitude: NonNegative = 0.0
+    amplitude: Annotated[NonNegative, Only("model", ("cwr",))] = 0.0
     """Median amplitude [m] (cwr)."""
-    period: Positive = 5.0
+    period: Annotated[Positive, Only("model", (*VRX_SEAS, *REGULAR))] = 5.0
     """Peak (pms) or median (cwr) period, or that of a regular wave [s]."""
-    direction: Annotated[tuple[float, float], numbers("x y")] = (1.0, 0.0)
+    direction: Annotated[tuple[float, float], numbers("x y"), Only("model", (*VRX_SEAS, *SPECTRA, *REGULAR))] = (
+        1.0,
+        0.0,
+    )
     """Direction in which the waves travel, along x and y; any length but zero."""
-    tau: NonNegative = 2.0
+    tau: Annotated[NonNegative, Only("model", VRX_SEAS)] = 2.0
     """Time constant of the waves' growth at the start [s], of VRX's seas."""
-    significant_height: NonNegative | None = None
-    """Significant height of a spectrum, Hs = 4 sqrt(m0) [m]; by default that of `sea_state`, or of the file."""
-    peak_period: Positive | None = None
+    significant_height: Annotated[NonNegative | None, Only("model", SPECTRA)] = None
+    """Significant height of a spectrum, Hs = 4 sqrt(m0) [m]; by default that of `sea_state`, or of the file.
+
+    On top of a base's `model` without one, or of no model, it makes the sea `jonswap`, with a warning."""
+    peak_period: Annotated[Positive | None, Only("model", SPECTRA)] = None
     """Peak period of a spectrum [s]; by default that of a sea fully raised by the wind, 5 s at a height of 1 m."""
-    sea_state: Annotated[int, Field(ge=0, lt=len(SEA_STATES))] | None = None
+    sea_state: Annotated[Annotated[int, Field(ge=0, lt=len(SEA_STATES))] | None, Only("model", SPECTRA)] = None
     """Sea state 0 to 6 (WMO code table 3700) instead of a height: 0, 0.05, 0.3, 0.875, 1.875, 3.25 or 5 m."""
-    gamma: Annotated[float, Field(ge=1, le=20)] = 3.3
+    gamma: Annotated[float, Field(ge=1, le=20), Only("model", ("jonswap", "tma"))] = 3.3
     """Peak enhancement of `jonswap` and `tma`."""
-    spreading: Annotated[float, Field(gt=0, le=1000)] | None = None
+    spreading: Annotated[Annotated[float, Field(gt=0, le=1000)] | None, Only("model", SPECTRA)] = None
     """Exponent s of the spreading cos^(2 s)(theta / 2) of a spectrum; by default all waves travel alike."""
-    components: Annotated[int, Field(ge=1, le=500)] = 60
+    components: Annotated[int, Field(ge=1, le=500), Only("model", SPECTRA)] = 60
     """Component waves of a spectrum, of equal energy."""
-    height: NonNegative | None = None
+    height: Annotated[NonNegative | None, Only("model", REGULAR)] = None
     """Height of a regular wave, crest over trough [m]."""
-    file: str | None = None
+    file: Annotated[str | None, Only("model", ("file",))] = None
     """Spectrum of model `file`: lines of frequency [Hz] and density [m2/Hz], as CSV; a path relative to this file."""
-    depth: Positive | None = None
+    depth: Annotated[Positive | None, Only("model", (*SPECTRA, *REGULAR))] = None
     """Depth of the water [m], for lengths and motion of waves that are not VRX's; by default it is deep."""
     density: Positive = SEA_WATER_DENSITY
-    """Density of the water [kg/m3], which presses on hulls of profile `marine`."""
-    ramp: NonNegative = 0.0
+    """Density of the water [kg/m3], which presses on hulls; only in profile `marine`."""
+    ramp: Annotated[NonNegative, Only("model", (*SPECTRA, *REGULAR))] = 0.0
     """Time constant of the growth of spectra and regular waves [s]; by default they are there from the start."""
     _spectrum: SpectrumTable | None = PrivateAttr(None)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_a_height(cls, data: object) -> object:
+        """A height of spectra on top of a base's model without one, or of no model, makes the sea `jonswap`."""
+        if not isinstance(data, Section) or data.get("model") in SPECTRA:
+            return data
+        key = min(("significant_height", "sea_state"), key=data.depth)
+        if data.depth("model") <= data.depth(key):
+            return data
+        return Section({**data, "model": "jonswap"}, data.place, {**data.entries, "model": data.entries[key]})
 
     @field_validator("direction")
     @classmethod

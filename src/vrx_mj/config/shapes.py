@@ -1,11 +1,21 @@
 """Shapes that collide, are seen, or displace water."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BeforeValidator, field_validator, model_validator
+from pydantic import AfterValidator, BeforeValidator, field_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import Color, Config, Folder, Name, Pose, Positive, fault, faults, numbers
+from vrx_mj.config.base import (
+    Color,
+    Config,
+    Folder,
+    Name,
+    Only,
+    Pose,
+    Positive,
+    fault,
+    numbers,
+)
 from vrx_mj.config.loading import check
 from vrx_mj.config.search import contained
 from vrx_mj.config.wording import one_of
@@ -13,16 +23,6 @@ from vrx_mj.config.wording import one_of
 __all__ = ["MESH_SUFFIXES", "Shape", "Visual"]
 
 MESH_SUFFIXES = (".obj", ".stl", ".dae", ".ply", ".glb")
-
-KEYS = {
-    "box": ("size",),
-    "sphere": ("radius",),
-    "cylinder": ("radius", "length"),
-    "capsule": ("radius", "length"),
-    "ellipsoid": ("size",),
-    "mesh": ("file",),
-}
-"""What each type of shape must have; `scale` goes with a mesh too, but has a default."""
 
 
 def _not_zero(value: float) -> float:
@@ -49,15 +49,15 @@ class Shape(Config):
     """Name of the shape, for what refers to it."""
     type: Literal["box", "sphere", "cylinder", "capsule", "ellipsoid", "mesh"]
     """Kind of shape."""
-    size: Size | None = None
+    size: Annotated[Size | None, Only("type", ("box", "ellipsoid"), required=True)] = None
     """Full edge lengths of a box, full axes of an ellipsoid [m]."""
-    radius: Positive | None = None
+    radius: Annotated[Positive | None, Only("type", ("sphere", "cylinder", "capsule"), required=True)] = None
     """Radius [m]."""
-    length: Positive | None = None
+    length: Annotated[Positive | None, Only("type", ("cylinder", "capsule"), required=True)] = None
     """Length along z [m]; a capsule's without its two caps."""
-    file: str | None = None
+    file: Annotated[str | None, Only("type", ("mesh",), required=True)] = None
     """A mesh (.obj, .stl, .dae, .ply or .glb), relative to the folder of the file that names it."""
-    scale: Annotated[Scale, BeforeValidator(_three)] = (1.0, 1.0, 1.0)
+    scale: Annotated[Scale, BeforeValidator(_three), Only("type", ("mesh",))] = (1.0, 1.0, 1.0)
     """Factors of a mesh along x, y and z; a negative one mirrors it. A file may give one number for all three."""
     pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """Pose in the link's frame [m, rad]."""
@@ -70,22 +70,6 @@ class Shape(Config):
         if value is not None:
             check(info, lambda: contained(value, info.data.get("folder")))
         return value
-
-    @model_validator(mode="after")
-    def _exactly_its_keys(self) -> Self:
-        needed = KEYS[self.type]
-        allowed = (*needed, "scale") if self.type == "mesh" else needed
-        given = {key for key in ("size", "radius", "length", "file", "scale") if key in self.model_fields_set}
-        lacking = [((key,), f"required for a {self.type}") for key in needed if getattr(self, key) is None]
-        takes = f"allowed: {', '.join((*allowed, 'pose'))}"
-        excess = [
-            ((key,), f"not allowed for a {self.type}; {takes}")
-            for key in ("size", "radius", "length", "file", "scale")
-            if key in given and key not in allowed
-        ]
-        if lacking or excess:
-            raise faults(*lacking, *excess)
-        return self
 
 
 class Visual(Shape):

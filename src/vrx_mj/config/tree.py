@@ -1,5 +1,6 @@
 """The content of a file with its places: sections and lists whose entries know their line and column."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -43,6 +44,8 @@ class Entry(NamedTuple):
 
     key: Place
     value: Place
+    depth: int = 0
+    """How far up the chain of `extends` it is, compared with others of its section."""
 
 
 class Section(dict[str, Any]):
@@ -61,6 +64,10 @@ class Section(dict[str, Any]):
     def folder_of(self, key: str) -> Path | None:
         """The folder in which a relative path of a key starts: that of the file with the key, which may be the base."""
         return self.entries[key].value.file.folder if key in self.entries else self.folder
+
+    def depth(self, key: str) -> float:
+        """How far up the chain of `extends` a key is, compared with its neighbours; infinite if no file has it."""
+        return self.entries[key].depth if key in self.entries else math.inf
 
 
 class Items(tuple[Any, ...]):  # noqa: SLOT001 - a tuple of any length has no slots
@@ -100,7 +107,8 @@ def merged(base: Section, over: Section, appended: Sequence[str] = APPENDED) -> 
     A task of another type replaces that of the base; keys of a base about its robot do not hold for another one.
     """
     base = _without_dependent(base, over)
-    values, entries = {**base, **over}, {**base.entries, **over.entries}
+    inherited = {key: entry._replace(depth=entry.depth + 1) for key, entry in base.entries.items()}
+    values, entries = {**base, **over}, {**inherited, **over.entries}
     for key in base.keys() & over.keys():
         old, new = base[key], over[key]
         if isinstance(old, Section) and isinstance(new, Section):

@@ -1,18 +1,13 @@
 """The wind of a world's file: a mean with a profile over height, gusts, a direction that turns, and what it pushes."""
 
-from collections.abc import Iterator
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from vrx_mj.config.base import Config, NonNegative, Positive, Seed, Vec3, faults
+from vrx_mj.config.base import Config, NonNegative, Only, Positive, Seed, Vec3, faults
 
 __all__ = ["WindConfig", "WindObject"]
 
-MARINE_KEYS = (
-    "height", "exponent", "roughness", "spectrum", "components", "turning", "var_direction", "var_direction_time",
-)  # fmt: skip
-"""Keys that worlds of VRX's profiles cannot have."""
 MOST_GUSTS = 500
 """Components of gusts, at most."""
 
@@ -35,9 +30,9 @@ class WindConfig(Config):
     """Direction in which the air moves [degrees], counter-clockwise from x."""
     mean_velocity: NonNegative = 0.0
     """Mean speed [m/s]."""
-    var_gain: NonNegative = 0.0
+    var_gain: Annotated[NonNegative, Only("spectrum", ("gauss_markov",))] = 0.0
     """Standard deviation of the gusts [m/s]."""
-    var_time: Positive = 2.0
+    var_time: Annotated[Positive, Only("spectrum", ("gauss_markov",))] = 2.0
     """Time constant of the gusts [s]."""
     seed: Seed = 0
     """Seed of the gusts; 0 leaves it to the world's seed."""
@@ -51,7 +46,7 @@ class WindConfig(Config):
     """Roughness length of a logarithmic profile over height [m], 0.0002 over open water; instead of `exponent`."""
     spectrum: Literal["gauss_markov", "npd"] = "gauss_markov"
     """Gusts: those of `var_gain` and `var_time`, or the NPD (Froya) spectrum, which follows from speed and height."""
-    components: Annotated[int, Field(ge=1, le=MOST_GUSTS)] = 60
+    components: Annotated[int, Field(ge=1, le=MOST_GUSTS), Only("spectrum", ("npd",))] = 60
     """Number of harmonics of which the gusts of a spectrum consist."""
     turning: float = 0.0
     """Rate at which the direction turns [degrees/s], counter-clockwise."""
@@ -64,11 +59,6 @@ class WindConfig(Config):
 
     `[]`: nothing at all."""
 
-    @property
-    def marine_keys(self) -> Iterator[str]:
-        """The keys that it gives and VRX's profiles do not have."""
-        return (key for key in MARINE_KEYS if key in self.model_fields_set)
-
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
         found: list[tuple[tuple[str | int, ...], str]] = []
@@ -77,8 +67,6 @@ class WindConfig(Config):
         if self.roughness is not None and self.roughness >= self.height:
             text = f"a roughness below `height`, {self.height:g} m, is needed, got {self.roughness:g} m"
             found.append((("roughness",), text))
-        if self.spectrum == "npd" and self.var_gain:
-            found.append((("var_gain",), "the gusts of npd follow from `mean_velocity` and `height`: leave it out"))
         if found:
             raise faults(*found)
         return self

@@ -56,6 +56,10 @@ __all__ = [
 _NOTICED: list[str] = []
 """The world that the notice of the default profile was of."""
 MARINE_ONLY = "needs `physics: {profile: marine}`"
+MARINE_WIND = (
+    "height", "exponent", "roughness", "spectrum", "components", "turning", "var_direction", "var_direction_time",
+)  # fmt: skip
+"""Keys of the wind that worlds of VRX's profiles cannot have."""
 MAX_TURN = 1e6
 """Largest heading [degrees] that a file may give; a saved world holds no larger one."""
 FULL_TURN = 2 * math.pi
@@ -205,8 +209,10 @@ class WorldConfig(FromFile):
                 if item.mooring is not None
             ]
             found += [
-                (("wind", key), f"{key} {MARINE_ONLY}, got {self.physics.profile}")
-                for key in (self.wind.marine_keys if self.wind else ())
+                ((name, key), f"{key} {MARINE_ONLY}, got {self.physics.profile}")
+                for name, part, keys in (("sea", self.sea, ("density",)), ("wind", self.wind, MARINE_WIND))
+                for key in keys
+                if part is not None and key in part.model_fields_set
             ]
         if self.current is not None and self.physics.profile != MARINE:
             found.append((("current",), f"a current {MARINE_ONLY}, got {self.physics.profile}"))
@@ -230,7 +236,7 @@ def load_world(source: Source) -> WorldConfig:
     placed: list[Placed] = [*world.objects, *world.docks]
     things = [(thing.name, thing.pose[3:]) for thing in placed]
     warn_of_degrees(f"world {world.name}", [("spawn", world.spawn.pose[3:]), *things])
-    for text in (*_without_effect(world), *_of_default_profile(world)):
+    for text in (*_of_its_sea(world), *_of_default_profile(world)):
         warnings.warn(f"world {world.name}: {text}", VrxWarning, stacklevel=3)
     return world
 
@@ -252,15 +258,13 @@ def _gazebo(source: str | Path) -> tuple[Section, str]:
     return read_source("worlds", found.section), found.name
 
 
-def _without_effect(world: WorldConfig) -> Iterator[str]:
-    """Warnings of keys that have no effect because of another key."""
-    sea, fog = world.sea, world.scene.fog
-    if sea.model == "pms" and sea.amplitude:
-        yield f"sea.amplitude {sea.amplitude:g} has no effect in a pms sea; write `gain`, or `model: cwr`"
-    if sea.model == "cwr" and not sea.amplitude:
-        yield "its cwr sea is flat: sea.amplitude is 0, sea.gain has no effect"
-    if fog is not None and fog.model_fields_set and "type" not in fog.model_fields_set:
-        yield "scene.fog has no effect without a type; write `type: linear`, exp or quadratic"
+def _of_its_sea(world: WorldConfig) -> Iterator[str]:
+    """Warnings of seas that may be meant otherwise."""
+    model = (world.section.get("sea") or {}).get("model", "pms")
+    if world.sea.model != model:
+        yield f"its sea is {world.sea.model}, as `{model}` has no significant height; write `model: {world.sea.model}`"
+    if world.sea.model == "cwr" and not world.sea.amplitude:
+        yield "its cwr sea is flat: sea.amplitude is 0"
 
 
 def warn_of_degrees(owner: str, poses: Iterable[tuple[str, Sequence[float]]]) -> None:

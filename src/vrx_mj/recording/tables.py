@@ -47,7 +47,7 @@ def read(recording: str | Path | Record) -> dict[str, pa.Table]:
       yaw, in the world's axes; linear and angular velocity (vx to wz) in the body's, forward-left-up; latitude and
       longitude, null where the world has no georeference.
     - `thrust`: a row for each time and thruster.
-    - `wind`: a row for each time; `direction` is where it blows toward, counter-clockwise from the world's x axis, as `yaw`.
+    - `wind`: a row for each time; `direction` is where it blows toward, counter-clockwise from x, as `yaw`.
     - `contacts`: a row for each touch of a boat, with the largest force of its first half second.
     - `events`: a row for each message.
 

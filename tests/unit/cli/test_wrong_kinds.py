@@ -143,6 +143,7 @@ def tried(cli, folder):
     return lambda line, name: cli(*(name if word == "FILE" else word for word in line.split()))
 
 
+@pytest.mark.filterwarnings("ignore:.*no boat is in this world")
 @pytest.mark.parametrize("command", COMMANDS)
 def test_wrong_kind_of_file_is_an_error_of_one_file_in_plain_words(tried, command):
     line, taken = COMMANDS[command]

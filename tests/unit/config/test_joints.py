@@ -105,8 +105,8 @@ def test_joints_make_a_tree(here, joints, links, expected):
         ({"axis": {"limits": [2, 1]}}, "axis.limits: lower 2 is not below upper 1"),
         ({"axis": {"limits": [1]}}, "axis.limits: expected 2 numbers [lower, upper], got 1"),
         ({"axis": {"damping": -1}}, "axis.damping: must be at least 0, got -1"),
-        ({"axis2": {}}, "axis2: not allowed for a revolute joint"),
-        ({"type": "universal"}, "axis2: required for a universal joint"),
+        ({"axis2": {}}, "axis2: not allowed for `type: revolute`; allowed for universal"),
+        ({"type": "universal"}, "axis2: required for `type: universal`"),
         (
             {"type": "universal", "axis": {"xyz": [0.0, 2.0, 0.0]}, "axis2": {"xyz": [0.0, -1.0, 0.001]}},
             "axis2.xyz: must not be parallel to the first axis: a universal joint turns about two",

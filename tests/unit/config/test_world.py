@@ -232,21 +232,15 @@ def test_the_start_file_of_a_world_loads():
     assert load_world(root() / "assets" / "start" / "world.yaml").objects[-1].name == "green_buoy"
 
 
-@pytest.mark.parametrize(("world", "text"), [
-    ({"sea": {"amplitude": 0.5}},
-     "sea.amplitude 0.5 has no effect in a pms sea; write `gain`, or `model: cwr`"),
-    ({"sea": {"model": "cwr", "gain": 1.0}}, "its cwr sea is flat: sea.amplitude is 0, sea.gain has no effect"),
-    ({"scene": {"fog": {"start": 5, "end": 50}}},
-     "scene.fog has no effect without a type; write `type: linear`, exp or quadratic"),
+@pytest.mark.parametrize(("sea", "text"), [
+    ({"model": "cwr"}, "its cwr sea is flat: sea.amplitude is 0"),
+    ({"sea_state": 2}, "its sea is jonswap, as `pms` has no significant height; write `model: jonswap`"),
 ])  # fmt: skip
-def test_keys_that_change_nothing_are_warned_of(world, text):
+def test_a_sea_that_may_be_meant_otherwise_is_warned_of(sea, text):
     with pytest.warns(VrxWarning) as caught:
-        load_world(world)
+        load_world({"sea": sea})
     assert [str(item.message) for item in caught] == [f"world world: {text}"]
 
 
-def test_keys_that_are_switched_off_on_purpose_are_not():
-    load_world(
-        {"sea": {"model": "none", "gain": 1.0, "amplitude": 1.0}, "scene": {"fog": {"type": "none", "start": 5}}}
-    )
+def test_a_sea_with_an_amplitude_and_fog_without_keys_are_not():
     load_world({"sea": {"model": "cwr", "amplitude": 0.3}, "scene": {"fog": {}}})

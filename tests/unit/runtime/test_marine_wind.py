@@ -91,7 +91,7 @@ def test_the_gusts_of_a_spectrum_follow_from_speed_and_height():
         ),
         (
             {"physics": {"profile": "marine"}, "wind": {"spectrum": "npd", "var_gain": 2}},
-            "wind.var_gain: the gusts of npd follow from `mean_velocity` and `height`: leave it out",
+            "wind.var_gain: not allowed for `spectrum: npd`; allowed for gauss_markov",
         ),
         (
             {"physics": {"profile": "marine"}, "wind": {"spectrum": "kaimal"}},

@@ -258,7 +258,7 @@ class TestMatrix:
 @pytest.mark.parametrize(
     ("hull", "message"),
     [
-        ("{restoring: [0, 0, 1, 1, 1, 0]}", "hull.restoring: is for hydrostatics: matrix; remove it, or add that"),
+        ("{restoring: [0, 0, 1, 1, 1, 0]}", "hull.restoring: not allowed for `hydrostatics: mesh`; allowed for matrix"),
         ("{hydrostatics: matrix}", "hull.hydrostatics: matrix needs `restoring`, the stiffness at rest"),
         (
             "{added_mass: [1, 2, 3]}",

@@ -203,10 +203,10 @@ class _Writer:
         self.made.sails.append((path, self.add_fleet(file, world.fleet)))
         return path
 
-    def add_fleet(self, file: Path, fleet: Section | None) -> str | None:
-        """Write the boats of a world and their fleet, and return its path; None without boats."""
-        if fleet is None:
-            return None
+    def add_fleet(self, file: Path, fleet: Section | str | None) -> str | None:
+        """Write the boats of a world and their fleet, and return its path; without boats its name, if it has one."""
+        if not isinstance(fleet, Section):
+            return fleet
         boats = []
         for boat in fleet["boats"]:
             path = self.add_boat(str(boat["robot"]), model_file(str(boat["robot"]), file.parent))
@@ -358,8 +358,10 @@ class _Writer:
             known = {name for name, _ in self.made.sails}
             self.made.sails += [(world, None)] if world is not None and world not in known else []
             return
-        boats = []
-        for boat, found in zip(fleet["boats"], launch.boats, strict=True):
+        listed = fleet.get("boats", Items.of((), ()))
+        loaded = len(listed) - len(launch.boats)
+        boats = list(listed[:loaded])
+        for boat, found in zip(listed[loaded:], launch.boats, strict=True):
             if isinstance(found.robot, Path) and is_gazebo_model(found.robot.name):
                 path = self.add_boat(str(found.robot.absolute()), found.robot)
                 boats.append(Section({**boat, "robot": f"./{path}"}, boat.place, boat.entries))
@@ -370,8 +372,8 @@ class _Writer:
             else:
                 boats.append(boat)
         path = self.path_of("", f"{safe_name(file.name.partition('.')[0])}_fleet", f"fleet of {file.resolve()}")
-        items = Items.of(boats, fleet["boats"].places)
-        self.made.texts[path] = self.text(file, Section({**fleet, "boats": items}, fleet.place, fleet.entries))
+        items = {"boats": Items.of(boats, listed.places)} if boats else {}
+        self.made.texts[path] = self.text(file, Section({**fleet, **items}, fleet.place, fleet.entries))
         if world is not None:
             self.made.sails.append((world, path))
 

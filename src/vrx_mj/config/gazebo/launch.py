@@ -16,6 +16,7 @@ from vrx_mj.config.gazebo.launched import (
     Launch,
     SpawnedBoat,
     SpawnedObject,
+    checked_fleet,
     pose_of_words,
     stock_boat,
 )
@@ -54,7 +55,7 @@ from vrx_mj.config.urdf.expand import declared
 from vrx_mj.config.urdf.expression_values import LONGEST_TEXT, Budget, ExpressionError
 from vrx_mj.config.urdf.xacro_files import Files, Substitutions
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, shortened
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, shortened
 from vrx_mj.frames import Pose, compose
 
 __all__ = ["SERVING", "is_launch", "launch_of", "read_launch"]
@@ -72,8 +73,6 @@ OWN_ARGUMENTS = {"namespace", "locked"}
 SERVING = "vrx_mj_serve"
 """Type of the node that starts one of VRX's own launch files here."""
 _LAUNCHES_WORLDS = {"empty_world.launch", "willowgarage_world.launch"}
-
-
 Description = tuple[Path | str, dict[str, str]]
 """The file of a robot's description or the name of one of ours, and the arguments of its xacro."""
 
@@ -141,6 +140,7 @@ class _Run:
         self.included: list[Path] = []
         self.nodes: dict[str, Place] = {}
         self.unlocked = False
+        self.fleet: Path | None = None
 
     @cached_property
     def known_objects(self) -> Mapping[str, Path]:
@@ -155,8 +155,8 @@ class _Run:
         ours = "`objects` of the world" if joins else "no world to join: this launch file opens none"
         for thing in self.objects:
             self.report.notes.append(Note(thing.place, f"<node> '{thing.name}'", fate, ours))
-        started = (self.world, tuple(self.boats), tuple(self.objects), self.report)
-        return Launch(*started, unlocked=self.unlocked, included=tuple(self.included))
+        boats, objects, included = tuple(self.boats), tuple(self.objects), tuple(self.included)
+        return Launch(self.world, boats, objects, self.report, self.unlocked, included, self.fleet)
 
     def read(self, file: Path, given: dict[str, str], scope: _Scope) -> set[str]:
         """Go through a file with arguments from outside, and return the names of those that it declares."""
@@ -320,6 +320,15 @@ class _Run:
         else:
             self.report.note(element, "ignored", "a parameter; set it with `rosparam set` while `vrx-mj serve` runs")
 
+    def parameters(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
+        """Take over a fleet's file that `<rosparam>` loads; other parameters are those of nodes."""
+        path = self.worked_out(element, element.attributes.get("file", ""), scope)
+        try:
+            self.fleet = checked_fleet(self.allowed(element, path))
+            self.report.note(element, "taken over", f"the fleet: `{self.fleet.name}`")
+        except VrxError:
+            self.ignore(element, scope, given)
+
     def description(self, element: Element, command: str) -> Description:
         """File and arguments of a command of xacro; nothing is run."""
         try:
@@ -336,12 +345,16 @@ class _Run:
         named = robot_named(path) or object_named(path)
         if named is None and path.startswith(NOWHERE):
             raise element.fault(f"no package for {path.removeprefix(NOWHERE)}: add its folder to VRX_MJ_PACKAGE_PATH")
-        return named or self.allowed(element, self.made_from(path, ".xacro", ".erb") if _is_sdf(path) else path)
+        ends = (".xacro", ".erb") if path.lower().endswith(".sdf") else ()
+        return named or self.allowed(element, self.made_from(path, *ends))
 
     def node(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
         """Spawn a boat; other nodes are not of the simulation."""
         if element.attributes.get("type") == SERVING:
             self.serve(element, scope)
+            return
+        if self.fleet and element.attributes.get("type") == "spawn_usvs.py":
+            self.report.note(element, "taken over", f"the boats of `{self.fleet.name}`")
             return
         if element.attributes.get("type") not in {"spawn_model", "spawn_wamv.bash", "spawn_entity.py"}:
             self.ignore(element, scope, given)
@@ -546,10 +559,6 @@ class _Known(Substitutions):
         return super().argument(name)
 
 
-def _is_sdf(path: str) -> bool:
-    return path.lower().endswith(".sdf")
-
-
 def _is_object(file: Path) -> bool:
     """Whether a file is a model of SDF without thrusters, or the template of a dock."""
     return is_gazebo_model(file.name) and (is_template(file) or not is_boat(model_element(file)[0]))
@@ -586,5 +595,6 @@ def _joined(namespace: str, name: str) -> str:
 
 
 _TAKE: Mapping[str, Callable[[_Run, Element, _Scope, dict[str, str]], Any]] = {
-    "arg": _Run.argument, "group": _Run.group, "include": _Run.include, "param": _Run.parameter, "node": _Run.node,
+    "arg": _Run.argument, "group": _Run.group, "include": _Run.include, "param": _Run.parameter,
+    "rosparam": _Run.parameters, "node": _Run.node,
 }  # fmt: skip

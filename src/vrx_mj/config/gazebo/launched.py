@@ -6,13 +6,16 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from vrx_mj.config.fleet import FleetConfig
 from vrx_mj.config.gazebo.document import Report
 from vrx_mj.config.gazebo.model_frames import safe_name
 from vrx_mj.config.gazebo.stock import StockBoat
+from vrx_mj.config.kinds import MARKS
+from vrx_mj.config.loading import Loading, read_source, validated
 from vrx_mj.config.tree import Entry, File, Items, Place, Section, merged
 from vrx_mj.config.urdf.elements import truth
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ConfigError, Problem
+from vrx_mj.errors import ConfigError, Problem, VrxError
 from vrx_mj.frames import Pose
 
 __all__ = [
@@ -21,6 +24,7 @@ __all__ = [
     "Launch",
     "SpawnedBoat",
     "SpawnedObject",
+    "checked_fleet",
     "fleet_of",
     "objects_of",
     "pose_of_words",
@@ -77,6 +81,8 @@ class Launch:
     """Whether it frees the boat that a task would hold at the start."""
     included: tuple[Path, ...] = ()
     """The launch files that it includes."""
+    fleet: Path | None = None
+    """A fleet's file among those that its parameters are loaded from."""
 
 
 def stock_boat(boat: StockBoat, given: Mapping[str, str], place: Place, *, alone: bool) -> SpawnedBoat:
@@ -103,13 +109,29 @@ def pose_of_words(values: Sequence[str]) -> Pose | None:
 
 def fleet_of(launch: Launch) -> Section | None:
     """The boats of a launch file as a fleet's file says them; None: it spawns none."""
+    loaded = _loaded(launch.fleet) if launch.fleet else None
     if not launch.boats:
-        return None
+        return loaded
     place = Place(launch.boats[0].place.file, 1)
     boats = [_boat(boat) for boat in launch.boats]
     items = Items.of(boats, [boat.place for boat in launch.boats])
     name = PurePosixPath(place.file.name).name.removesuffix(ENDING)
-    return Section({"name": name, "boats": items}, place, dict.fromkeys(("name", "boats"), Entry(place, place)))
+    spawned = Section({"name": name, "boats": items}, place, dict.fromkeys(("name", "boats"), Entry(place, place)))
+    return spawned if loaded is None else merged(loaded, spawned, ("boats",))
+
+
+def checked_fleet(file: Path) -> Path:
+    """The file, if it is a fleet's. Raises VrxError: it is another."""
+    section = read_source("fleets", file)
+    if MARKS["fleets"].isdisjoint(validated(FleetConfig, section, Loading()).model_fields_set):
+        raise VrxError(f"{file} is not a fleet")
+    return file
+
+
+def _loaded(file: Path) -> Section:
+    """A fleet's file, with a name."""
+    found = read_source("fleets", file)
+    return Section({"name": file.stem, **found}, found.place, found.entries)
 
 
 def _boat(boat: SpawnedBoat) -> Section:

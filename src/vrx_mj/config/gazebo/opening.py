@@ -13,7 +13,7 @@ from vrx_mj.config.gazebo.launched import Launch, fleet_of, with_objects
 from vrx_mj.config.gazebo.packages import PACKAGES
 from vrx_mj.config.gazebo.robot_fleets import is_robot_xacro, robot_fleet
 from vrx_mj.config.gazebo.stock import instead_of, is_tool, stock_launch
-from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world, warn_of_losses
+from vrx_mj.config.gazebo.worlds import NO_BOATS, GazeboWorld, gazebo_world, is_gazebo_world, warn_of_losses
 from vrx_mj.config.loading import Source, file_of, path_of, read_source
 from vrx_mj.config.search import (
     SOURCES,
@@ -66,6 +66,11 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
             text = instead_of(name, arguments) if is_tool(name) and not launch.boats else sails
             raise ConfigError([Problem(str(world), None, None, "", text)])
         warn_of_losses(launch.report.notes, str(world), stacklevel=4)
+        if fleet is None and launch.fleet is not None:
+            text = (
+                f"{shortened(world)}: its <rosparam> loads a fleet, as --fleet {shell_word(display(launch.fleet))} does"
+            )
+            warnings.warn(text, VrxWarning, stacklevel=4)
         fleet = fleet_of(launch) if fleet is None else fleet
         if launch.objects or launch.unlocked:
             return joined(launch.world, launch, fleet)
@@ -79,10 +84,11 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
         message = "takes no arguments NAME:=VALUE: they are for launch files and for xacro of worlds and boats"
         raise ConfigError([Problem(str(world), None, None, "", message)])
     found = gazebo_world(path_of("worlds", world), arguments)
-    if not arguments and found.fleet is None:
+    fleet = _fleet_in(found, world) if fleet is None else fleet
+    if not arguments and not isinstance(found.fleet, Section):
         return world, fleet
     warn_of_losses(found.notes, str(world), stacklevel=4)
-    return _named(found.section, found.name), found.fleet if fleet is None else fleet
+    return _named(found.section, found.name), fleet
 
 
 def joined(world: Path | str, launch: Launch, fleet: Source | None) -> tuple[Section, Source | None]:
@@ -94,11 +100,22 @@ def joined(world: Path | str, launch: Launch, fleet: Source | None) -> tuple[Sec
     if is_gazebo_world(world):
         found = gazebo_world(path_of("worlds", world))
         warn_of_losses(found.notes, str(world), stacklevel=5)
-        name, section, own = found.name, found.section, found.fleet
+        name, section = found.name, found.section
+        fleet = _fleet_in(found, world) if fleet is None else fleet
     else:
         file = file_of("worlds", world)
-        name, section, own = world if isinstance(world, str) else file.stem, read_source("worlds", file), None
-    return with_objects(_named(section, name), launch), own if fleet is None else fleet
+        name, section = world if isinstance(world, str) else file.stem, read_source("worlds", file)
+    return with_objects(_named(section, name), launch), fleet
+
+
+def _fleet_in(found: GazeboWorld, world: str | Path) -> Source | None:
+    """The boats of a world of Gazebo, with a warning where it has none."""
+    if found.fleet == NO_BOATS:
+        text = (
+            f"{shortened(world)}: no boat is in this world, and none is added; --fleet FLEET adds some, as --fleet trio"
+        )
+        warnings.warn(text, VrxWarning, stacklevel=5)
+    return found.fleet
 
 
 def _named(section: Section, name: str) -> Section:
@@ -239,7 +256,7 @@ def _about(launch: Launch) -> str:
     names = [boat.name for boat in launch.boats]
     more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
     count = f"{len(names)} boat{'s' * (len(names) > 1)}: {', '.join(names[:LISTED])}{more}" if names else "no boat"
-    return f"{world}, {count}"
+    return f"{world}, {count if launch.fleet is None or names else launch.fleet.name}"
 
 
 def _choice(folder: Path, kind: str, files: Mapping[Path, str], among: Sequence[Path] = ()) -> ChoiceError:

@@ -4,7 +4,10 @@ import math
 import re
 from typing import Any
 
+from vrx_mj.config.base import without_ignored_keys
 from vrx_mj.config.gazebo.document import Element
+from vrx_mj.config.scene import FogConfig
+from vrx_mj.config.sea import SeaConfig
 from vrx_mj.config.wording import shown
 
 __all__ = ["georeference", "published_sea", "scene", "view", "wave_field", "wind"]
@@ -28,11 +31,8 @@ def wave_field(plugin: Element) -> Content:
     direction = wave.numbers("direction", "x y")
     if "number" in sea:
         sea["number"] = wave.whole("number")
-    return {
-        "model": _model(wave, wave.text("model") or "PMS"),
-        **sea,
-        **({"direction": direction} if direction else {}),
-    }
+    model = _model(wave, wave.text("model") or "PMS")
+    return without_ignored_keys(SeaConfig, {"model": model, **sea, **({"direction": direction} if direction else {})})
 
 
 def published_sea(plugin: Element) -> Content | None:
@@ -56,7 +56,7 @@ def published_sea(plugin: Element) -> Content | None:
             if name == "number" and not number.is_integer():
                 raise message.fault(f"expected a whole number, got {shown(values[0])}", name)
             found[name] = int(number) if name == "number" else number
-    return found
+    return without_ignored_keys(SeaConfig, found)
 
 
 def _model(element: Element, name: str) -> str:
@@ -129,7 +129,8 @@ def _sky(sky: Element | None) -> Any:
 def _fog(fog: Element) -> Content:
     found: Content = {"type": fog.text("type")} if fog.text("type") else {}
     color = _color(fog, "color")
-    return {**found, **({"color": color} if color else {}), **fog.given("start", "end", "density")}
+    found |= {**({"color": color} if color else {}), **fog.given("start", "end", "density")}
+    return without_ignored_keys(FogConfig, found)
 
 
 def _color(element: Element, tag: str) -> list[float] | None:

@@ -35,7 +35,7 @@ from vrx_mj.config.tree import Entry, Place, Section
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning, nearest, shortened
 
-__all__ = ["GazeboWorld", "gazebo_world", "is_gazebo_world", "warn_of_losses"]
+__all__ = ["NO_BOATS", "GazeboWorld", "gazebo_world", "is_gazebo_world", "warn_of_losses"]
 
 BASES = {
     "sydney_regatta": "sydney_regatta",
@@ -55,6 +55,8 @@ PLATFORMS = {"platform", "articulated_platform"}
 """What holds a boat of VRX 3 until its task is ready: a lock, which is the task's here."""
 ONCE = {"scene", "gui", "spherical_coordinates", "gravity", "physics"}
 """Elements of which a world has one, in Gazebo the first."""
+NO_BOATS = "none"
+"""Name of the fleet without boats."""
 BALL = "blue_projectile"
 CLOSE = 2e-3
 """Difference of numbers [m, rad] up to which an object is that of the base."""
@@ -83,8 +85,9 @@ class GazeboWorld:
     name: str
     section: Section
     notes: tuple[Note, ...]
-    fleet: Section | None = None
-    """The boats that are in the world, as a fleet's file says them; None: it has none."""
+    fleet: Section | str | None = None
+    """The boats that are in the world, as a fleet's file says them; without any "none", or None for that of a world of
+    ours which it extends."""
 
 
 def is_gazebo_world(source: object) -> TypeGuard[str | Path]:
@@ -166,10 +169,10 @@ class _Reader:
         section = assembled({"description": f"{shortened(self.file.name)}, a world of Gazebo"}, place, self.pieces)
         return GazeboWorld(safe_name(name), section, tuple(self.report.notes), self.fleet(safe_name(name)))
 
-    def fleet(self, name: str) -> Section | None:
+    def fleet(self, name: str) -> Section | str | None:
         """The boats, under the name of the world."""
         if not self.boats:
-            return None
+            return NO_BOATS if self.terrain is None else None
         found: Section = located({"name": name, "boats": self.boats}, self.root.place)
         return found
 

@@ -4,7 +4,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from vrx_mj.config.base import COLORS
+from vrx_mj.config.base import COLORS, without_ignored_keys
+from vrx_mj.config.scene import FogConfig
 from vrx_mj.config.series.calls import BLOCK, REQUIRED, At, Block, Call, Given, Tag, included, thing
 from vrx_mj.config.series.pieces import Piece
 from vrx_mj.errors import UnknownNameError
@@ -334,7 +335,7 @@ def _fog(tag: Tag) -> dict[str, object]:
         numbers = tag.numbers(key, key)
         if numbers:
             found[key] = numbers[0]
-    return found
+    return without_ignored_keys(FogConfig, found)
 
 
 def _color(tag: Tag, text: str, where: str) -> list[float]:

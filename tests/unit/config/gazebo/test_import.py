@@ -224,7 +224,9 @@ def test_boats_in_sdf_of_one_name_are_numbered():
 def test_the_command_to_sail_with_can_be_pasted_into_a_shell(capsys):
     written(bay_dot_world=sdf(""))
     imported("bay.world", "my course")
-    assert capsys.readouterr().out.splitlines()[-1] == f'to sail: vrx-mj run "{Path("my course/bay.yaml")}"'
+    assert capsys.readouterr().out.splitlines()[-1] == (
+        f'to sail: vrx-mj run "{Path("my course/bay.yaml")}" --fleet none'
+    )
 
 
 def test_a_folder_says_what_it_could_not_read(capsys):

@@ -10,7 +10,7 @@ from vrx_mj.config.gazebo.launch import launch_of
 from vrx_mj.config.gazebo.launched import fleet_of
 from vrx_mj.config.gazebo.stock import STOCK_LAUNCHES
 from vrx_mj.config.world import load_world
-from vrx_mj.errors import ConfigError, VrxError
+from vrx_mj.errors import ConfigError, VrxError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.world import World
 from vrx_mj.ros.table.boats import description
@@ -244,6 +244,56 @@ def test_what_is_no_simulation_is_ignored():
     ]
 
 
+GUIDE = """usv_count: 3
+layout: circle
+positions:
+  - {x: 0, y: 20, z: 0.1, Y: 90}
+  - {x: 17.32, y: -10, z: 0.1, Y: -30}
+  - {x: -17.32, y: -10, z: 0.1, Y: 210}
+"""
+SPAWNS = '<node name="spawn_usvs" pkg="usvs" type="spawn_usvs.py"/>'
+OCEAN = """<include file="$(find gazebo_ros)/launch/empty_world.launch">
+<arg name="world_name" value="$(find vrx_gazebo)/worlds/ocean.world"/></include>"""
+
+
+def with_parameters(text, *more):
+    """A launch file that opens the ocean and loads a file of parameters before a guide's node spawns its boats."""
+    Path("usv_config.yaml").write_text(text, encoding="utf-8")
+    return launched("".join([OCEAN, '<rosparam command="load" file="usv_config.yaml"/>', *more, SPAWNS]))
+
+
+def test_a_fleet_among_the_parameters_is_the_fleet():
+    launch = with_parameters(GUIDE)
+    assert [(note.fate, note.ours) for note in launch.report.notes][1:] == [
+        ("taken over", "the fleet: `usv_config.yaml`"), ("taken over", "the boats of `usv_config.yaml`"),
+    ]  # fmt: skip
+    with pytest.warns(VrxWarning) as caught:
+        world = compile_world("bay.launch")
+    assert [str(one.message) for one in caught] == [
+        "bay.launch: its <rosparam> loads a fleet, as --fleet usv_config.yaml does"
+    ]
+    own = compile_world("ocean", fleet="./usv_config.yaml")
+    assert (world.boats, world.parameters) == (("wamv1", "wamv2", "wamv3"), own.parameters)
+    assert load_fleet("bay.launch", load_world("ocean")).positions == own_fleet("./usv_config.yaml").positions
+
+
+def own_fleet(file):
+    return load_fleet(file, load_world("ocean"))
+
+
+def test_boats_that_are_spawned_too_join_it():
+    fleet = fleet_of(with_parameters(GUIDE, boat("extra", x=50.0)))
+    boats = load_fleet(fleet, load_world("ocean")).resolve(load_world("ocean"))
+    assert [one.name for one in boats] == ["wamv1", "wamv2", "wamv3", "extra"]
+
+
+@pytest.mark.parametrize("text", ["gain: 3\n", "usv_count: 3\nmaster: here\n", "positions: 7\n", "a: [\n"])
+def test_other_parameters_are_those_of_nodes(text):
+    launch = with_parameters(text)
+    assert (launch.fleet, fleet_of(launch)) == (None, None)
+    assert [note.fate for note in launch.report.notes] == ["taken over", "ignored", "ignored"]
+
+
 def test_a_spawned_model_of_sdf_whose_file_is_missing_is_no_boat():
     node = '<node pkg="gazebo_ros" type="spawn_model" name="s" args="-sdf -file a.sdf -model buoy -x -5"/>'
     launch = launched(node)
@@ -256,9 +306,8 @@ def test_arguments_of_the_xacro_of_a_world_are_given_to_the_world():
     text = """<sdf version="1.6" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:arg name="gain" default="0.1"/>
       <world name="bay"><xacro:ocean_waves gain="$(arg gain)"/></world></sdf>"""
     Path("bay.world.xacro").write_text(text, encoding="utf-8")
-    assert compile_world("bay.world.xacro", arguments={"gain": "0.3"}).parameters != (
-        compile_world("bay.world.xacro").parameters
-    )
+    low, high = (compile_world("bay.world.xacro", fleet="none", arguments=given) for given in ({}, {"gain": "0.3"}))
+    assert low.parameters.sea.waves[0].amplitude == pytest.approx(high.parameters.sea.waves[0].amplitude / 3.0)
     with pytest.raises(ConfigError) as raised:
         compile_world("ocean", arguments={"gain": "0.3"})
     message = "takes no arguments NAME:=VALUE: they are for launch files and for xacro of worlds and boats"

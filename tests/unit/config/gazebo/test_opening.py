@@ -12,6 +12,7 @@ from vrx_mj.config.gazebo.opening import file_in, file_of_folder, opened
 from vrx_mj.config.gazebo.worlds import gazebo_world
 from vrx_mj.config.search import workspace_packages
 from vrx_mj.errors import ChoiceError, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.mjcf.compile import compile_world
 from work import calls_at_most
 from workspaces import PACKAGES, PRACTICE, TWO_BOATS, write_workspace
 
@@ -280,3 +281,24 @@ def test_a_check_of_arguments_may_be_left_out():
     assert read_launch(Path("a.launch"), {"x": "1"}, strict=False).boats == ()
     said = "a.launch: x:=: no argument named 'x'; known: none"
     assert message(read_launch, Path("a.launch"), {"x": "1"}) == said
+
+
+@pytest.mark.parametrize("arguments", [{}, {"unused": "1"}])
+def test_a_world_of_gazebo_without_boats_gets_none(arguments):
+    block = "<static>true</static><link name='l'><collision name='c'><geometry><box><size>2 2 2</size></box></geometry>"
+    text = f"<world name='bay'><model name='block'>{block}</collision></link></model></world>"
+    written(bay_dot_world_dot_xacro=f'<sdf version="1.6">{text}</sdf>')
+    with pytest.warns(VrxWarning) as caught:
+        found = compile_world("bay.world.xacro", arguments=arguments)
+    assert [str(one.message) for one in caught] == [
+        "bay.world.xacro: no boat is in this world, and none is added; --fleet FLEET adds some, as --fleet trio"
+    ]
+    assert (found.boats, [thing.name for thing in found.parameters.objects]) == ((), ["block"])
+    pair = {"usv_count": 2, "layout": "line"}
+    assert compile_world("bay.world.xacro", fleet=pair, arguments=arguments).boats == ("wamv1", "wamv2")
+
+
+def test_a_world_of_gazebo_with_a_terrain_of_vrx_keeps_the_boat_at_its_spawn_pose():
+    terrain = "<include><uri>model://sandisland</uri></include>"
+    written(bay_dot_world=f'<sdf version="1.6"><world name="bay">{terrain}</world></sdf>')
+    assert opened("bay.world", None, {}) == ("bay.world", None)

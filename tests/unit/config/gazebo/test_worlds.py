@@ -93,7 +93,7 @@ BAY = "<bay><name>bay1</name><symbol>red_circle</symbol><dock_allowed>True</dock
 PLUGINS = {
     "sea": (
         f'<model name="w"><plugin filename="libWavefieldModelPlugin.so">{WAVES}</plugin></model>',
-        {"model": "cwr", "number": 5, "gain": 0.3, "period": 6.0, "direction": (0.0, 1.0)},
+        {"model": "cwr", "number": 5, "period": 6.0, "direction": (0.0, 1.0)},
     ),
     "wind": (
         WIND,
@@ -392,7 +392,10 @@ def test_two_models_of_one_name_are_refused_with_both_lines(body, message):
         ('<xacro:usv_wind_gazebo mean_vel="-3"/>', "<usv_wind_gazebo> / mean_velocity: must be at least 0, got -3"),
         (BUOY.format("a", "1e9"), "<pose>: must be at most 1000000, got 1000000000"),
         ('<xacro:insert_model uri="post" x="1e9"/>', "<insert_model> / pose: must be at most 1000000, got 1000000000"),
-        ("<scene><fog><density>-1</density></fog></scene>", "<scene> / density: must be at least 0, got -1"),
+        (
+            "<scene><fog><type>exp</type><density>-1</density></fog></scene>",
+            "<scene> / density: must be at least 0, got -1",
+        ),
     ],
 )
 def test_a_value_out_of_range_names_the_element_of_the_file(body, message):

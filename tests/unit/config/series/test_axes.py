@@ -67,7 +67,7 @@ def test_the_steps_have_the_weather_of_the_examples(sample, name):
         gusts = tuple(found["wind"][key] for key in ("mean_velocity", "var_gain", "var_time", "seed"))
         assert gusts == ((0, 0, 2, 10), (8, 8, 20, 10))[wind]
         assert found["scene"]["ambient"] == (GREY[scene],) * 3 + (1.0,)
-        fog = {"type": "linear", "color": ((0.7,) * 3, (0.9,) * 3)[scene] + (1.0,), "density": (0.0, 0.1)[scene]}
+        fog = {"type": "linear", "color": ((0.7,) * 3, (0.9,) * 3)[scene] + (1.0,)}
         assert found["scene"].get("fog") == (fog if "deep" in name else None)
         assert found["wind"]["objects"] == ({"model": "wamv", "coefficients": (0.5, 0.5, 0.33)},)
 
@@ -186,13 +186,13 @@ a:
       scene_macro:
         - /**fog: "
             +<fog>
-            +  <density>0.1</density>
+            +  <type>exp</type><density>0.1</density>
             +</fog>"
           /**ambient: ''
 """)
     told = r"^bay\.yaml:8: '\+' between the elements of /\*\*fog is ignored$"
     with pytest.warns(VrxWarning, match=told):
-        assert world(series, 0)["scene"]["fog"] == {"density": 0.1}
+        assert world(series, 0)["scene"]["fog"] == {"type": "exp", "density": 0.1}
 
 
 def test_axes_are_told_from_worlds(tmp_path):
