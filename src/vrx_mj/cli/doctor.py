@@ -28,7 +28,7 @@ from rich.text import Text
 from vrx_mj.cli.environment import PACKAGES
 from vrx_mj.errors import VrxError
 from vrx_mj.packages import install_command
-from vrx_mj.runtime.limits import core_share, free_memory
+from vrx_mj.runtime.limits import core_share, free_memory, processor
 
 if TYPE_CHECKING:
     from vrx_mj.drive.display import Attempt
@@ -138,11 +138,7 @@ def python_row(version: tuple[int, ...]) -> Row:
 
 def machine_row() -> Row:
     """Processor and system."""
-    name = platform.processor() or platform.machine()
-    with contextlib.suppress(OSError):
-        text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
-        name = next(iter(re.findall(r"^model name\s*:\s*(.+)$", text, re.MULTILINE)), name)
-    return Row("machine", f"{name}; {platform.platform()}", "yes")
+    return Row("machine", f"{processor() or platform.machine()}; {platform.platform()}", "yes")
 
 
 def package_row(
@@ -328,10 +324,8 @@ def disk_row(free: float) -> Row:
     return Row("free disk", f"{free / GB:.1f} GB here", "yes" if enough else "no", advice)
 
 
-def memory_row(free: float | None) -> Row:
+def memory_row(free: float) -> Row:
     """Memory [bytes] that is free, the container's limit taken into account."""
-    if free is None:
-        return Row("free memory", "not known", "yes")
     enough = free >= LEAST_MEMORY
     advice = "" if enough else f"at least {LEAST_MEMORY / GB:g} GB is needed: end other programs, or raise the limit"
     return Row("free memory", f"{free / GB:.1f} GB", "yes" if enough else "no", advice)
