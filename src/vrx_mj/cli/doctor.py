@@ -31,7 +31,7 @@ from vrx_mj.packages import install_command
 from vrx_mj.runtime.limits import core_share, free_memory, processor
 
 if TYPE_CHECKING:
-    from vrx_mj.drive.display import Attempt
+    from vrx_mj.draw.display import Attempt
     from vrx_mj.runtime.simulation import Simulation
 
 __all__ = [
@@ -244,7 +244,7 @@ def drawing_rows(attempts: Mapping[str, "Attempt"]) -> Iterator[Row]:
 
 
 def _attempts() -> dict[str, "Attempt"]:
-    from vrx_mj.drive.display import BACKENDS, Attempt, has_display, try_backend
+    from vrx_mj.draw.display import BACKENDS, Attempt, has_display, try_backend
 
     linux = sys.platform.startswith("linux")
     names = BACKENDS if linux else ("glfw",)
@@ -259,9 +259,11 @@ def viewer_row(
     """The viewer of rerun: there, running, and of the version of its package."""
     what, again = "rerun viewer", f"{install_command(requirement('rerun-sdk'))} --force-reinstall"
     try:
-        path, wanted = (find or _viewer)(), version("rerun-sdk")
+        from vrx_mj.recording.viewer import viewer_binary, viewer_environment
+
+        path, wanted = (find or viewer_binary)(), version("rerun-sdk")
         output = subprocess.run(
-            [path, "--version"], capture_output=True, timeout=10, check=True, encoding="utf-8"
+            [path, "--version"], capture_output=True, timeout=10, check=True, encoding="utf-8", env=viewer_environment()
         ).stdout
     except Exception as error:
         line = str(error).partition("\n")[0]
@@ -270,12 +272,6 @@ def viewer_row(
     if found != wanted:
         return Row(what, f"{found}, but the package is {wanted}", "no", again)
     return Row(what, f"{found}, {path}", "yes")
-
-
-def _viewer() -> Path:
-    from vrx_mj.recording.writer import viewer_binary
-
-    return viewer_binary()
 
 
 # Surroundings

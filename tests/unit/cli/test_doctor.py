@@ -8,7 +8,7 @@ import pytest
 
 from vrx_mj.cli import doctor
 from vrx_mj.cli.doctor import Row
-from vrx_mj.drive.display import Attempt
+from vrx_mj.draw.display import Attempt
 from vrx_mj.packages import install_command
 
 FAILS = Attempt(False, "libEGL.so.1: cannot open shared object file")
