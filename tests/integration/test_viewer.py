@@ -95,7 +95,8 @@ def test_replay_without_a_display_says_where_to_look(recording, tmp_path):
 def test_the_page_of_a_recording_talks_to_this_machine_alone(recording, tmp_path):
     log = tmp_path / "requests.json"  # of the whole browser, which has some of its own
     flags = (f"--log-net-log={log}", "--enable-unsafe-swiftshader", "--use-angle=swiftshader")
-    with viewer.Server(recording) as server, browsing(tmp_path / "profile", server.page_url, *flags) as page:
+    serving = contextlib.closing(viewer.Server(recording))
+    with serving as server, browsing(tmp_path / "profile", server.page_url, *flags) as page:
         page.wait("document.getElementById('the_canvas_id')?.classList.contains('visible')", 60.0)
         time.sleep(5.0)  # it asks for releases and sends statistics once it is drawn
     asked = log.read_text(encoding="utf-8")

@@ -250,7 +250,7 @@ def open_viewer(path: str | Path, *, follow: str | None = None, write: Callable[
         if reason is None:
             command = [str(viewer_binary()), *map(str, files), "--bind", LOOPBACK, "--hide-welcome-screen"]
             return subprocess.run(command, check=False, env=viewer_environment()).returncode
-        with Server(*files) as server, contextlib.suppress(KeyboardInterrupt):
+        with contextlib.closing(Server(*files)) as server, contextlib.suppress(KeyboardInterrupt):
             for line in (*where_to_look(server, reason), "Press Ctrl-C to stop."):
                 write(line)
             return server.wait()

@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from functools import partial
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 from urllib.parse import quote
 
 from vrx_mj.errors import RecordError
@@ -116,12 +116,6 @@ class Server:
             self._process.kill()
             self._process.wait()
         self._output.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_error: object) -> None:
-        self.close()
 
     def _wait(self) -> None:
         """Until both ports answer."""
