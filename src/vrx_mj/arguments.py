@@ -107,7 +107,8 @@ def as_number(given: object) -> float:
     value: Any = given
     text = isinstance(value, str | bytes | bytearray)
     imaginary = isinstance(value, numbers.Complex) and not isinstance(value, numbers.Real)
-    if text or imaginary or (hasattr(value, "ndim") and value.ndim):
+    array = hasattr(value, "ndim") and (value.ndim or hasattr(value, "mask"))
+    if text or imaginary or array:
         return math.nan
     try:
         return float(value)
