@@ -172,6 +172,16 @@ def test_the_extra_test_brings_what_tests_and_examples_import():
     assert {name for name in names if brought.isdisjoint(map(canonicalize_name, homes.get(name, ())))} == set()
 
 
+@pytest.mark.parametrize(
+    ("package", "name"), [("mujoco", "_MJPYTHON"), ("rerun-sdk", "_from_native"), ("typer", "_runtime_param")]
+)
+def test_packages_of_which_private_names_are_used_have_a_last_version(package, name):
+    assert any(name in file.read_text(encoding="utf-8") for file in SOURCES)
+    project = tomllib.loads((REPO / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    (wanted,) = (one for one in map(Requirement, project["dependencies"]) if one.name == package)
+    assert "<" in {each.operator for each in wanted.specifier}
+
+
 def test_the_version_is_one():
     project = tomllib.loads((REPO / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     citation = (REPO / "CITATION.cff").read_text(encoding="utf-8")

@@ -409,8 +409,8 @@ def demo(
         raise SystemExit(1)
     from vrx_mj.draw.display import no_window
 
-    reason = no_window(mujoco=False)
-    if reason or not open_:
+    reason = no_window(mujoco=False) if open_ else ""
+    if reason is not None:
         typer.echo(f"{reason}; {to_open(file)}" if reason else to_open(file))
         return
     from vrx_mj.recording import open_viewer
