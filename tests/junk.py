@@ -1,6 +1,8 @@
 """Values that no function takes, and calls with them."""
 
 import contextlib
+import decimal
+import fractions
 import math
 import pathlib
 import signal
@@ -47,6 +49,14 @@ JUNK = {
     "set": {1, 2},
     "tuple of None": (None, None, None),
     "big array": np.array([10**400, 1], object),
+    "no dimensions": np.array(1.5),
+    "no items": np.zeros(0),
+    "masked": np.ma.masked,
+    "signalling": decimal.Decimal("sNaN"),
+    "decimal": decimal.Decimal("1e999999"),
+    "fraction": fractions.Fraction(10**400, 3),
+    "moment": np.datetime64("2024-01-01"),
+    "range": range(6),
 }
 NAMED = {
     "world": ("world", "World"), "fleet": ("fleet",), "target": ("path",), "source": ("path", "saved world"),

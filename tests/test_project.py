@@ -23,6 +23,12 @@ MODULE_LINES = 600
 FUNCTION_LINES = 40
 UNFINISHED = re.compile(r"\b(TODO|FIXME)\b")
 PHYSICS_IMPORTS = {"numpy", "numba", "llvmlite", "vrx_mj", "__future__"} | set(sys.stdlib_module_names)
+LACKED = {
+    "crypt", "curses", "fcntl", "grp", "nis", "ossaudiodev", "posix", "pty", "pwd", "readline", "resource", "spwd",
+    "syslog", "termios", "tty",  # by Windows
+    "msvcrt", "nt", "winreg", "winsound", "_scproxy", "_winapi",  # by Linux, and all but one by macOS
+}  # fmt: skip
+"""Modules of the standard library that Linux, macOS or Windows is without."""
 ROS = {"genpy", "geometry_msgs", "nav_msgs", "rclpy", "rosgraph_msgs", "rospy", "sensor_msgs", "std_msgs"}
 """Imported by programs that tests start where ROS is installed."""
 LIGHT = "import sys, vrx_mj; print([m for m in sys.modules if m.split('.')[0] in set(sys.argv[1:])])"
@@ -93,6 +99,15 @@ def test_physics_imports_numpy_numba_and_the_standard_library_only(file):
     assert {name for name in ours if not re.match(r"vrx_mj\.(physics|arrays|constants|linear_waves)\b", name)} == set()
 
 
+@pytest.mark.parametrize("file", SOURCES, ids=shown)
+def test_modules_that_a_system_lacks_are_imported_by_name_nowhere(file):
+    """vrx_mj/unix.py has those that are needed, and None on Windows."""
+    nodes = list(ast.walk(parsed(file)))
+    names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
+    names += [node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)]
+    assert {name.partition(".")[0] for name in names} & LACKED == set()
+
+
 def test_there_is_no_utils():
     assert not [shown(file) for file in SOURCES if re.search(r"util|helper|misc|common", file.stem)]
 
@@ -155,6 +170,16 @@ def test_the_extra_test_brings_what_tests_and_examples_import():
     names -= set(sys.stdlib_module_names)
     homes = metadata.packages_distributions()
     assert {name for name in names if brought.isdisjoint(map(canonicalize_name, homes.get(name, ())))} == set()
+
+
+@pytest.mark.parametrize(
+    ("package", "name"), [("mujoco", "_MJPYTHON"), ("rerun-sdk", "_from_native"), ("typer", "_runtime_param")]
+)
+def test_packages_of_which_private_names_are_used_have_a_last_version(package, name):
+    assert any(name in file.read_text(encoding="utf-8") for file in SOURCES)
+    project = tomllib.loads((REPO / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    (wanted,) = (one for one in map(Requirement, project["dependencies"]) if one.name == package)
+    assert "<" in {each.operator for each in wanted.specifier}
 
 
 def test_the_version_is_one():

@@ -1,6 +1,8 @@
 """Arguments of public functions: checked once, where they come in, or refused in a line that names them."""
 
+import contextlib
 import errno
+import itertools
 import math
 import numbers
 import operator
@@ -11,7 +13,10 @@ from typing import Any
 
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, shown
 
-__all__ = ["MOST_SEED", "as_number", "as_path", "as_seed", "as_text", "check_kind", "check_name", "several", "whole"]
+__all__ = [
+    "MOST_SEED", "as_flag", "as_number", "as_path", "as_seed", "as_text", "check_kind", "check_name", "several",
+    "whole",
+]  # fmt: skip
 
 MOST_SEED = 2**63 - 1
 
@@ -102,12 +107,25 @@ def as_number(given: object) -> float:
     value: Any = given
     text = isinstance(value, str | bytes | bytearray)
     imaginary = isinstance(value, numbers.Complex) and not isinstance(value, numbers.Real)
-    if text or imaginary or (hasattr(value, "ndim") and value.ndim):
+    array = hasattr(value, "ndim") and (value.ndim or hasattr(value, "mask"))
+    if text or imaginary or array:
         return math.nan
     try:
         return float(value)
     except (TypeError, ValueError, OverflowError):
         return math.nan
+
+
+def as_flag(name: str, given: object) -> bool:
+    """The value as a bool.
+
+    Raises:
+        CommandError: it is neither True nor False.
+    """
+    value = as_number(given)
+    if value not in {0.0, 1.0}:
+        raise CommandError(f"invalid {name} {shown(given)}: True or False is needed")
+    return bool(value)
 
 
 def several(name: str, given: object, count: int, most: float) -> tuple[float, ...]:
@@ -116,7 +134,10 @@ def several(name: str, given: object, count: int, most: float) -> tuple[float, .
     Raises:
         CommandError: they are not so many numbers below `most`.
     """
-    values = tuple(map(as_number, given)) if isinstance(given, Iterable) and not isinstance(given, str | bytes) else ()
+    values: tuple[float, ...] = ()
+    if isinstance(given, Iterable) and not isinstance(given, str | bytes):
+        with contextlib.suppress(TypeError):  # an array of no dimensions
+            values = tuple(map(as_number, itertools.islice(given, count + 1)))
     if len(values) != count or not all(abs(value) < most for value in values):
         words = {3: "three", 6: "six"}[count]
         raise CommandError(f"invalid {name} {shown(given)}: {words} numbers below {most:g} are needed")

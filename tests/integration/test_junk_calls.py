@@ -18,6 +18,7 @@ from vrx_mj import recording as recordings
 from vrx_mj.draw.map import draw_map, map_png
 from vrx_mj.draw.map_scene import map_of
 from vrx_mj.errors import DivergedError, VrxError
+from vrx_mj.recording.video import looking
 from vrx_mj.rl import Env, ParallelEnv, TeamVectorEnv, VectorEnv
 
 WORLD = {
@@ -59,6 +60,11 @@ def sim(world):
     return vrx_mj.Simulation(world)
 
 
+def assert_all_tried(known, function):
+    """No argument of a function is left out."""
+    assert set(known) == set(inspect.signature(function).parameters)
+
+
 def dropped(made):
     """Close what can be closed."""
     with contextlib.suppress(AttributeError):
@@ -67,7 +73,8 @@ def dropped(made):
 
 @pytest.mark.slow
 def test_worlds(junk, world):
-    known = {"world": "ocean", "fleet": FLEET, "seed": 1, "nudge": False}
+    known = {"world": "ocean", "fleet": FLEET, "seed": 1, "nudge": False, "arguments": None}
+    assert_all_tried(known, vrx_mj.compile_world)
     junk.try_all("compile_world", vrx_mj.compile_world, known)
     junk.try_all("World.save", world.save, {"target": "saved"})
     junk.try_all("World.load", vrx_mj.World.load, {"source": "saved"})
@@ -230,9 +237,11 @@ def test_recordings(junk, sim):
 
     recorded()
     junk.every = 6
-    junk.try_all("record", recorded, {"sim": sim, "path": "run.rrd"}, sim.reset)
+    known = {"sim": sim, "path": "run.rrd", "sea": False}
+    junk.try_all("record", recorded, known, sim.reset)
+    assert_all_tried({*known, "sensors", "follow"}, vrx_mj.record)
     junk.try_all("record", recorded, {"sensors": "a:gps_wamv", "follow": "a"}, sim.reset)
-    junk.try_all("read_record", vrx_mj.read_record, {"path": "run.rrd"})
+    junk.try_all("read_record", vrx_mj.read_record, {"path": "run.rrd", "whole": False})
     junk.try_all("resume", vrx_mj.resume, {"path": "run.rrd", "time": 0.0})
     junk.try_all("compare", vrx_mj.compare, {"first": "run.rrd", "second": "run.rrd"})
     read = vrx_mj.read_record("run.rrd")
@@ -319,6 +328,15 @@ def test_teams(junk, kind):
         actions = np.zeros((1, 2, env._most_channels if hasattr(env, "_most_channels") else 4), np.float32)
         junk.try_all("step", env.step, {"actions": actions}, env.reset)
     env.close()
+
+
+def test_eyes(junk):
+    known = {"position": (0, 0, 2), "target": (10, 0, 2), "up": (0, 0, 1), "field": 1}
+    assert_all_tried(known, looking)
+    junk.try_all("looking", looking, known)
+    assert looking(**known).rotation[:, 0].tolist() == [1.0, 0.0, 0.0]
+    with pytest.raises(VrxError, match=r"^invalid target \(0, 0, 5\): a place away from the position"):
+        looking(**{**known, "target": (0, 0, 5)})
 
 
 def test_maps(junk, world):

@@ -1,8 +1,10 @@
-"""The same run whatever the machine: processes, processors without their newest instructions, caches, PYTHONPATH."""
+"""The same run whatever the machine: systems, processes, caches, PYTHONPATH, processors without new instructions."""
 
+import re
 import subprocess
 import sys
 
+import psutil
 import pytest
 from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
 
@@ -150,3 +152,102 @@ def test_a_screen_without_unicode_gets_its_summary(usual, tmp_path):
     assert (code, err) == (0, "")
     assert state_in(out) == usual
     assert [file.name for file in boats.iterdir()] == ["小结.json"]
+
+
+# Systems, by stubs: what they lack is taken from every Python that is started
+
+POSIX_MODULES = ("crypt", "curses", "fcntl", "grp", "pty", "pwd", "readline", "resource", "syslog", "termios", "tty")
+POSIX_NAMES = (
+    "getegid", "geteuid", "getgid", "getpgid", "getpgrp", "getuid", "killpg", "sched_getaffinity", "setsid",
+    "sysconf", "tcgetpgrp",
+)  # fmt: skip
+LACKING = {
+    "Linux": ((), (), ()),
+    "macOS": ((), ("sched_getaffinity",), ("/proc", "/sys")),
+    "Windows": (POSIX_MODULES, POSIX_NAMES, ("/proc", "/sys")),
+}
+"""Modules, names of `os` and folders that a system is without."""
+SITE = """
+import asyncio, concurrent.futures.process, ctypes.util, getpass, multiprocessing.process, os, pathlib, platform
+import shutil, socket, subprocess, sys, tempfile, psutil  # what Python and psutil have is of this system
+modules, names, folders = {lacking!r}
+platform.uname()  # is kept
+for name in modules:
+    sys.modules[name] = None
+for name in names:
+    vars(os).pop(name, None)
+
+def is_ours():
+    frame = sys._getframe(2)
+    while frame is not None:
+        if frame.f_globals.get("__name__", "").partition(".")[0] in {{"vrx_mj", "__main__"}}:
+            return True
+        if frame.f_globals.get("__name__", "").partition(".")[0] == "psutil":
+            return False
+        frame = frame.f_back
+    return False
+
+def hook(event, arguments):
+    if event in {{"open", "os.listdir", "os.scandir"}} and str(arguments[0]).startswith(folders) and is_ours():
+        raise FileNotFoundError(2, "no such file on that system", str(arguments[0]))
+
+sys.addaudithook(hook)
+"""
+MACHINE = """
+import os, socket, sys
+from vrx_mj.cli.bench import child_seconds
+from vrx_mj.drive.terminal import Terminal
+from vrx_mj.recording.rrd_parser import limit
+from vrx_mj.ros.access import addresses, interface_addresses, is_local
+from vrx_mj.ros.limits import allowed
+from vrx_mj.ros.network import who_listens
+from vrx_mj.runtime.limits import core_share, free_memory, process_memory, thread_count, total_memory
+with socket.create_server(("127.0.0.1", 0)) as server, Terminal() as terminal:
+    assert f"process {os.getpid()} (" in who_listens(server.getsockname()[1])
+    assert list(terminal.pressed()) == []
+assert all(map(is_local, interface_addresses()))
+assert child_seconds([sys.executable, "-c", "sum(range(10_000_000))"]) > 0.02
+assert 5e7 < process_memory() < total_memory()
+assert 0 < free_memory() <= total_memory()
+assert allowed() > 0 and core_share()[0] >= thread_count() >= 1
+limit(1 << 30, 60)
+print(*interface_addresses())
+"""
+
+
+@pytest.fixture(params=LACKING)
+def system(request, tmp_path):
+    """A folder of PYTHONPATH that makes of a Python one of that system."""
+    (tmp_path / "site").mkdir()
+    (tmp_path / "site" / "sitecustomize.py").write_text(SITE.format(lacking=LACKING[request.param]), encoding="utf-8")
+    return request.param, tmp_path / "site"
+
+
+def test_figures_of_the_machine_are_known_on_every_system(system):
+    done = subprocess.run(
+        [sys.executable, "-c", MACHINE],
+        env=environment([system[1]]),
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    here = {one.address for entries in psutil.net_if_addrs().values() for one in entries}
+    assert set(done.stdout.split()) <= here
+
+
+def test_runs_are_recorded_read_served_and_tried_on_every_system(system, tmp_path):
+    _, site = system
+    recorded = vrx(*RUN, "--record", "run.rrd", cwd=tmp_path, python_path=[site])
+    assert recorded[0] == 0, recorded[2]
+    assert vrx("compare", "run.rrd", "run.rrd", cwd=tmp_path, python_path=[site])[0] == 0
+    served = vrx("serve", "ocean", "--rosbridge", "0", "--duration", "2.5", cwd=tmp_path, python_path=[site])
+    assert served[0] == 0, served[2]
+    sizes = [float(size) for size in re.findall(r"(\d+) MB, ", served[1] + served[2])]
+    assert sizes
+    assert all(50.0 < size < 2000.0 for size in sizes)
+    doctor = vrx("doctor", cwd=tmp_path, python_path=[site])
+    assert (doctor[0], "Traceback" in doctor[2]) == (0, False)
+    words = ("campaign", "vrx_mj.control:Captain", "--worlds", "stationkeeping_task", "--seeds", "1")
+    tried = vrx(*words, "--duration", "2", "-o", "campaign", cwd=tmp_path, python_path=[site])
+    assert tried[0] == 0, tried[2]

@@ -9,8 +9,9 @@ import sys
 import threading
 import time
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import IO, Protocol
+
+import psutil
 
 from vrx_mj.errors import VrxError
 
@@ -61,7 +62,7 @@ class Program:
             raise VrxError("--exec needs the process groups of Linux or macOS")
         self._log = log
         self._tail, self._kept = b"", 0
-        self._before = set(_descendants(os.getpid()))
+        self._before = set(_descendants())
         self._process = subprocess.Popen(
             ["/bin/sh", "-c", line],
             env=dict(environment),
@@ -119,7 +120,7 @@ class Program:
 
     def _strays(self) -> Iterator[int]:
         """What this process and the program have started meanwhile, itself left out."""
-        return (pid for pid in _descendants(os.getpid()) if pid != self.group and pid not in self._before)
+        return (one.pid for one in _descendants() if one.pid != self.group and one not in self._before)
 
     def _read(self, stream: IO[bytes]) -> None:
         with stream:
@@ -144,21 +145,9 @@ def adopt_orphans() -> None:
         ctypes.CDLL(None).prctl(SET_CHILD_SUBREAPER, 1, 0, 0, 0)
 
 
-def _descendants(ancestor: int) -> Iterator[int]:
-    """What a process has started, and what that has, ended ones that nobody has waited for included; Linux only."""
-    children: dict[int, list[int]] = {}
-    for entry in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            text = entry.read_text(encoding="utf-8", errors="replace")
-        except OSError:  # ended in between
-            continue
-        parent = int(text.rpartition(")")[2].split()[1])  # field 4 of proc(5), after a name that may hold anything
-        children.setdefault(parent, []).append(int(entry.parent.name))
-    waiting = list(children.get(ancestor, ()))
-    while waiting:
-        pid = waiting.pop()
-        waiting += children.get(pid, ())
-        yield pid
+def _descendants() -> list[psutil.Process]:
+    """What this process has started, and what that has, ended ones that nobody has waited for included."""
+    return list(psutil.Process().children(recursive=True))
 
 
 def _reaped(pid: int) -> bool:

@@ -5,14 +5,13 @@ Everything is warmed up first; ratios alternate their two sides and take medians
 
 import importlib.util
 import math
-import os
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,11 +19,13 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import numpy as np
 import numpy.typing as npt
+import psutil
 
 from vrx_mj.bar import Bar
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.packages import needs_extra
 from vrx_mj.runtime.batch import Batch
+from vrx_mj.runtime.limits import process_memory
 from vrx_mj.runtime.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -37,7 +38,6 @@ __all__ = [
     "environment_steps_per_second",
     "fleet",
     "megabytes_per_row",
-    "resident_memory",
     "sailing",
     "serve",
     "two_threads_and_two_processes",
@@ -75,21 +75,11 @@ def sailing(count: int, world: Mapping[str, object] = SEA) -> Simulation:
     return sim
 
 
-def resident_memory() -> float:
-    """Memory of this process [bytes]; not a number where the system does not report it, as Linux does."""
-    if sys.platform != "linux":
-        return math.nan
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
-    return float(pages * os.sysconf("SC_PAGE_SIZE"))
-
-
 Row = dict[str, Any]
 ROUNDS = 15
 FIGURES = 18
 """Figures that `measure` takes: for the progress only."""
 VERDICTS = {True: "yes", False: "[red]no[/]", None: ""}
-NO_MEMORY = "it needs the memory of a process, which only Linux gives"
-NO_TIMES = "it needs the processor time of ended processes, which Windows does not give"
 
 BARE_BOAT = """
 <body name="boat{i}" pos="{x} {y} 0"><freejoint/>
@@ -129,11 +119,11 @@ def _measured() -> Iterator[Row]:
     yield _row("boats_in_real_time", boats_in_real_time(500), "boats", 3000, at_least=True)
     yield _row("record_overhead", record_overhead(), "of the run", 0.05)
     yield _row("import_s", import_seconds(), "s", 0.1)
-    yield _row("help_s", processor_seconds("--help"), "s of processor time", 0.3, missing=NO_TIMES)
-    yield _row("list_s", processor_seconds("list", "worlds"), "s of processor time", 0.5, missing=NO_TIMES)
+    yield _row("help_s", processor_seconds("--help"), "s of processor time", 0.3)
+    yield _row("list_s", processor_seconds("list", "worlds"), "s of processor time", 0.5)
     yield _row("compile_100_s", compile_seconds(100), "s", 3.0)
     yield _row("lidar_scans", lidar_scans(30), "scans/s", 100.0, at_least=True)
-    yield _row("rss_3_mb", resident_megabytes(), "MB", 350.0, missing=NO_MEMORY)
+    yield _row("rss_3_mb", resident_megabytes(), "MB", 350.0)
     yield _row("rtf_1", real_time_factor(), "x real time", None)
 
 
@@ -146,7 +136,7 @@ def batch_rows() -> list[Row]:
         _row("batch_boat_steps_per_s", boat_steps_per_second(), "boat steps/s", None),
         _row("batch_scaling_2_threads", threads / processes, "of 2 processes", 0.85, at_least=True, parts=parts),
         _row("vector_env_steps_per_s", environment_steps_per_second(), "env steps/s", None, missing=without),
-        _row("batch_mb_per_row", megabytes_per_row(), "MB", None, missing=NO_MEMORY),
+        _row("batch_mb_per_row", megabytes_per_row(), "MB", None),
     ]
 
 
@@ -276,13 +266,14 @@ def processor_seconds(*words: str) -> float:
 
 
 def child_seconds(command: list[str]) -> float:
-    """Processor time that a command takes [s]; not a number on Windows, which counts none of ended processes."""
-    before = os.times()
-    subprocess.run(command, capture_output=True, check=True)
-    after = os.times()
-    if os.name == "nt":
-        return math.nan
-    return (after.children_user - before.children_user) + (after.children_system - before.children_system)
+    """Processor time that a command takes [s], as seen every millisecond: Windows counts none of ended processes."""
+    with psutil.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as child:
+        while child.poll() is None:
+            with suppress(psutil.NoSuchProcess):
+                spent = child.cpu_times()
+            time.sleep(0.001)
+    subprocess.CompletedProcess(command, child.returncode).check_returncode()
+    return float(spent.user + spent.system)
 
 
 def compile_seconds(count: int) -> float:
@@ -323,15 +314,15 @@ def lidar_scans(buoys: int) -> float:
 
 MEMORY_CODE = """
 import vrx_mj
-from vrx_mj.cli.bench import resident_memory
+from vrx_mj.runtime.limits import process_memory
 sim = vrx_mj.Simulation(vrx_mj.compile_world("example_course", fleet="trio"))
 sim.step(duration=1.0)
-print(resident_memory() / 1e6)
+print(process_memory() / 1e6)
 """
 
 
 def resident_megabytes() -> float:
-    """Memory of a process that sails three boats, without cameras; not known but on Linux."""
+    """Memory of a process that sails three boats, without cameras [MB]."""
     done = subprocess.run([sys.executable, "-c", MEMORY_CODE], capture_output=True, check=True)
     return float(done.stdout)
 
@@ -450,7 +441,7 @@ def _hear(worker: "subprocess.Popen[str]") -> str:
 
 
 def megabytes_per_row(rows: int = 1000) -> float:
-    """Memory that each of so many rows takes [MB], in a fresh process; not known but on Linux."""
+    """Memory that each of so many rows takes [MB], in a fresh process."""
     done = subprocess.run([sys.executable, "-c", WEIGHING, str(rows)], capture_output=True, check=True)
     return float(done.stdout)
 
@@ -458,8 +449,8 @@ def megabytes_per_row(rows: int = 1000) -> float:
 def weigh() -> None:
     """In a process of its own: what so many rows more take [MB], after a few have brought in all the code."""
     few, rows = batch_of(8), int(sys.argv[1])
-    before = resident_memory()
+    before = process_memory()
     many = batch_of(rows)
-    more = resident_memory() - before
+    more = process_memory() - before
     assert (few.n, many.n) == (8, rows)  # both are alive
     sys.stdout.write(f"{more / 1e6 / rows}\n")

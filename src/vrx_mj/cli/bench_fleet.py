@@ -14,10 +14,11 @@ from typing import Any
 
 from rich.console import Console
 
-from vrx_mj.cli.bench import DT, SEA, fleet, resident_memory, sailing
+from vrx_mj.cli.bench import DT, SEA, fleet, sailing
 from vrx_mj.cli.screen import text_table
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.batch import Batch
+from vrx_mj.runtime.limits import process_memory
 
 __all__ = ["FLEETS", "fleet_row", "fleet_table", "in_worlds_of", "print_fleet_table", "weigh_fleet"]
 
@@ -76,7 +77,7 @@ def fleet_row(boats: int, *, paced: float = PACED, free: float = FREE) -> Row:
     worlds, each = in_worlds_of(boats)
     advance = _afloat(worlds, each)
     loaded = time.perf_counter() - begun
-    pace, memory = real_time_factor(advance, free), resident_memory() / 1e6
+    pace, memory = real_time_factor(advance, free), process_memory() / 1e6
     return {
         "boats": worlds * each,
         "worlds": worlds,

@@ -201,7 +201,7 @@ def replay(
     begin: Annotated[float | None, typer.Option("--from", help="First simulated second of the video.")] = None,
     end: Annotated[float | None, typer.Option("--to", help="Last simulated second of the video.")] = None,
 ) -> None:
-    """Open a recording in rerun's viewer, or draw a video of it.
+    """Open a recording in rerun's viewer, or draw a video of it. Without a display the viewer opens in a browser.
 
     A video needs no display; .mp4 needs the extra `video`.
 
@@ -214,7 +214,7 @@ def replay(
     if not recording.is_file():
         raise RecordError(no_recording(recording))
     if video is None:
-        raise SystemExit(open_viewer(recording, follow=boat))
+        raise SystemExit(open_viewer(recording, follow=boat, write=typer.echo))
     typer.echo(draw_video(recording, video, Shot(view, boat, parse_size(size), fps, speed, begin, end)))
 
 
@@ -398,11 +398,11 @@ def demo(
     if result.interrupted:
         typer.echo(f"interrupted; {to_open(file)}")
         raise SystemExit(1)
-    from vrx_mj.drive.display import has_display
+    from vrx_mj.draw.display import no_window
 
-    shown = has_display()
-    if not (open_ and shown):
-        typer.echo(to_open(file) if shown else f"no display here; {to_open(file)}")
+    reason = no_window(mujoco=False) if open_ else ""
+    if reason is not None:
+        typer.echo(f"{reason}; {to_open(file)}" if reason else to_open(file))
         return
     from vrx_mj.recording import open_viewer
 

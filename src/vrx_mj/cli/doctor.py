@@ -28,10 +28,10 @@ from vrx_mj.cli.environment import PACKAGES
 from vrx_mj.cli.screen import text_table
 from vrx_mj.errors import VrxError
 from vrx_mj.packages import install_command
-from vrx_mj.runtime.limits import core_share, free_memory
+from vrx_mj.runtime.limits import core_share, free_memory, processor
 
 if TYPE_CHECKING:
-    from vrx_mj.drive.display import Attempt
+    from vrx_mj.draw.display import Attempt
     from vrx_mj.runtime.simulation import Simulation
 
 __all__ = [
@@ -134,11 +134,7 @@ def python_row(version: tuple[int, ...]) -> Row:
 
 def machine_row() -> Row:
     """Processor and system."""
-    name = platform.processor() or platform.machine()
-    with contextlib.suppress(OSError):
-        text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
-        name = next(iter(re.findall(r"^model name\s*:\s*(.+)$", text, re.MULTILINE)), name)
-    return Row("machine", f"{name}; {platform.platform()}", "yes")
+    return Row("machine", f"{processor() or platform.machine()}; {platform.platform()}", "yes")
 
 
 def package_row(
@@ -244,7 +240,7 @@ def drawing_rows(attempts: Mapping[str, "Attempt"]) -> Iterator[Row]:
 
 
 def _attempts() -> dict[str, "Attempt"]:
-    from vrx_mj.drive.display import BACKENDS, Attempt, has_display, try_backend
+    from vrx_mj.draw.display import BACKENDS, Attempt, has_display, try_backend
 
     linux = sys.platform.startswith("linux")
     names = BACKENDS if linux else ("glfw",)
@@ -259,9 +255,11 @@ def viewer_row(
     """The viewer of rerun: there, running, and of the version of its package."""
     what, again = "rerun viewer", f"{install_command(requirement('rerun-sdk'))} --force-reinstall"
     try:
-        path, wanted = (find or _viewer)(), version("rerun-sdk")
+        from vrx_mj.recording.viewer import viewer_binary, viewer_environment
+
+        path, wanted = (find or viewer_binary)(), version("rerun-sdk")
         output = subprocess.run(
-            [path, "--version"], capture_output=True, timeout=10, check=True, encoding="utf-8"
+            [path, "--version"], capture_output=True, timeout=10, check=True, encoding="utf-8", env=viewer_environment()
         ).stdout
     except Exception as error:
         line = str(error).partition("\n")[0]
@@ -270,12 +268,6 @@ def viewer_row(
     if found != wanted:
         return Row(what, f"{found}, but the package is {wanted}", "no", again)
     return Row(what, f"{found}, {path}", "yes")
-
-
-def _viewer() -> Path:
-    from vrx_mj.recording.writer import viewer_binary
-
-    return viewer_binary()
 
 
 # Surroundings
@@ -324,10 +316,8 @@ def disk_row(free: float) -> Row:
     return Row("free disk", f"{free / GB:.1f} GB here", "yes" if enough else "no", advice)
 
 
-def memory_row(free: float | None) -> Row:
+def memory_row(free: float) -> Row:
     """Memory [bytes] that is free, the container's limit taken into account."""
-    if free is None:
-        return Row("free memory", "not known", "yes")
     enough = free >= LEAST_MEMORY
     advice = "" if enough else f"at least {LEAST_MEMORY / GB:g} GB is needed: end other programs, or raise the limit"
     return Row("free memory", f"{free / GB:.1f} GB", "yes" if enough else "no", advice)

@@ -15,6 +15,7 @@ from typing import Annotated, Self
 from pydantic import BeforeValidator, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
+from vrx_mj.arguments import as_number
 from vrx_mj.config.base import Config, Folder, Name, Only, Pose, Switch, fault, faults, text_faults
 from vrx_mj.config.bays import (
     BLOCKS,
@@ -217,9 +218,10 @@ class DockPlacement(Placed):
     @field_validator("block", mode="before")
     @classmethod
     def _is_a_size(cls, value: object) -> object:
-        if isinstance(value, bool) or value not in BLOCKS:
-            raise fault(f"a block is {one_of([f'{edge:g}' for edge in BLOCKS])} m long, got {shown(value)}")
-        return float(value)
+        edge = as_number(value)
+        if isinstance(value, bool) or edge not in BLOCKS:
+            raise fault(f"a block is {one_of([f'{each:g}' for each in BLOCKS])} m long, got {shown(value)}")
+        return edge
 
     @model_validator(mode="after")
     def _hangs_together(self) -> Self:

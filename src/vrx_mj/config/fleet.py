@@ -351,15 +351,13 @@ def _far_message(name: str, pose: Pose) -> str:
     return f"puts {name} at x {x:.4g}, y {y:.4g}, z {z:.4g} m in the world: at most {MAX_COORDINATE:g} m are allowed"
 
 
-def joining_boat(said: Mapping[str, object], spawn: SpawnConfig, folder: Path | None = None) -> BoatConfig:
+def joining_boat(said: Mapping[str, object], spawn: SpawnConfig) -> BoatConfig:
     """A boat that joins a world later: what is said of it, as in a fleet's `boats`, and the rest from its spawn.
-
-    Paths start in `folder`, by default the current one.
 
     Raises:
         ConfigError: something that is said is wrong, or the name or the pose is missing.
     """
-    section = of_python({key: value for key, value in said.items() if value is not None}, File("<boat>", folder))
+    section = of_python({key: value for key, value in said.items() if value is not None}, File("<boat>", None))
     entry = validated(BoatEntry, section, Loading())
     missing = [key for key in ("name", "pose") if getattr(entry, key) is None]
     if missing or entry.name is None or entry.pose is None:

@@ -366,15 +366,13 @@ def validated(model: type[ConfigT], section: Section, loading: Loading, *, name:
     return result
 
 
-def joining(model: type[ConfigT], what: str, entry: Mapping[str, object], folder: Path | None = None) -> ConfigT:
+def joining(model: type[ConfigT], what: str, entry: Mapping[str, object]) -> ConfigT:
     """Something that joins a world later, by its entry as in a file; keys whose value is None are left out.
-
-    Paths start in `folder`, by default the current one.
 
     Raises:
         ConfigError: a value is wrong or missing.
     """
-    file = File(f"<{what}>", folder)
+    file = File(f"<{what}>", None)
     try:
         section = of_python({key: value for key, value in entry.items() if value is not None}, file)
     except RecursionError:

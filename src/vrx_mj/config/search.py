@@ -421,20 +421,24 @@ def find_terrain(name: str, near: Path | None = None) -> Path:
 
 
 def contained(text: str, folder: Path | None) -> Path:
-    """The file at a relative path, which may not lead out of `folder`, not even through a link."""
-    if "\\" in text:
+    """The file at a relative path, which may not lead out of `folder`, not even through a link.
+
+    Without a folder it is what the caller wrote in Python: any path, from the current folder on.
+    """
+    if folder and "\\" in text:
         raise VrxError(f"path '{text}' has a backslash; type '/'")
-    if PurePosixPath(text).is_absolute() or PureWindowsPath(text).drive:
+    if folder and (PurePosixPath(text).is_absolute() or PureWindowsPath(text).drive):
         raise VrxError(f"path '{text}' is absolute; give one relative to this file's folder")
     base = (folder or Path.cwd()).resolve()
+    missing = f"no file '{shortened(text)}'{'' if Path(text).is_absolute() else f' in {display(base)}'}"
     try:
         file = (base / text).resolve()
-        if not file.is_relative_to(base):
+        if folder and not file.is_relative_to(base):
             raise VrxError(f"path '{text}' leaves the folder of the file that names it")
         if not file.is_file():
-            raise VrxError(f"no file '{shortened(text)}' in {display(base)}")
+            raise VrxError(missing)
     except (OSError, ValueError, RuntimeError):
-        raise VrxError(f"no file '{shortened(text)}' in {display(base)}") from None
+        raise VrxError(missing) from None
     return (folder or Path.cwd()) / text
 
 

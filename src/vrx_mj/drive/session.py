@@ -14,6 +14,7 @@ from typing import Protocol
 
 from vrx_mj.drive.pilot import Pilot, engines_of
 from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.recording.viewer import Server
 from vrx_mj.runtime.run import CONTROL_RATE, Controller, obey
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.timing import stride_of
@@ -43,12 +44,8 @@ class Screen(Console, Protocol):
     """Where the simulation is watched."""
 
     @property
-    def url(self) -> str | None:
-        """What to open to see it; None where it is seen already."""
-
-    @property
-    def ports(self) -> tuple[int, ...]:
-        """Ports on which this machine serves it to itself."""
+    def server(self) -> Server | None:
+        """What serves it to a browser; None for a window."""
 
     def is_open(self) -> bool:
         """False once it was closed."""

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol, Self, TextIO
 
 from vrx_mj.runtime.timing import Pause
+from vrx_mj.unix import termios, tty
 
 __all__ = ["HELP", "OURS", "Driven", "Terminal", "status_lines", "terminal_keys", "window_key"]
 
@@ -83,9 +84,6 @@ class Terminal:
 
     def __enter__(self) -> Self:
         if _foreground(self._stdin):
-            import termios
-            import tty
-
             self._before = termios.tcgetattr(self._stdin)
             tty.setcbreak(self._stdin, termios.TCSANOW)
         return self
@@ -96,8 +94,6 @@ class Terminal:
 
     def _restore(self) -> None:
         if self._before is not None:
-            import termios
-
             termios.tcsetattr(self._stdin, termios.TCSADRAIN, self._before)
             self._before = None
 

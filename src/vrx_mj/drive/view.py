@@ -5,9 +5,10 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterator
 
-from vrx_mj.drive.display import no_window
+from vrx_mj.draw.display import no_window
 from vrx_mj.drive.session import Screen, Session, watch
 from vrx_mj.drive.terminal import HELP, Terminal
+from vrx_mj.recording.viewer import where_to_look
 from vrx_mj.runtime.run import Controller
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.signals import ended_by_signals
@@ -44,7 +45,7 @@ def view(
     with ended_by_signals(), Terminal() as terminal, contextlib.suppress(KeyboardInterrupt):
         screen = _open(sim, reason, keys=terminal.reads)
         try:
-            for line in _introduction(screen, reason, keys=terminal.reads):
+            for line in _introduction(screen, reason or "", keys=terminal.reads):
                 write(line)
             session.start()
             watch(session, screen, [terminal])
@@ -64,15 +65,12 @@ def _open(sim: Simulation, reason: str | None, *, keys: bool) -> Screen:
     return Browser(sim, keys=keys)
 
 
-def _introduction(screen: Screen, reason: str | None, *, keys: bool) -> Iterator[str]:
+def _introduction(screen: Screen, reason: str, *, keys: bool) -> Iterator[str]:
     """Lines to write before it begins; `keys`: whether they are read from the terminal."""
-    if screen.url is not None:
-        yield f"In the browser: {reason}."
-        yield f"Open {screen.url}"
-        tunnel = " ".join(f"-L {port}:127.0.0.1:{port}" for port in screen.ports)
-        yield f"It listens on this machine only; from another machine, first run: ssh {tunnel} this-machine"
-    if keys or screen.url is None:
+    if screen.server is not None:
+        yield from where_to_look(screen.server, reason)
+    if keys or screen.server is None:
         yield from (f"  {name:<10} {text}" for name, text in HELP)
     else:
         yield "No keys are read, since standard input is not a terminal; --thrust or --control steer the boats."
-    yield "Press Ctrl-C to stop." if screen.url is not None else "Close the window or press Ctrl-C to stop."
+    yield "Press Ctrl-C to stop." if screen.server is not None else "Close the window or press Ctrl-C to stop."

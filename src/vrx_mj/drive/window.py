@@ -80,8 +80,7 @@ class Window:
         self._upload = Upload(self._handle, self._sea.mesh) if self._sea is not None else None
         self._start(sim)
 
-    url = None
-    ports = ()
+    server = None
 
     def is_open(self) -> bool:
         """False once it was closed."""

@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from vrx_mj.arguments import as_seed
+from vrx_mj.arguments import as_flag, as_seed, check_kind
 from vrx_mj.config.fleet import BoatConfig, FleetConfig, Order
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.gazebo.opening import opened
@@ -71,12 +71,15 @@ def compile_world(
         ConfigError: a file is invalid; the error lists every mistake with file, line and key.
         CompileError: MuJoCo cannot compile what the files describe.
         ChoiceError: a folder has several launch files that open a world, or several worlds.
-        CommandError: the seed is not a whole number from 0 to 2^63 - 1.
+        CommandError: the seed is not a whole number from 0 to 2^63 - 1, or another argument is of no such kind.
     """
     own = None if seed is None else as_seed(seed)
-    world, fleet = opened(world, fleet, arguments or {})
+    given = {} if arguments is None else arguments
+    check_kind("arguments", given, Mapping, "a mapping of text, as {'name': 'value'}")
+    nudged = as_flag("nudge", nudge)
+    world, fleet = opened(world, fleet, given)
     config = load_world(world)
-    assembly = _Assembly(config, load_fleet(fleet, config), nudge=nudge)
+    assembly = _Assembly(config, load_fleet(fleet, config), nudge=nudged)
     return assembly.world(config.seed if own is None else own)
 
 

@@ -8,7 +8,6 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import compress
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -63,10 +62,8 @@ RESERVED = ("terrain", "carrier", "world")
 """Names of parts of every world."""
 
 
-def with_boat(world: World, entry: Mapping[str, object], folder: Path | None = None) -> World:
+def with_boat(world: World, entry: Mapping[str, object]) -> World:
     """The world with another boat; `entry` is one of a fleet's `boats`, its pose in world axes [m, rad].
-
-    Paths in it start in `folder`, by default the current one.
 
     A name that was there before begins its next life: `life` of its entry counts them.
 
@@ -77,7 +74,7 @@ def with_boat(world: World, entry: Mapping[str, object], folder: Path | None = N
     """
     spawn = {key: getattr(world.parameters.spawn, key) for key in ("robot", "arguments", "thrusters", "sensors")}
     own = {key: value for key, value in spawn.items() if value is not None}
-    boat = joining_boat(entry, SpawnConfig.model_validate(own), folder)
+    boat = joining_boat(entry, SpawnConfig.model_validate(own))
     _check_name(world, boat.name, "boat")
     for note in ros_names_note("boat", [boat.name]):
         warnings.warn(note, VrxWarning, stacklevel=3)
@@ -93,23 +90,22 @@ def with_boat(world: World, entry: Mapping[str, object], folder: Path | None = N
     return _joined(world, parts, rows, [Touch(boat.name, rows.hulls[0].body)], asleep=bool(balls))
 
 
-def with_object(world: World, entry: Mapping[str, object], folder: Path | None = None) -> World:
+def with_object(world: World, entry: Mapping[str, object]) -> World:
     """The world with another object; `entry` is one of a world file's `objects`, its pose in world axes [m, rad].
 
-    An object that is made of others joins with all of them. Paths in `entry` start in `folder`, by default the current
-    one.
+    An object that is made of others joins with all of them.
 
     Raises:
         ConfigError: the entry is wrong.
         CommandError: something has the name already, there are too many objects, or a dock of it lies on another.
     """
-    placement = joining(Placement, "object", entry, folder)
+    placement = joining(Placement, "object", entry)
     return _with_things(world, placement.name, list(place_objects([placement])), list(place_docks([], [placement])))
 
 
-def with_dock(world: World, entry: Mapping[str, object], folder: Path | None = None) -> World:
+def with_dock(world: World, entry: Mapping[str, object]) -> World:
     """The world with another dock; `entry` is one of a world file's `docks`; errors are those of `with_object`."""
-    placement = joining(DockPlacement, "dock", entry, folder)
+    placement = joining(DockPlacement, "dock", entry)
     return _with_things(world, placement.name, [], list(place_docks([placement], [])))
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import TypeAdapter, ValidationError
 
-from vrx_mj.arguments import as_number, as_path, as_text
+from vrx_mj.arguments import as_flag, as_number, as_path, as_text
 from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.errors import RecordError, UnknownNameError, shown
@@ -218,7 +218,7 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
         CommandError: `path` is not a path.
     """
     file = as_path("path", path)
-    parsed = parsed_file(file, COLUMNS, OURS, whole=whole)
+    parsed = parsed_file(file, COLUMNS, OURS, whole=as_flag("whole", whole))
     if not parsed.of(RUN):
         raise RecordError(f"'{file}' is not a recording of vrx_mj: it is a rerun file of something else")
     run, most = parsed.of(RUN)[0], allowance(file.stat().st_size)

@@ -1,4 +1,4 @@
-"""Parses a rerun file, in a process of its own: run by its path, it imports rerun and nothing of ours.
+"""Parses a rerun file, in a process of its own: run by its path, it imports rerun, and of ours `unix` alone.
 
 rerun's reader is native code, which a damaged file can end. What it found goes to standard output as blocks: a header
 of JSON, and the bytes that it counts. `vrx_mj.recording.rrd_file` starts this and reads them.
@@ -19,6 +19,8 @@ import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
+
+from vrx_mj.unix import resource
 
 __all__ = ["LENGTH", "NUMBERS"]
 
@@ -65,9 +67,7 @@ def rerun_reader() -> Any:
 
 def limit(memory: int, seconds: int) -> None:
     """Let this process take at most so many bytes and seconds of processor time more; only where the system can."""
-    try:
-        import resource
-    except ImportError:  # Windows
+    if resource is None:
         return
     spent = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
     limits = {resource.RLIMIT_CORE: 0, resource.RLIMIT_CPU: int(spent) + seconds}

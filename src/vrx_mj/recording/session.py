@@ -13,13 +13,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from vrx_mj.arguments import check_kind, check_name
+from vrx_mj.arguments import as_flag, check_kind, check_name
+from vrx_mj.draw.display import no_window
 from vrx_mj.errors import CommandError, UnknownNameError, shown
 from vrx_mj.mjcf.objects import ball_names
 from vrx_mj.recording.reader import Record, read_record
 from vrx_mj.recording.rrd_file import copy_without_views
 from vrx_mj.recording.simulation_scene import Choice, scene_of
-from vrx_mj.recording.writer import APPLICATION, RecordWriter, join_views, viewer_binary
+from vrx_mj.recording.viewer import LOOPBACK, Server, viewer_binary, viewer_environment, where_to_look
+from vrx_mj.recording.writer import APPLICATION, RecordWriter, join_views
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
 from vrx_mj.sensors.readings import Reading
@@ -81,7 +83,7 @@ class RunWriter(RecordWriter):
         self, path: str | Path, sim: Simulation, choices: Sequence[Choice], *, sea: bool, follow: str | None = None
     ) -> None:
         self._sim, self._choices = sim, choices
-        shown = sim.sea.height if sea else None
+        shown = sim.sea.height if as_flag("sea", sea) else None
         super().__init__(
             path, dataclasses.replace(scene_of(sim, choices), begun=sim.time, sea_height=shown, follow=follow)
         )
@@ -225,26 +227,34 @@ def _rate(one: tuple[str, str], rate: float | None, rates: Rates, *, several: bo
     return rate
 
 
-def open_viewer(path: str | Path, *, follow: str | None = None) -> int:
+def open_viewer(path: str | Path, *, follow: str | None = None, write: Callable[[str], None] = print) -> int:
     """Open a recording in the viewer, which listens to this machine only; the viewer's exit code.
+
+    Without a display it is served to a browser until Ctrl-C, and `write` is called with lines that say where.
 
     The camera follows the boat `follow`, or else what it followed when the run was recorded. The file of a killed run
     has no blueprint yet: it is opened with the one that the recording carries.
 
     Raises:
         UnknownNameError: unknown boat.
-        RecordError: the file is not a recording, or damaged: all of it is parsed before the viewer has it.
+        RecordError: the file is not a recording, or damaged: all of it is parsed before the viewer has it; or the
+            viewer does not start.
     """
     record = read_record(path, whole=True)
-    command = [str(viewer_binary()), "--bind", "127.0.0.1"]
-    if follow is None and record.has_views:
-        return subprocess.run([*command, str(record.path)], check=False).returncode
     with tempfile.TemporaryDirectory() as folder:
-        if follow is not None:
-            return subprocess.run([*command, str(following(record, follow, Path(folder)))], check=False).returncode
-        blueprint = Path(folder) / "views.rbl"
-        blueprint.write_bytes(record.views)
-        return subprocess.run([*command, str(record.path), str(blueprint)], check=False).returncode
+        files = [record.path if follow is None else following(record, follow, Path(folder))]
+        if follow is None and not record.has_views:
+            files.append(Path(folder) / "views.rbl")
+            files[1].write_bytes(record.views)
+        reason = no_window(mujoco=False)
+        if reason is None:
+            command = [str(viewer_binary()), *map(str, files), "--bind", LOOPBACK, "--hide-welcome-screen"]
+            return subprocess.run(command, check=False, env=viewer_environment()).returncode
+        with contextlib.closing(Server(*files)) as server, contextlib.suppress(KeyboardInterrupt):
+            for line in (*where_to_look(server, reason), "Press Ctrl-C to stop."):
+                write(line)
+            return server.wait()
+        return 0
 
 
 def following(record: Record, boat: str, folder: Path) -> Path:

@@ -12,7 +12,6 @@ import dataclasses
 import json
 import queue
 import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -31,6 +30,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError, VrxError, VrxWarning
 from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.record_scene import RecordScene
+from vrx_mj.recording.viewer import viewer_binary, viewer_environment
 from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.sensors.readings import Reading
 from vrx_mj.tasks.frame import Message
@@ -38,7 +38,7 @@ from vrx_mj.tasks.frame import Message
 if TYPE_CHECKING:
     from rerun.chunk import Chunk
 
-__all__ = ["APPLICATION", "RecordWriter", "join_views", "viewer_binary"]
+__all__ = ["APPLICATION", "RecordWriter", "join_views"]
 
 APPLICATION = "vrx_mj"
 FLUSH = 1.0
@@ -284,24 +284,13 @@ class Work:
             joined.replace(self._path)
 
 
-def viewer_binary() -> Path:
-    """The executable inside the installed rerun package: the script beside Python only wraps it."""
-    import rerun
-
-    name = "rerun.exe" if sys.platform == "win32" else "rerun"
-    path = Path(rerun.__file__).parent.parent / "rerun_cli" / name
-    if not path.is_file():
-        raise RecordError(f"no rerun viewer at '{path}': install rerun-sdk for this platform")
-    return path
-
-
 def join_views(recording: Path, views: bytes, output: Path, *, chunks: int) -> None:
     """Write `recording`, its blueprint `views` and a table of contents to `output`, alone in its folder."""
     blueprint = output.with_suffix(".rbl")
     blueprint.write_bytes(views)
     how = ["optimize", "--profile", "live"] if chunks > MANY_CHUNKS else ["merge"]
     command = [str(viewer_binary()), "rrd", *how, str(recording), str(blueprint), "-o", str(output)]
-    done = subprocess.run(command, capture_output=True, timeout=JOIN_SECONDS, check=False)
+    done = subprocess.run(command, capture_output=True, timeout=JOIN_SECONDS, check=False, env=viewer_environment())
     if done.returncode != 0:
         errors = done.stderr.decode("utf-8", "replace").strip().splitlines()
         raise RecordError(f"rerun cannot finish '{recording}': {errors[-1] if errors else done.returncode}")

@@ -137,7 +137,9 @@ class Variety:
 
 
 def _range(name: str, value: object) -> tuple[float, float]:
-    pair = tuple(value) if isinstance(value, Sequence | np.ndarray) else (value, value)
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    pair = tuple(value) if isinstance(value, Sequence) else (value, value)
     least = LEAST.get(name, 0.0)
     if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1] <= LARGEST:
         number = "a number" if least == -LARGEST else f"a number of {least:g} or more"

@@ -10,7 +10,7 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.arguments import check_name
+from vrx_mj.arguments import as_flag, check_name
 from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
 from vrx_mj.mjcf.compile import Source
 from vrx_mj.packages import importing
@@ -123,7 +123,7 @@ class TeamVectorEnv:
         view, self._share = neighbour_view(neighbours, range, noise, delay), team_share(reward)
         moving = chance("joining", joining), chance("leaving", leaving)
         check_name("problem", problem, (*TEAMS, SCORE))
-        self.num_envs, self.render_mode, self.autoreset = num_envs, render_mode, autoreset
+        self.num_envs, self.render_mode, self.autoreset = num_envs, render_mode, as_flag("autoreset", autoreset)
         self._core = Environment(
             problem, num_envs, world=world, fleet=fleet, team=TeamOptions(boats, view, moving), duration=duration,
             threads=threads, size=(width, height), variety=variety,

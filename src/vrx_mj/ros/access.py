@@ -4,10 +4,11 @@ import ipaddress
 import os
 import re
 import socket
-import struct
 import threading
 import urllib.parse
 from collections.abc import Iterable, Sequence
+
+import psutil
 
 from vrx_mj.errors import CommandError
 
@@ -141,11 +142,7 @@ def _address(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
 
 NOWHERE = "192.0.2.1"
 """An address of nobody (RFC 5737): asked for the way to the world; nothing is sent there."""
-GET_FLAGS, GET_ADDRESS = 0x8913, 0x8915
-"""SIOCGIFFLAGS and SIOCGIFADDR of Linux (netdevice(7))."""
-UP, RUNNING = 0x1, 0x40
-"""IFF_UP, and IFF_RUNNING: a cable or a radio is connected."""
-VIRTUAL = ("docker", "br-", "veth", "virbr", "lxc", "cni")
+VIRTUAL = ("docker", "br-", "bridge", "veth", "vEthernet", "virbr", "lxc", "cni")
 """Beginnings of the names of interfaces to containers and virtual machines on this machine."""
 
 
@@ -207,26 +204,14 @@ def interface_addresses() -> Sequence[str]:
 
     Those that are connected come first, those to containers and virtual machines on this machine last.
     """
-    try:
-        names = [name for _, name in socket.if_nameindex()]
-        found = [(name.startswith(VIRTUAL), *one) for name in names if (one := _interface(name)) is not None]
-    except (ImportError, OSError):  # not Linux
-        found = [(False, False, one) for one in addresses(socket.gethostname())]
+    states = psutil.net_if_stats()
+    found = [
+        (name.startswith(VIRTUAL), not states[name].isup, one.address)
+        for name, entries in psutil.net_if_addrs().items()
+        for one in entries
+        if one.family == socket.AF_INET and name in states and (states[name].isup or "up" in states[name].flags)
+    ]
     return [one for *_, one in sorted(found, key=lambda row: row[:2]) if not is_loopback(one)]
-
-
-def _interface(name: str) -> tuple[bool, str] | None:
-    """Whether an interface is without connection, and its IPv4 address; None if it has none or is down."""
-    from fcntl import ioctl
-
-    request = struct.pack("256s", name.encode()[:15])
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            flags = struct.unpack_from("H", ioctl(probe, GET_FLAGS, request), 16)[0]
-            answer = ioctl(probe, GET_ADDRESS, request)
-        except OSError:
-            return None
-    return (not flags & RUNNING, socket.inet_ntoa(answer[20:24])) if flags & UP else None
 
 
 def own_names(host: str, master_uri: str) -> Names:

@@ -12,6 +12,7 @@ from typing import Generic, TypeVar
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.access import is_loopback
 from vrx_mj.ros.interface import Sent
+from vrx_mj.unix import resource
 
 __all__ = [
     "MOST_FRAMES",
@@ -173,9 +174,7 @@ class ConnectionLimit:
 
 def allowed() -> int:
     """Connections that the process may have open; where it may have few files, it takes the leave that it can get."""
-    try:
-        import resource
-    except ImportError:  # Windows
+    if resource is None:
         return MOST_CONNECTIONS
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     if 0 <= soft < MOST_CONNECTIONS + SPARE_FILES:  # 1024 as a rule: two recorders of twenty boats have more topics

@@ -6,7 +6,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from urllib.parse import urlsplit
 
 from vrx_mj.drive.session import Pacer
@@ -16,10 +15,11 @@ from vrx_mj.ros.interface import Inbox, Transport
 from vrx_mj.ros.network import Network
 from vrx_mj.ros.ros_server import CLOCK_RATE, Lockstep, Report, RosServer
 from vrx_mj.ros.table.host import CmdVel
+from vrx_mj.runtime.limits import process_memory
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.signals import handled
 
-__all__ = ["ROSBRIDGE_PORT", "Meter", "Wanted", "memory", "serve"]
+__all__ = ["ROSBRIDGE_PORT", "Meter", "Wanted", "serve"]
 
 KB, MB = 1e3, 1e6
 
@@ -54,7 +54,7 @@ class Meter:
             f"t {moment:.1f} s",
             "paused" if self._server.paused else f"pace {self.pace:.2f}",
             f"CPU {100.0 * (cpu - self._then[2]) / wall:.0f} %",
-            f"{memory() / MB:.0f} MB",
+            f"{process_memory() / MB:.0f} MB",
             f"{(sent - self._then[3]) / wall / KB:.0f} KB/s to {self._clients()} clients",
         ]
         dropped = sum(transport.traffic.dropped for transport in self._transports)
@@ -76,7 +76,7 @@ class Meter:
         stepped = self._stepped + max(0.0, moment - self._then[1])
         return (
             f"served {stepped:.1f} s in {wall:.1f} s: pace {stepped / wall:.3f}, CPU "
-            f"{100.0 * (cpu - self._begun[2]) / wall:.0f} %, {memory() / MB:.0f} MB, {sent / MB:.1f} MB sent"
+            f"{100.0 * (cpu - self._begun[2]) / wall:.0f} %, {process_memory() / MB:.0f} MB, {sent / MB:.1f} MB sent"
         )
 
     def _now(self) -> tuple[float, float, float, int]:
@@ -85,17 +85,6 @@ class Meter:
 
     def _clients(self) -> int:
         return sum(transport.traffic.clients for transport in self._transports)
-
-
-def memory() -> float:
-    """Resident memory of this process [bytes]; where the system does not give the present size, the largest so far."""
-    try:
-        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
-        return float(pages * os.sysconf("SC_PAGE_SIZE"))
-    except (OSError, ValueError, IndexError):
-        import resource
-
-        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024.0
 
 
 ROSBRIDGE_PORT = 9090

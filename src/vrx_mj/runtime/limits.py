@@ -1,6 +1,7 @@
 """What this process may use of its machine: the system's figures, and the container's limits where there are any."""
 
 import os
+import platform
 import queue
 import threading
 import weakref
@@ -8,37 +9,55 @@ from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
+import psutil
+
 __all__ = [
     "ThreadPool",
     "core_share",
     "free_memory",
+    "process_memory",
+    "processor",
     "thread_count",
     "total_memory",
 ]
 
 ROOT = Path("/")
-"""Where `sys/fs/cgroup` and `proc` are; Linux has them."""
+"""Where `sys/fs/cgroup` is; Linux has it."""
 
 
-def free_memory(root: Path = ROOT) -> float | None:
-    """Memory [bytes] that is free for this process; None where the system does not report it."""
+def process_memory() -> float:
+    """Resident memory of this process [bytes]."""
+    return float(psutil.Process().memory_info().rss)
+
+
+def processor() -> str:
+    """The processor's name."""
+    try:
+        with Path("/proc/cpuinfo").open(encoding="utf-8") as file:
+            names = (line.partition(":")[2].strip() for line in file if line.startswith("model name"))
+            return next(names, "") or platform.processor()
+    except OSError:
+        return platform.processor()
+
+
+def free_memory(root: Path = ROOT) -> float:
+    """Memory [bytes] that is free for this process."""
     group = root / "sys/fs/cgroup"
-    known = [_meminfo(root / "proc/meminfo", "MemAvailable")]
+    known = [float(psutil.virtual_memory().available)]
     for limit, used in (
         (group / "memory.max", group / "memory.current"),
         (group / "memory/memory.limit_in_bytes", group / "memory/memory.usage_in_bytes"),
     ):
         most, now = _first(limit), _first(used)
-        known.append(most - now if most is not None and now is not None else None)
-    return min((free for free in known if free is not None), default=None)
+        known += [most - now] if most is not None and now is not None else []
+    return min(known)
 
 
-def total_memory(root: Path = ROOT) -> float | None:
-    """Memory [bytes] that this process may take at most, free or not; None where the system does not report it."""
+def total_memory(root: Path = ROOT) -> float:
+    """Memory [bytes] that this process may take at most, free or not."""
     group = root / "sys/fs/cgroup"
-    known = [_meminfo(root / "proc/meminfo", "MemTotal")]
-    known += [_first(group / name) for name in ("memory.max", "memory/memory.limit_in_bytes")]
-    return min((most for most in known if most is not None), default=None)
+    known = (_first(group / name) for name in ("memory.max", "memory/memory.limit_in_bytes"))
+    return min([float(psutil.virtual_memory().total), *(most for most in known if most is not None)])
 
 
 def core_share(root: Path = ROOT) -> tuple[int, float]:
@@ -72,15 +91,6 @@ def _first(file: Path, index: int = 0) -> float | None:
         return float(file.read_text(encoding="ascii").split()[index])
     except (OSError, ValueError, IndexError):
         return None
-
-
-def _meminfo(file: Path, name: str) -> float | None:
-    try:
-        lines = file.read_text(encoding="ascii").splitlines()
-    except (OSError, ValueError):
-        return None
-    found = [line.split()[1] for line in lines if line.startswith(f"{name}:")]
-    return 1024.0 * float(found[0]) if found else None
 
 
 PIECES = 4

@@ -44,7 +44,7 @@ def check_memory(n: int, data: mujoco.MjData) -> None:
         CommandError: they do not.
     """
     each, most = FIXED + int(data.nbuffer), total_memory()
-    if most is not None and n * each > most:
+    if n * each > most:
         text = f"{_size(n * each)} are needed, {_size(each)} a row, and at most {_size(most)} can be had"
         raise CommandError(f"no memory for {n} rows: {text}; make fewer rows")
 

@@ -2,7 +2,6 @@
 
 import inspect
 import math
-import pathlib
 import platform
 import time as clock
 import warnings
@@ -16,6 +15,7 @@ import numpy as np
 from vrx_mj.arguments import as_number, check_kind
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, shown
 from vrx_mj.runtime.commands import Commands, clipped_commands
+from vrx_mj.runtime.limits import processor
 from vrx_mj.runtime.observation import TASK, BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.subscriptions import Touch
@@ -341,16 +341,7 @@ def steady(sim: Simulation, thrust: Mapping[str, float]) -> Controller:
 def fingerprint() -> str:
     """What bit-equality depends on: processor, system, and the versions of what computes."""
     versions = " ".join(f"{name}-{metadata.version(name)}" for name in ("mujoco", "numba", "numpy"))
-    return f"{_processor()}; {platform.system()} {platform.machine()}; python-{platform.python_version()} {versions}"
-
-
-def _processor() -> str:
-    try:
-        with pathlib.Path("/proc/cpuinfo").open(encoding="utf-8") as file:
-            names = (line.partition(":")[2].strip() for line in file if line.startswith("model name"))
-            return next(names, "") or platform.processor()
-    except OSError:
-        return platform.processor()
+    return f"{processor()}; {platform.system()} {platform.machine()}; python-{platform.python_version()} {versions}"
 
 
 def obey(sim: Simulation, commands: Mapping[str, Any] | None) -> None:

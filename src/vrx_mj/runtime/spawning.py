@@ -42,8 +42,6 @@ STATE_TABLES = tuple(name for name, array in ARRAYS.items() if array.use == STAT
 """The tables that change."""
 WHOLE = ("body_subtreemass",)
 """Arrays of the model in which a newcomer counts for the others, too: for the world."""
-MODEL_FILES = ("model.sdf", "model.sdf.erb")
-"""Files of models whose folder has the model's name."""
 
 
 class Spawning:
@@ -57,32 +55,21 @@ class Spawning:
     ) -> None:
         """Add a boat at rest; `files` are the layout of thrusters and the components, `other` is as in a fleet file."""
         self._live.check_idle("spawn")
-        folder = robot.parent if isinstance(robot, Path) and robot.is_absolute() else None
-        files = {"robot": f"./{robot.name}" if folder and isinstance(robot, Path) else robot, **files}
-        for key, value in files.items():
-            if value is not None:
-                as_path(key, value)
-        given: dict[str, Any] = {key: str(value) for key, value in files.items() if value is not None}
-        self._enter(with_boat(self._live.world, given | {"name": name, **other}, folder), name)
+        named = {"robot": robot, **files}
+        given: dict[str, Any] = {key: _text(key, value) for key, value in named.items() if value is not None}
+        self._enter(with_boat(self._live.world, given | {"name": name, **other}), name)
 
     def spawn_object(self, name: str, *, model: str | Path, **other: object) -> None:
         """Add an object at rest; `other` is as in a world file."""
         self._live.check_idle("spawn_object")
-        path, folder = as_path("model", model), None
-        if isinstance(model, Path) and path.is_absolute():
-            folder = path.parent.parent if path.name in MODEL_FILES else path.parent
-            path = path.relative_to(folder)
-        text = f"./{path}" if folder else str(model)
-        entry = {"name": name, "model": text, **other}
-        self._enter(with_object(self._live.world, entry, folder), name)
+        entry = {"name": name, "model": _text("model", model), **other}
+        self._enter(with_object(self._live.world, entry), name)
 
     def spawn_dock(self, name: str, *, layout: str | Path | Sequence[str], **other: object) -> None:
         """Add a dock at rest; `other` is as in a world file."""
         self._live.check_idle("spawn_dock")
-        folder = layout.parent if isinstance(layout, Path) and layout.is_absolute() else None
-        drawing = f"./{layout.name}" if folder and isinstance(layout, Path) else layout
-        entry = {"name": name, "layout": str(drawing) if isinstance(drawing, Path) else drawing, **other}
-        self._enter(with_dock(self._live.world, entry, folder), name)
+        entry = {"name": name, "layout": layout.as_posix() if isinstance(layout, Path) else layout, **other}
+        self._enter(with_dock(self._live.world, entry), name)
 
     def remove(self, name: str) -> None:
         """Remove a boat, an object or a dock."""
@@ -184,6 +171,12 @@ def _fill(target: npt.NDArray[np.generic], source: npt.NDArray[np.generic], stay
     """Write the rows that stay, None for all, to the beginning."""
     kept = source if stay is None else source[stay]
     target[: len(kept)] = kept
+
+
+def _text(key: str, given: str | Path) -> str:
+    """A name or a path as files have it."""
+    as_path(key, given)
+    return given.as_posix() if isinstance(given, Path) else str(given)
 
 
 def _check_place(arrays: LoopArrays, name: str) -> None:

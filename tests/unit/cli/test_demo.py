@@ -3,7 +3,7 @@
 import pytest
 
 from vrx_mj import read_record
-from vrx_mj.drive import display
+from vrx_mj.draw import display
 
 
 @pytest.fixture
@@ -16,12 +16,12 @@ def opened(monkeypatch):
 
 @pytest.fixture
 def screen(monkeypatch):
-    monkeypatch.setattr(display, "has_display", lambda: True)
+    monkeypatch.setattr(display, "no_window", lambda **_: None)
 
 
 @pytest.fixture
 def no_screen(monkeypatch):
-    monkeypatch.setattr(display, "has_display", lambda: False)
+    monkeypatch.setattr(display, "no_window", lambda **_: "no display")
 
 
 def test_the_trio_is_recorded_and_opened(cli, folder, opened, screen):
@@ -36,7 +36,7 @@ def test_the_trio_is_recorded_and_opened(cli, folder, opened, screen):
 def test_without_a_display_the_last_line_says_how_to_open_it(cli, opened, no_screen):
     said = cli("demo", "--duration", 0.1)
     assert (said.code, opened) == (0, [])
-    assert said.out.splitlines()[-1] == "no display here; to open it: vrx-mj replay vrx-mj-demo.rrd"
+    assert said.out.splitlines()[-1] == "no display; to open it: vrx-mj replay vrx-mj-demo.rrd"
 
 
 def test_no_open_opens_nothing(cli, opened, screen):

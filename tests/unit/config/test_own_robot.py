@@ -1,9 +1,11 @@
 """A robot of one's own in worlds and fleets that extend others: its thrusters and sensors, and where its files are."""
 
+import re
 import warnings
 from pathlib import Path
 
 import pytest
+import yaml
 
 from urdf_boats import BOX, link, robot
 from vrx_mj.config.fleet_checks import load_fleet
@@ -11,6 +13,7 @@ from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError
 from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.runtime.simulation import Simulation
 
 MESSAGE = "not allowed for robot ./mine.urdf, whose own files place its thrusters; remove it"
 
@@ -73,6 +76,26 @@ def test_so_do_the_paths_of_a_fleet(here):
     fleet = load_fleet(write("f.yaml", "extends: ./below/base.yaml\nrobot: ./mine.urdf\n"), load_world("ocean"))
     boats = fleet.resolve(load_world("ocean"))
     assert {(boat.order.folder, boat.order.thrusters, boat.thrusters) for boat in boats} == {(here, None, None)}
+
+
+@pytest.mark.parametrize("place", ["/", "../"])
+def test_a_dict_of_python_names_files_anywhere_which_a_file_may_not(here, monkeypatch, place):
+    base = write(here / "ocean.yaml", "extends: ocean\n")
+    (here / "work").mkdir()
+    monkeypatch.chdir(here / "work")
+    place = f"{here}/" if place == "/" else place
+    world = load_world({"extends": f"{place}ocean.yaml", "spawn": {"robot": f"{place}mine.urdf"}})
+    given = {"usv_count": 1, "layout": "line", "robot": f"{place}below/mine.urdf"}
+    assert [boat.robot for boat in load_fleet(given, world).resolve(world)] == [given["robot"]]
+    sim = Simulation(quiet(lambda: compile_world({"extends": str(base)}, fleet=given)))
+    quiet(lambda: sim.spawn("late", robot=f"{place}mine.urdf", pose=(30.0, 0.0, 0.0, 0.0, 0.0, 0.0)))
+    assert [sim.model.body(f"{name}/base_link").mass[0] for name in sim.boats] == [200.0, 100.0]
+    wrong = error(lambda: load_fleet({**given, "robot": f"{place}mine.yaml"}, world))
+    assert re.fullmatch(
+        rf"<fleet>: robot: no file '\S+mine.yaml'{' in the current folder' if place == '../' else ''}", wrong
+    )
+    refusal = "is absolute; give one relative" if place != "../" else "leaves the folder of the file that names it"
+    assert refusal in error(lambda: load_fleet(write("f.yaml", yaml.safe_dump(given)), world))
 
 
 def test_a_terrain_too(here):

@@ -1,8 +1,6 @@
 import io
 import os
-import re
 import signal
-import socket
 import sys
 from types import SimpleNamespace
 
@@ -11,12 +9,13 @@ import numpy as np
 import pytest
 
 from vrx_mj import Simulation, compile_world
-from vrx_mj.drive import browser, display, window
+from vrx_mj.draw import display
 from vrx_mj.drive import view as package
+from vrx_mj.drive import window
 from vrx_mj.drive.session import Session, watch
 from vrx_mj.drive.terminal import Terminal
 from vrx_mj.drive.view import view
-from vrx_mj.errors import CommandError, RecordError, UnknownNameError
+from vrx_mj.errors import CommandError, UnknownNameError
 
 WAVES = {"extends": "ocean", "sea": {"model": "pms", "gain": 1.0, "period": 5.0, "tau": 0.01}}
 
@@ -216,7 +215,7 @@ def test_without_a_display_there_is_no_window(variables):
 
 
 def test_macos_wants_its_own_python():
-    told = display.no_window({}, "darwin", main_thread=False)
+    told = display.no_window({}, "darwin")
     assert told == "on macOS MuJoCo's window needs mjpython: mjpython -m vrx_mj view ..."
 
 
@@ -273,7 +272,8 @@ def test_the_browser_is_served_on_the_loopback_address_alone(trio, monkeypatch):
             screen.show(session)
         screen.restart()
         screen.show(session)
-        shown.extend((screen.ports, [addresses(port) for port in screen.ports], screen.is_open()))
+        ports = screen.server.ports
+        shown.extend((ports, [addresses(port) for port in ports], screen.is_open()))
         os.kill(os.getpid(), signal.SIGTERM)  # ends as Ctrl-C does
 
     monkeypatch.setattr(package, "watch", few_frames)
@@ -281,26 +281,11 @@ def test_the_browser_is_served_on_the_loopback_address_alone(trio, monkeypatch):
     view(Simulation(trio), browser=True, write=told.append)
     ports, listening, running = shown
     assert (running, listening) == (True, [["0100007F"], ["0100007F"]])  # 127.0.0.1
-    page = f"http://127.0.0.1:{ports[0]}/?url=rerun%2Bhttp%3A%2F%2F127.0.0.1%3A{ports[1]}%2Fproxy"
+    page = f"http://127.0.0.1:{ports[0]}/?url=rerun%2Bhttp%3A%2F%2F127.0.0.1%3A{ports[1]}%2Fproxy&hide_welcome_screen=1"
     assert told[:2] == ["In the browser: as asked.", f"Open {page}"]
     assert told[-1] == "stopped at 1.5 s of simulated time"
     assert [addresses(port) for port in ports] == [[], []]
     assert signal.getsignal(signal.SIGTERM) == before
-
-
-def test_a_server_that_does_not_start_says_what_rerun_said(monkeypatch):
-    monkeypatch.setattr(browser, "viewer_binary", lambda: sys.executable)  # knows none of rerun's options
-    with pytest.raises(RecordError, match=r"^rerun's browser viewer does not start: ") as error:
-        browser.Server()
-    assert re.search(r"-c|-h", str(error.value))
-
-
-def test_a_port_that_is_taken_gives_way_to_a_free_one():
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
-        port = taken.getsockname()[1]
-        assert browser.free_port(port) not in {port, 0}
 
 
 # The terminal

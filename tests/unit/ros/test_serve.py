@@ -1,7 +1,9 @@
 """The address that other machines are told."""
 
 import socket
+from types import SimpleNamespace
 
+import psutil
 import pytest
 
 from vrx_mj.ros import access
@@ -41,16 +43,20 @@ def test_the_addresses_of_interfaces_are_this_machines_and_no_loopback():
 
 
 def test_connected_interfaces_come_first_and_those_of_containers_last(monkeypatch):
-    up = {
-        "lo": (False, "127.0.0.1"),
-        "docker0": (False, "172.17.0.1"),
-        "eth0": (True, "192.168.1.20"),
-        "tun0": None,
-        "wlan0": (False, FAR),
+    interfaces = {  # as psutil has them: on Windows without flags
+        "lo": (True, "up,loopback,running", socket.AF_INET, "127.0.0.1"),
+        "docker0": (True, "up,running", socket.AF_INET, "172.17.0.1"),
+        "eth0": (False, "up,broadcast", socket.AF_INET, "192.168.1.20"),
+        "tun0": (False, "pointopoint", socket.AF_INET, "10.0.0.1"),
+        "wlan0": (True, "up,running", socket.AF_INET, FAR),
+        "wlan1": (True, "up,running", socket.AF_INET6, "fe80::1"),
+        "Ethernet 2": (True, "", socket.AF_INET, "192.168.1.21"),
     }
-    monkeypatch.setattr(socket, "if_nameindex", lambda: list(enumerate(up)))
-    monkeypatch.setattr(access, "_interface", up.get)
-    assert access.interface_addresses() == [FAR, "192.168.1.20", "172.17.0.1"]
+    states = {name: SimpleNamespace(isup=isup, flags=flags) for name, (isup, flags, *_) in interfaces.items()}
+    addresses = {name: [SimpleNamespace(family=family, address=one)] for name, (*_, family, one) in interfaces.items()}
+    monkeypatch.setattr(psutil, "net_if_stats", lambda: states)
+    monkeypatch.setattr(psutil, "net_if_addrs", lambda: addresses)
+    assert access.interface_addresses() == [FAR, "192.168.1.21", "192.168.1.20", "172.17.0.1"]
 
 
 @pytest.mark.usefixtures("without_route")

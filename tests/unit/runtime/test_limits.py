@@ -1,5 +1,7 @@
 import os
+from types import SimpleNamespace
 
+import psutil
 import pytest
 
 from vrx_mj.runtime import limits
@@ -39,23 +41,21 @@ def files(root, **texts):
 
 def test_limits_of_containers(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(8)), raising=False)
-    meminfo = {"proc__meminfo": "MemTotal: 9 kB\nMemAvailable:    2000000 kB\n"}
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=2_000_000, total=9_000_000))
     group = "sys__fs__cgroup__"
-    assert limits.free_memory(tmp_path) is None
-    assert limits.total_memory(tmp_path) is None
+    assert limits.free_memory(tmp_path) == 2e6
+    assert limits.total_memory(tmp_path) == 9e6
     assert limits.core_share(tmp_path) == (8, 8.0)
     new = files(
-        tmp_path / "2", **meminfo,
+        tmp_path / "2",
         **{f"{group}memory_dot_max": "900\n", f"{group}memory_dot_current": "400\n",
            f"{group}cpu_dot_max": "150000 100000\n"},
     )  # fmt: skip
     assert (limits.free_memory(new), limits.core_share(new)) == (500.0, (8, 1.5))
     assert limits.total_memory(new) == 900.0
-    free = files(
-        tmp_path / "3", **meminfo, **{f"{group}memory_dot_max": "max\n", f"{group}cpu_dot_max": "max 100000\n"}
-    )
-    assert (limits.free_memory(free), limits.core_share(free)) == (2048000000.0, (8, 8.0))
-    assert limits.total_memory(free) == 9 * 1024.0
+    free = files(tmp_path / "3", **{f"{group}memory_dot_max": "max\n", f"{group}cpu_dot_max": "max 100000\n"})
+    assert (limits.free_memory(free), limits.core_share(free)) == (2e6, (8, 8.0))
+    assert limits.total_memory(free) == 9e6
     old = files(tmp_path / "1", **{
         f"{group}memory__memory_dot_limit_in_bytes": "900", f"{group}memory__memory_dot_usage_in_bytes": "100",
         f"{group}cpu__cpu_dot_cfs_quota_us": "200000", f"{group}cpu__cpu_dot_cfs_period_us": "100000",

@@ -106,15 +106,14 @@ def model_file(text: str, near: Path | None) -> Path:
     Raises:
         VrxError: there is none.
     """
-    base = near or Path.cwd()
     if text.startswith(SCHEME):
         name = text.removeprefix(SCHEME)
-        folder = _folder(name, base)
+        folder = _folder(name, near or Path.cwd())
         if folder is None:
             raise VrxError(f"no model '{name}' beside the file, nor on {PATHS[0]} or {PATHS[1]}")
         return folder / _main_file(folder)
     path, mark, name = text.partition("#")
-    return Path(f"{contained(path, base)}{mark}{name}")
+    return Path(f"{contained(path, near)}{mark}{name}")
 
 
 def file_in_folder(text: object, near: Path | None = None) -> Path | None:

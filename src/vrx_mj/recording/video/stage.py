@@ -15,12 +15,13 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arguments import as_number, several
 from vrx_mj.arrays import ByteArray, FloatArray
-from vrx_mj.errors import RecordError
+from vrx_mj.errors import CommandError, RecordError, shown
 from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics.surface import EDGE, draw_surface
-from vrx_mj.recording.boat_sets import BoatSet, columns_in
+from vrx_mj.recording.boat_sets import HUGE, BoatSet, columns_in
 from vrx_mj.recording.reader import Record
 from vrx_mj.recording.rescoring import scored_frames
 from vrx_mj.recording.simulation_scene import check_columns
@@ -82,12 +83,22 @@ class Eye:
 
 
 def looking(position: Sequence[float], target: Sequence[float], up: Sequence[float], field: float = FIELD) -> Eye:
-    """An eye at `position` that looks at `target` [m]; `up` is what is up in the picture."""
-    ahead = np.subtract(target, position)
+    """An eye at `position` that looks at `target` [m]; `up` is what is up in the picture.
+
+    Raises:
+        CommandError: one of them is not three numbers, the direction is not known, or `field` is no angle [rad].
+    """
+    given = {"position": position, "target": target, "up": up}
+    place, aim, above = (np.array(several(name, value, 3, HUGE)) for name, value in given.items())
+    ahead = aim - place
+    if not np.cross(above, ahead).any():
+        raise CommandError(f"invalid target {shown(target)}: a place away from the position and not along up is needed")
+    if not 0.0 < as_number(field) < math.pi:
+        raise CommandError(f"invalid field {shown(field)}: an angle from 0 to pi rad is needed")
     ahead /= np.linalg.norm(ahead)
-    left = np.cross(up, ahead)
+    left = np.cross(above, ahead)
     left /= np.linalg.norm(left)
-    return Eye(np.array(position, np.float64), np.column_stack([ahead, left, np.cross(ahead, left)]), field)
+    return Eye(place, np.column_stack([ahead, left, np.cross(ahead, left)]), field)
 
 
 def view_of(eye: Eye, width: int, height: int) -> View:

@@ -70,17 +70,17 @@ def has_display(environment: Mapping[str, str] | None = None, platform: str = sy
 
 
 def no_window(
-    environment: Mapping[str, str] | None = None, platform: str = sys.platform, *, main_thread: bool | None = None
+    environment: Mapping[str, str] | None = None, platform: str = sys.platform, *, mujoco: bool = True
 ) -> str | None:
-    """Why MuJoCo's window cannot be opened here; None where it can.
+    """Why MuJoCo's window, or that of another program, cannot be opened here; None where it can.
 
     Args:
         environment: variables; those of this process by default.
         platform: as `sys.platform`.
-        main_thread: whether MuJoCo has the main thread, which macOS wants; found out by default.
+        mujoco: whether it is MuJoCo's, for which macOS wants the main thread.
     """
     variables = os.environ if environment is None else environment
-    if platform == "darwin" and not (_has_main_thread() if main_thread is None else main_thread):
+    if platform == "darwin" and mujoco and not _has_main_thread():
         return "on macOS MuJoCo's window needs mjpython: mjpython -m vrx_mj view ..."
     if not has_display(variables, platform):
         return "no display: neither DISPLAY nor WAYLAND_DISPLAY is set"

@@ -1,0 +1,191 @@
+"""rerun's own program, without its usage statistics: it joins recordings, and shows them in a window or a browser."""
+
+from __future__ import annotations
+
+import contextlib
+import http.client
+import os
+import re
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from functools import partial
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from vrx_mj.errors import RecordError
+
+__all__ = ["LOOPBACK", "Server", "free_port", "viewer_binary", "viewer_environment", "where_to_look"]
+
+
+def viewer_binary() -> Path:
+    """The executable inside the installed rerun package: the script beside Python only wraps it."""
+    import rerun
+
+    name = "rerun.exe" if sys.platform == "win32" else "rerun"
+    path = Path(rerun.__file__).parent.parent / "rerun_cli" / name
+    if not path.is_file():
+        raise RecordError(f"no rerun viewer at '{path}': install rerun-sdk for this platform")
+    return path
+
+
+def viewer_environment() -> dict[str, str]:
+    """Environment variables in which rerun's program sends no usage statistics, nor writes settings of them."""
+    return {**os.environ, "CI": "true"}  # rerun has no variable of its own for it
+
+
+LOOPBACK = "127.0.0.1"
+PAGE_PORT, DATA_PORT = 9090, 9876
+"""Ports of the page and of its data where they are free: rerun's own."""
+MEMORY, MEMORY_RATIO = 500_000_000, 3
+"""What the server keeps for pages that are opened later, and of files by size [bytes]; the oldest goes first."""
+START_TIMEOUT = 20.0
+"""Wall time [s] that starting may take."""
+POLICY = (
+    "default-src 'self' data: blob:; script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval'; "
+    "style-src 'self' 'unsafe-inline'; connect-src 'self' data: blob: {data}; form-action 'none'"
+)
+"""What rerun's page may load, and where it may connect: to its own server and its data."""
+FOREIGN_LINK = re.compile(rb'<link[^>]*"https://[^>]*>')
+"""Tags that have a browser connect elsewhere, whatever the policy."""
+
+
+class Server:
+    """rerun's server of a page and of its data, both on 127.0.0.1; the page connects to nothing else."""
+
+    def __init__(self, *files: Path) -> None:
+        """`files` are shown; without any, what is sent to `data_url`."""
+        self._hidden_port, self.data_port = free_port(0), free_port(DATA_PORT)
+        self.data_url = f"rerun+http://{LOOPBACK}:{self.data_port}/proxy"
+        """Address to which recordings are sent."""
+        self._output = tempfile.TemporaryFile()  # noqa: SIM115 -- closed with the process
+        memory = MEMORY + MEMORY_RATIO * sum(file.stat().st_size for file in files)
+        command = [
+            str(viewer_binary()), *map(str, files), "--serve-web", "--bind", LOOPBACK, "--port", str(self.data_port),
+            "--web-viewer-port", str(self._hidden_port), "--server-memory-limit", f"{memory // 1_000_000}MB",
+        ]  # fmt: skip
+        self._process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=self._output,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,  # Ctrl-C is for us: we end it when all is sent
+            env=viewer_environment(),
+        )
+        self._pages: ThreadingHTTPServer | None = None
+        try:
+            self._wait()
+            self._serve_pages()
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def page_url(self) -> str:
+        """What to open in a browser."""
+        return f"http://{LOOPBACK}:{self.page_port}/?url={quote(self.data_url, safe='')}&hide_welcome_screen=1"
+
+    @property
+    def ports(self) -> tuple[int, ...]:
+        """Ports of the page and of its data."""
+        return self.page_port, self.data_port
+
+    def is_running(self) -> bool:
+        """Whether the process lives."""
+        return self._process.poll() is None
+
+    def wait(self) -> int:
+        """Until the process ends; its exit code."""
+        return self._process.wait()
+
+    def close(self) -> None:
+        """End the process and the page's server."""
+        if self._pages is not None:
+            self._pages.shutdown()
+            self._pages.server_close()
+        self._process.terminate()
+        try:
+            self._process.wait(5.0)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._output.close()
+
+    def _wait(self) -> None:
+        """Until both ports answer."""
+        until = time.monotonic() + START_TIMEOUT
+        while not (_answers(self.data_port) and _answers(self._hidden_port)):
+            if not self.is_running() or time.monotonic() > until:
+                raise RecordError(f"rerun's browser viewer does not start: {self._last_line()}")
+            time.sleep(0.05)
+
+    def _serve_pages(self) -> None:
+        self.page_port = free_port(PAGE_PORT)
+        policy = POLICY.format(data=f"http://{LOOPBACK}:{self.data_port}")
+        self._pages = ThreadingHTTPServer((LOOPBACK, self.page_port), partial(_Page, self._hidden_port, policy))
+        threading.Thread(target=self._pages.serve_forever, name="vrx_mj page", daemon=True).start()
+
+    def _last_line(self) -> str:
+        self._output.seek(0)
+        lines = self._output.read().decode("utf-8", "replace").strip().splitlines()
+        return lines[-1] if lines else f"nothing after {START_TIMEOUT:g} s"
+
+
+class _Page(BaseHTTPRequestHandler):
+    """What rerun serves at a port, under a policy."""
+
+    def __init__(self, port: int, policy: str, *of_connection: Any) -> None:
+        self._port, self._policy = port, policy
+        super().__init__(*of_connection)
+
+    def do_GET(self) -> None:
+        """Answer with what rerun answers."""
+        with contextlib.closing(http.client.HTTPConnection(LOOPBACK, self._port)) as inner:
+            inner.request("GET", self.path)
+            answer = inner.getresponse()
+            content, kind = answer.read(), answer.getheader("Content-Type", "application/octet-stream")
+        if kind.startswith("text/html"):
+            content = FOREIGN_LINK.sub(b"", content)
+        self.send_response(answer.status)
+        own = {"Content-Type": kind, "Content-Length": str(len(content)), "Content-Security-Policy": self._policy}
+        for name, value in own.items():
+            self.send_header(name, value)
+        self.end_headers()
+        self.wfile.write(content)
+
+    def log_message(self, *_: object) -> None:
+        """Nothing."""
+
+
+def where_to_look(server: Server, reason: str) -> Iterator[str]:
+    """Lines for the person who watches: why in a browser, and how."""
+    yield f"In the browser: {reason}."
+    yield f"Open {server.page_url}"
+    tunnel = " ".join(f"-L {port}:{LOOPBACK}:{port}" for port in server.ports)
+    yield f"It listens on this machine only; from another machine, first run: ssh {tunnel} this-machine"
+
+
+def free_port(wanted: int) -> int:
+    """`wanted` where nothing on this machine has that port, else any that is free."""
+    for port in (wanted, 0):
+        with socket.socket() as probe:
+            try:
+                probe.bind((LOOPBACK, port))
+            except OSError:
+                continue
+            return int(probe.getsockname()[1])
+    raise RecordError(f"no free port on {LOOPBACK}")
+
+
+def _answers(port: int) -> bool:
+    try:
+        with socket.create_connection((LOOPBACK, port), timeout=0.5):
+            return True
+    except OSError:
+        return False
