@@ -1,6 +1,6 @@
 """Train a policy to keep station, with SAC of stable-baselines3: a quarter of an hour on two cores.
 
-`pip install 'vrx-mj[rl]' stable-baselines3`, then `python examples/train_station_keeping.py [minutes] [policy.npz]`.
+`pip install '.[rl]' stable-baselines3` in a clone, then `python examples/train_station_keeping.py [minutes] [policy.npz]`.
 `12_learned.py` sails what was learned, and compares it with `vrx_mj.control:StationKeeper`; it needs neither package.
 """
 

@@ -157,6 +157,41 @@ def test_the_extra_test_brings_what_tests_and_examples_import():
     assert {name for name in names if brought.isdisjoint(map(canonicalize_name, homes.get(name, ())))} == set()
 
 
+FROM_A_REGISTRY = re.compile(r"vrx[-_]mj\[|\b(?:pip|uv|pipx|conda|uvx)\b.* install\b[^`|#&;\n]*\bvrx[-_]mj\b(?![/.\[])")
+"""Our name as a requirement: until there is a release, whoever takes the name runs code on readers' machines."""
+
+
+@pytest.mark.parametrize(
+    ("line", "found"),
+    [
+        ("pip install 'vrx-mj[ros1]'", True),
+        ("pip install -U vrx_mj", True),
+        ("install_command(f'vrx-mj[{extra}]')", True),
+        ("pip install '.[ros1]'", False),
+        ("run in the clone of vrx_mj: python -m pip install '.[ros1]'", False),
+        (".venv/bin/pip install -q . && .venv/bin/vrx-mj run ocean", False),
+    ],
+)
+def test_a_line_that_installs_us_from_a_registry_is_found(line, found):
+    assert bool(FROM_A_REGISTRY.search(line)) == found
+
+
+INSTRUCTIONS = [
+    *PROSE,
+    *SOURCES,
+    *(REPO / "examples").rglob("*.*"),
+    *(REPO / "tools").glob("*.py"),
+    REPO / ".ci" / "run",
+]
+
+
+@pytest.mark.parametrize("file", [file for file in INSTRUCTIONS if file.suffix not in {".npz", ".pyc"}], ids=shown)
+def test_no_line_installs_us_from_a_registry(file):
+    lines = file.read_text(encoding="utf-8").splitlines()
+    told = [line for line in lines if file.name != "CHANGELOG.md" or "install" in line]
+    assert [line for line in told if FROM_A_REGISTRY.search(line)] == []
+
+
 def test_the_version_is_one():
     project = tomllib.loads((REPO / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     citation = (REPO / "CITATION.cff").read_text(encoding="utf-8")
