@@ -8,7 +8,10 @@ import runpy
 import shlex
 import subprocess
 import sys
+from collections import Counter
+from html.parser import HTMLParser
 from pathlib import Path
+from urllib.parse import unquote
 
 import pytest
 
@@ -116,6 +119,41 @@ def test_the_site_leaves_no_page_out():
     assert listed == {page.relative_to(DOCS).as_posix() for page in DOCS.rglob("*.md")}
 
 
+class SitePage(HTMLParser):
+    """Anchors, links and the texts of chapter headings of a page of the site."""
+
+    def __init__(self, file):
+        super().__init__()
+        self.anchors, self.links, self.headings, self._inside = set(), [], [], False
+        self.feed(file.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag, attrs):
+        found = dict(attrs)
+        self.anchors |= {found["id"]} if "id" in found else set()
+        self.links += [found[key] for key in ("href", "src") if found.get(key)]
+        if tag in {"h1", "h2", "h3"}:
+            self.headings.append("")
+            self._inside = True
+
+    def handle_endtag(self, tag):
+        self._inside = self._inside and tag not in {"h1", "h2", "h3"}
+
+    def handle_data(self, data):
+        if self._inside:
+            self.headings[-1] += data.strip()
+
+
+def dead_links(pages):
+    """Page and target of links that lead nowhere in the site; one to the root of a server has no file."""
+    for file, page in pages.items():
+        for link in page.links:
+            path, _, anchor = unquote(link).partition("#")
+            if not re.match(r"[a-z]+:", path):
+                target = Path(os.path.normpath(file.parent / path)) if path else file
+                if not target.is_file() or (anchor and target in pages and anchor not in pages[target].anchors):
+                    yield file.name, link
+
+
 @pytest.mark.slow
 @needs(MKDOCS)
 def test_the_site_builds_and_loads_nothing_from_elsewhere(tmp_path):
@@ -127,6 +165,9 @@ def test_the_site_builds_and_loads_nothing_from_elsewhere(tmp_path):
     loaded = re.compile(r"<(?:script|img|iframe)[^>]* src=\"(https?://[^\"]+)|<link[^>]* href=\"(https?://[^\"]+)")
     assert len(pages) > 40
     assert {page.name: found for page in pages if (found := loaded.findall(page.read_text(encoding="utf-8")))} == {}
+    read = {page: SitePage(page) for page in pages}
+    assert list(dead_links(read)) == []
+    assert {page.name: text for page in pages for text, n in Counter(read[page].headings).items() if n > 1} == {}
 
 
 def test_the_worlds_that_vrx_users_are_pointed_to_exist():

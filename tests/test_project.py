@@ -207,6 +207,11 @@ def test_links_in_the_documents_lead_somewhere(file):
             assert (file.parent / target).exists(), f"{shown(file)} points to {target}"
 
 
+@pytest.mark.parametrize("file", sorted((REPO / "docs").rglob("*.md")), ids=shown)
+def test_links_of_pages_have_titles_for_texts(file):
+    assert re.findall(r"\[`?[\w./-]+\.md`?\]\(.*?\)", file.read_text(encoding="utf-8")) == []
+
+
 def test_every_folder_of_assets_has_its_origin_written_down():
     table = (REPO / "assets" / "README.md").read_text(encoding="utf-8")
     folders = [entry.name for entry in sorted((REPO / "assets").iterdir()) if entry.is_dir()]
