@@ -120,8 +120,12 @@ def test_importing_the_package_loads_nothing_heavy():
     assert done.stdout.strip() == "[]"
 
 
+def read(file: str) -> str:
+    return (REPO / file).read_text(encoding="utf-8")
+
+
 def blocks_of_shell(file: str) -> list[str]:
-    return re.findall(r"^```sh\n(.*?)^```$", (REPO / file).read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    return re.findall(r"^```sh\n(.*?)^```$", read(file), re.MULTILINE | re.DOTALL)
 
 
 def test_ci_and_the_documents_have_the_readmes_test_command():
@@ -133,8 +137,17 @@ def test_ci_and_the_documents_have_the_readmes_test_command():
     assert command in blocks_of_shell("README.zh-CN.md")
 
 
+def test_the_documents_give_the_readmes_test_command_the_same_time():
+    """As CONTRIBUTING.md has it; the READMEs write it as a word."""
+    row = re.search(r"^\| `\.venv/bin/pytest -n logical` \|.*\| (\d+) min \|$", read("CONTRIBUTING.md"), re.M)
+    words = ["four", "四"], ["five", "五"], ["six", "六"], ["seven", "七"], ["eight", "八"]
+    english, chinese = words[int(row[1]) - 4]
+    assert re.findall(r"about (\w+) minutes", read("README.md")) == [english]
+    assert re.findall(r"约(.)分钟", read("README.zh-CN.md")) == [chinese]
+
+
 def test_the_readme_is_one_screen():
-    assert len((REPO / "README.md").read_text(encoding="utf-8").split()) <= 450
+    assert len(read("README.md").split()) <= 450
 
 
 def distributions_of(requirements: list[str], extras: dict[str, list[str]]) -> set[str]:
@@ -223,7 +236,7 @@ def test_contributing_shows_the_layers_that_are_checked():
         "contracts"
     ]
     checked = next(contract["layers"] for contract in contracts if contract["type"] == "layers")
-    block = (REPO / "CONTRIBUTING.md").read_text(encoding="utf-8").split("## Layers")[1].split("```")[1].strip()
+    block = read("CONTRIBUTING.md").split("## Layers")[1].split("```")[1].strip()
     shown_layers = [re.split(r"\s{2,}", line)[0].split(" | ") for line in block.splitlines()]
     assert shown_layers == [re.sub(r"[()]", "", layer).split(" | ") for layer in checked]
     top = {path.stem for path in (REPO / "src" / "vrx_mj").iterdir() if not path.name.startswith("_")} - {"py"}
@@ -231,7 +244,7 @@ def test_contributing_shows_the_layers_that_are_checked():
 
 
 def test_files_that_contributing_names_exist():
-    text = (REPO / "CONTRIBUTING.md").read_text(encoding="utf-8").split("## Where things go")[1].split("\n## ")[0]
+    text = read("CONTRIBUTING.md").split("## Where things go")[1].split("\n## ")[0]
     named = {name for name in re.findall(r"`([\w./]+/[\w./]*)`", text) if not re.search(r"NAME|\*", name)}
     places = [REPO, REPO / "src" / "vrx_mj"]
     assert {name for name in named if not any((place / name).exists() for place in places)} == set()
