@@ -80,7 +80,7 @@ def checked(block: Block, said: str) -> None:
 
 
 def pages_with_outputs():
-    """Pages, by name, that show what something prints; those in Chinese have the same blocks (test_chinese_pages.py)."""
+    """Pages, by name, that show what something prints; test_chinese_pages.py compares those in Chinese with them."""
     pages = (page for page in DOCS.rglob("*.md") if page.parent.name not in {"formats", "zh"})
     return {page.stem for page in pages if "\n```text\n" in page.read_text(encoding="utf-8")}
 
