@@ -10,6 +10,7 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
+import yaml
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
@@ -146,6 +147,16 @@ def test_the_documents_give_the_readmes_test_command_the_same_time():
     assert re.findall(r"约(.)分钟", read("README.zh-CN.md")) == [chinese]
 
 
+def test_the_workflow_tries_the_pythons_and_systems_that_the_package_names():
+    quick = yaml.safe_load(read(".github/workflows/tests.yml"))["jobs"]["quick"]
+    matrix = quick["strategy"]["matrix"]
+    classifiers = tomllib.loads(read("pyproject.toml"))["project"]["classifiers"]
+    assert matrix["python"] == [found[1] for each in classifiers if (found := re.search(r":: (3\.\d+)$", each))]
+    systems = {"ubuntu-latest": "Linux", "macos-latest": "MacOS", "windows-latest": "Windows"}
+    named = {each.rpartition(" :: ")[2] for each in classifiers if each.startswith("Operating System")}
+    assert {systems[each] for each in matrix["system"]} == named
+
+
 def test_the_readme_is_one_screen():
     assert len(read("README.md").split()) <= 450
 
@@ -160,7 +171,7 @@ def distributions_of(requirements: list[str], extras: dict[str, list[str]]) -> s
 
 
 def test_the_extra_test_brings_what_tests_and_examples_import():
-    project = tomllib.loads((REPO / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    project = tomllib.loads(read("pyproject.toml"))["project"]
     brought = distributions_of([*project["dependencies"], "vrx-mj[test]"], project["optional-dependencies"])
     own = {"vrx_mj", "some_crew", *(path.stem for path in REPO.glob("tests/*"))}
     files = [*TESTS, *(REPO / "examples").glob("[0-9]*.py")]
@@ -206,8 +217,8 @@ def test_no_line_installs_us_from_a_registry(file):
 
 
 def test_the_version_is_one():
-    project = tomllib.loads((REPO / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    citation = (REPO / "CITATION.cff").read_text(encoding="utf-8")
+    project = tomllib.loads(read("pyproject.toml"))["project"]
+    citation = read("CITATION.cff")
     assert f"version: {project['version']}\n" in citation
     package = (REPO / "src" / "vrx_mj" / "__init__.py").read_text(encoding="utf-8")
     assert f'__version__ = "{project["version"]}"\n' in package
@@ -232,9 +243,7 @@ def test_every_folder_of_assets_has_its_origin_written_down():
 
 
 def test_contributing_shows_the_layers_that_are_checked():
-    contracts = tomllib.loads((REPO / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
-        "contracts"
-    ]
+    contracts = tomllib.loads(read("pyproject.toml"))["tool"]["importlinter"]["contracts"]
     checked = next(contract["layers"] for contract in contracts if contract["type"] == "layers")
     block = read("CONTRIBUTING.md").split("## Layers")[1].split("```")[1].strip()
     shown_layers = [re.split(r"\s{2,}", line)[0].split(" | ") for line in block.splitlines()]
