@@ -1,7 +1,8 @@
 """Train a policy to keep station, with SAC of stable-baselines3: a quarter of an hour on two cores.
 
-`pip install 'vrx-mj[rl]' stable-baselines3`, then `python examples/train_station_keeping.py [minutes] [policy.npz]`.
-`12_learned.py` sails what was learned, and compares it with `vrx_mj.control:StationKeeper`; it needs neither package.
+In a clone: `pip install '.[rl]' stable-baselines3`, then
+`python examples/train_station_keeping.py [minutes] [policy.npz]`. `12_learned.py` sails what was
+learned, and compares it with `vrx_mj.control:StationKeeper`; it needs neither package.
 """
 
 import sys

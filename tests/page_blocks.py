@@ -4,7 +4,8 @@ Comments stand before their block. `file: NAME`: save it so. `not run: REASON`. 
 can be drawn. `expect: REGEX` in what it prints, `server says: REGEX` in what the server prints meanwhile, `moves: BOAT
 METRES`: how far the boat gets from where it was, `writes: FILE`. `Ctrl-C`: it goes on until all that has come, `Ctrl-C:
 N s`: and so long after that; `beside`: until the next heading. `tested with: TEXT -> TEXT`: what a test replaces to be
-quicker.
+quicker. A block of text is what the block before it prints, or the error that it `raises`, without some of the lines;
+`printed by: COMMAND`: what a command prints, `with: FILE: TEXT -> TEXT`: after a change of a file.
 """
 
 import re
@@ -15,7 +16,10 @@ from pathlib import Path
 PIECE = re.compile(
     r"^<!-- (?P<note>.*?) -->$|^(?P<heading>#+ [^\n]*)$|^```(?P<kind>\w+)\n(?P<text>.*?)^```$", re.M | re.S
 )
-NOTE = re.compile(r"(file|not run|needs|expect|server says|moves|writes|Ctrl-C|beside|tested with)(?:: (.*))?", re.S)
+NOTE = re.compile(
+    r"(file|not run|needs|expect|server says|moves|writes|Ctrl-C|beside|raises|tested with|printed by|with)(?:: (.*))?",
+    re.S,
+)
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,12 @@ def pieces(page: Path) -> Iterator[Block | str]:
             assert said, f"{page.name}: a comment that says nothing: {piece['note']}"
             notes.append((said[1], said[2] or ""))
     assert not notes, f"{page.name}: comments without a block: {notes}"
+
+
+def missing(block: Block, said: str) -> list[str]:
+    """Lines of a block that are not among the lines of an output in this order; `...` stands for any."""
+    printed = (line.rstrip() for line in said.splitlines())
+    return [line for line in block.text.splitlines() if line != "..." and line.rstrip() not in printed]
 
 
 def blocks(page: Path) -> list[Block]:

@@ -8,12 +8,16 @@ import runpy
 import shlex
 import subprocess
 import sys
+from collections import Counter
+from dataclasses import replace
+from html.parser import HTMLParser
 from pathlib import Path
+from urllib.parse import unquote
 
 import pytest
 
 from needs import MKDOCS, needs
-from page_blocks import Block, blocks
+from page_blocks import Block, blocks, missing
 from vrx_mj.cli import main
 from vrx_mj.config.search import LAUNCHED, find
 from vrx_mj.config.series.macros import MACROS
@@ -22,7 +26,9 @@ REPO = Path(__file__).resolve().parents[1]
 DOCS = REPO / "docs"
 TOOLS = REPO / "tools"
 START = ("first_run", "first_world", "first_fleet", "first_controller", "first_policy")
-EVERYDAY = {"first_run", "first_world"}
+EVERYDAY = {"first_run", "first_world", "fleets", "series"}
+FOLLOWED = {"tutorial_one_boat", "tutorial_many_boats"}
+"""Pages that tests/integration/test_ros_tutorials.py follows."""
 COMMAND = re.compile(r"^vrx-mj (.*)$", re.M)
 
 
@@ -43,19 +49,22 @@ def quicker(block: Block) -> str:
     return text
 
 
-def typed(text: str, monkeypatch) -> None:
+def typed(block: Block, monkeypatch) -> None:
     """The commands of a block, run by this process."""
-    for command in COMMAND.findall(text):
+    for command in COMMAND.findall(quicker(block)):
         monkeypatch.setattr(sys, "argv", ["vrx-mj", *shlex.split(command, comments=True)])
         with contextlib.suppress(SystemExit):
             main()
 
 
-def executed(text: str, _monkeypatch) -> None:
-    """A block of Python, run as a program."""
+def executed(block: Block, _monkeypatch) -> None:
+    """A block of Python, run as a program; of an error that ends it as its page says, the text is printed."""
     script = Path("block.py")
-    script.write_text(text, encoding="utf-8")
-    runpy.run_path(str(script), run_name="__main__")
+    script.write_text(quicker(block), encoding="utf-8")
+    wrong = contextlib.nullcontext() if block.note("raises") is None else pytest.raises(Exception, match=r"\w")
+    with wrong as raised:
+        runpy.run_path(str(script), run_name="__main__")
+    print(raised.value if raised else "", end="")
 
 
 RUN = {"bash": typed, "python": executed}
@@ -70,18 +79,60 @@ def checked(block: Block, said: str) -> None:
             assert Path(value).is_file(), f"{block.place} did not write {value}"
 
 
-@pytest.mark.parametrize("page", [pytest.param(p, marks=() if p in EVERYDAY else pytest.mark.slow) for p in START])
-def test_what_a_first_page_shows_works_as_written(page, tmp_path, monkeypatch, capsys):
+def pages_with_outputs():
+    """Pages, by name, that show what something prints; test_chinese_pages.py compares those in Chinese with them."""
+    pages = (page for page in DOCS.rglob("*.md") if page.parent.name not in {"formats", "zh"})
+    return {page.stem for page in pages if "\n```text\n" in page.read_text(encoding="utf-8")}
+
+
+def prepared(block: Block) -> None:
+    """The file that a block is, or that it changes."""
+    if (name := block.note("file")) is not None:
+        Path(name).write_text(block.text, encoding="utf-8")
+    if (change := block.note("with")) is not None:
+        name, _, change = change.partition(": ")
+        old, new = change.split(" -> ")
+        text = Path(name).read_text(encoding="utf-8")
+        assert text.count(old) == 1, f"{block.place}: {old} does not stand in {name} once"
+        Path(name).write_text(text.replace(old, new), encoding="utf-8")
+
+
+def runs(block: Block, after: Block, page: str) -> bool:
+    """Whether a test runs a block: all of the first pages', and what prints the next block."""
+    shown = after.kind == "text" and after.note("printed by") is None
+    return block.kind in RUN and block.note("not run") is None and (page in START or shown)
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, marks=() if page in EVERYDAY else pytest.mark.slow)
+        for page in sorted({*START} | pages_with_outputs() - FOLLOWED)
+    ],
+)
+def test_what_a_page_shows_works_and_prints_what_is_written(page, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setenv("COLUMNS", "160")
-    for block in blocks(DOCS / "start" / f"{page}.md"):
-        if (file := block.note("file")) is not None:
-            Path(file).write_text(block.text, encoding="utf-8")
-        if block.note("not run") is None and block.kind in RUN:
-            RUN[block.kind](quicker(block), monkeypatch)
-            checked(block, capsys.readouterr().out)
+    monkeypatch.setenv("COLUMNS", "200")
+    found, said = blocks(next(DOCS.rglob(f"{page}.md"))), ""
+    for block, after in zip(found, [*found[1:], found[-1]], strict=True):
+        prepared(block)
+        if runs(block, after, page):
+            RUN[block.kind](block, monkeypatch)
+            said = capsys.readouterr().out
+            checked(block, said)
+        elif block.kind == "text":
+            if (command := block.note("printed by")) is not None:
+                typed(replace(block, text=command), monkeypatch)
+                said = "".join(capsys.readouterr())
+            assert missing(block, said) == [], f"{block.place}: these lines are not in\n{said}"
     sys.modules.pop("steer", None)
+
+
+def test_every_block_of_a_page_has_a_kind():
+    for page in DOCS.rglob("*.md"):
+        fences = re.findall(r"^ *```(.*)$", page.read_text(encoding="utf-8"), re.M)
+        assert "" not in fences[::2], page.name
 
 
 def test_the_pages_of_file_formats_are_those_of_the_models(monkeypatch):
@@ -116,6 +167,41 @@ def test_the_site_leaves_no_page_out():
     assert listed == {page.relative_to(DOCS).as_posix() for page in DOCS.rglob("*.md")}
 
 
+class SitePage(HTMLParser):
+    """Anchors, links and the texts of chapter headings of a page of the site."""
+
+    def __init__(self, file):
+        super().__init__()
+        self.anchors, self.links, self.headings, self._inside = set(), [], [], False
+        self.feed(file.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag, attrs):
+        found = dict(attrs)
+        self.anchors |= {found["id"]} if "id" in found else set()
+        self.links += [found[key] for key in ("href", "src") if found.get(key)]
+        if tag in {"h1", "h2", "h3"}:
+            self.headings.append("")
+            self._inside = True
+
+    def handle_endtag(self, tag):
+        self._inside = self._inside and tag not in {"h1", "h2", "h3"}
+
+    def handle_data(self, data):
+        if self._inside:
+            self.headings[-1] += data.strip()
+
+
+def dead_links(pages):
+    """Page and target of links that lead nowhere in the site; one to the root of a server has no file."""
+    for file, page in pages.items():
+        for link in page.links:
+            path, _, anchor = unquote(link).partition("#")
+            if not re.match(r"[a-z]+:", path):
+                target = Path(os.path.normpath(file.parent / path)) if path else file
+                if not target.is_file() or (anchor and target in pages and anchor not in pages[target].anchors):
+                    yield file.name, link
+
+
 @pytest.mark.slow
 @needs(MKDOCS)
 def test_the_site_builds_and_loads_nothing_from_elsewhere(tmp_path):
@@ -127,6 +213,9 @@ def test_the_site_builds_and_loads_nothing_from_elsewhere(tmp_path):
     loaded = re.compile(r"<(?:script|img|iframe)[^>]* src=\"(https?://[^\"]+)|<link[^>]* href=\"(https?://[^\"]+)")
     assert len(pages) > 40
     assert {page.name: found for page in pages if (found := loaded.findall(page.read_text(encoding="utf-8")))} == {}
+    read = {page: SitePage(page) for page in pages}
+    assert list(dead_links(read)) == []
+    assert {page.name: text for page in pages for text, n in Counter(read[page].headings).items() if n > 1} == {}
 
 
 def test_the_worlds_that_vrx_users_are_pointed_to_exist():

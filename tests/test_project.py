@@ -10,6 +10,7 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
+import yaml
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
@@ -135,8 +136,12 @@ def test_importing_the_package_loads_nothing_heavy():
     assert done.stdout.strip() == "[]"
 
 
+def read(file: str) -> str:
+    return (REPO / file).read_text(encoding="utf-8")
+
+
 def blocks_of_shell(file: str) -> list[str]:
-    return re.findall(r"^```sh\n(.*?)^```$", (REPO / file).read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    return re.findall(r"^```sh\n(.*?)^```$", read(file), re.MULTILINE | re.DOTALL)
 
 
 def test_ci_and_the_documents_have_the_readmes_test_command():
@@ -148,8 +153,27 @@ def test_ci_and_the_documents_have_the_readmes_test_command():
     assert command in blocks_of_shell("README.zh-CN.md")
 
 
+def test_the_documents_give_the_readmes_test_command_the_same_time():
+    """As CONTRIBUTING.md has it; the READMEs write it as a word."""
+    row = re.search(r"^\| `\.venv/bin/pytest -n logical` \|.*\| (\d+) min \|$", read("CONTRIBUTING.md"), re.M)
+    words = ["four", "四"], ["five", "五"], ["six", "六"], ["seven", "七"], ["eight", "八"]
+    english, chinese = words[int(row[1]) - 4]
+    assert re.findall(r"about (\w+) minutes", read("README.md")) == [english]
+    assert re.findall(r"约(.)分钟", read("README.zh-CN.md")) == [chinese]
+
+
+def test_the_workflow_tries_the_pythons_and_systems_that_the_package_names():
+    quick = yaml.safe_load(read(".github/workflows/tests.yml"))["jobs"]["quick"]
+    matrix = quick["strategy"]["matrix"]
+    classifiers = tomllib.loads(read("pyproject.toml"))["project"]["classifiers"]
+    assert matrix["python"] == [found[1] for each in classifiers if (found := re.search(r":: (3\.\d+)$", each))]
+    systems = {"ubuntu-latest": "Linux", "macos-latest": "MacOS", "windows-latest": "Windows"}
+    named = {each.rpartition(" :: ")[2] for each in classifiers if each.startswith("Operating System")}
+    assert {systems[each] for each in matrix["system"]} == named
+
+
 def test_the_readme_is_one_screen():
-    assert len((REPO / "README.md").read_text(encoding="utf-8").split()) <= 450
+    assert len(read("README.md").split()) <= 450
 
 
 def distributions_of(requirements: list[str], extras: dict[str, list[str]]) -> set[str]:
@@ -162,7 +186,7 @@ def distributions_of(requirements: list[str], extras: dict[str, list[str]]) -> s
 
 
 def test_the_extra_test_brings_what_tests_and_examples_import():
-    project = tomllib.loads((REPO / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    project = tomllib.loads(read("pyproject.toml"))["project"]
     brought = distributions_of([*project["dependencies"], "vrx-mj[test]"], project["optional-dependencies"])
     own = {"vrx_mj", "some_crew", *(path.stem for path in REPO.glob("tests/*"))}
     files = [*TESTS, *(REPO / "examples").glob("[0-9]*.py")]
@@ -182,9 +206,44 @@ def test_packages_of_which_private_names_are_used_have_a_last_version(package, n
     assert "<" in {each.operator for each in wanted.specifier}
 
 
+FROM_A_REGISTRY = re.compile(r"vrx[-_]mj\[|\b(?:pip|uv|pipx|conda|uvx)\b.* install\b[^`|#&;\n]*\bvrx[-_]mj\b(?![/.\[])")
+"""Our name as a requirement: until there is a release, whoever takes the name runs code on readers' machines."""
+
+
+@pytest.mark.parametrize(
+    ("line", "found"),
+    [
+        ("pip install 'vrx-mj[ros1]'", True),
+        ("pip install -U vrx_mj", True),
+        ("install_command(f'vrx-mj[{extra}]')", True),
+        ("pip install '.[ros1]'", False),
+        ("run in the clone of vrx_mj: python -m pip install '.[ros1]'", False),
+        (".venv/bin/pip install -q . && .venv/bin/vrx-mj run ocean", False),
+    ],
+)
+def test_a_line_that_installs_us_from_a_registry_is_found(line, found):
+    assert bool(FROM_A_REGISTRY.search(line)) == found
+
+
+INSTRUCTIONS = [
+    *PROSE,
+    *SOURCES,
+    *(REPO / "examples").rglob("*.*"),
+    *(REPO / "tools").glob("*.py"),
+    REPO / ".ci" / "run",
+]
+
+
+@pytest.mark.parametrize("file", [file for file in INSTRUCTIONS if file.suffix not in {".npz", ".pyc"}], ids=shown)
+def test_no_line_installs_us_from_a_registry(file):
+    lines = file.read_text(encoding="utf-8").splitlines()
+    told = [line for line in lines if file.name != "CHANGELOG.md" or "install" in line]
+    assert [line for line in told if FROM_A_REGISTRY.search(line)] == []
+
+
 def test_the_version_is_one():
-    project = tomllib.loads((REPO / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    citation = (REPO / "CITATION.cff").read_text(encoding="utf-8")
+    project = tomllib.loads(read("pyproject.toml"))["project"]
+    citation = read("CITATION.cff")
     assert f"version: {project['version']}\n" in citation
     package = (REPO / "src" / "vrx_mj" / "__init__.py").read_text(encoding="utf-8")
     assert f'__version__ = "{project["version"]}"\n' in package
@@ -197,6 +256,11 @@ def test_links_in_the_documents_lead_somewhere(file):
             assert (file.parent / target).exists(), f"{shown(file)} points to {target}"
 
 
+@pytest.mark.parametrize("file", sorted((REPO / "docs").rglob("*.md")), ids=shown)
+def test_links_of_pages_have_titles_for_texts(file):
+    assert re.findall(r"\[`?[\w./-]+\.md`?\]\(.*?\)", file.read_text(encoding="utf-8")) == []
+
+
 def test_every_folder_of_assets_has_its_origin_written_down():
     table = (REPO / "assets" / "README.md").read_text(encoding="utf-8")
     folders = [entry.name for entry in sorted((REPO / "assets").iterdir()) if entry.is_dir()]
@@ -204,11 +268,9 @@ def test_every_folder_of_assets_has_its_origin_written_down():
 
 
 def test_contributing_shows_the_layers_that_are_checked():
-    contracts = tomllib.loads((REPO / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
-        "contracts"
-    ]
+    contracts = tomllib.loads(read("pyproject.toml"))["tool"]["importlinter"]["contracts"]
     checked = next(contract["layers"] for contract in contracts if contract["type"] == "layers")
-    block = (REPO / "CONTRIBUTING.md").read_text(encoding="utf-8").split("## Layers")[1].split("```")[1].strip()
+    block = read("CONTRIBUTING.md").split("## Layers")[1].split("```")[1].strip()
     shown_layers = [re.split(r"\s{2,}", line)[0].split(" | ") for line in block.splitlines()]
     assert shown_layers == [re.sub(r"[()]", "", layer).split(" | ") for layer in checked]
     top = {path.stem for path in (REPO / "src" / "vrx_mj").iterdir() if not path.name.startswith("_")} - {"py"}
@@ -216,7 +278,7 @@ def test_contributing_shows_the_layers_that_are_checked():
 
 
 def test_files_that_contributing_names_exist():
-    text = (REPO / "CONTRIBUTING.md").read_text(encoding="utf-8").split("## Where things go")[1].split("\n## ")[0]
+    text = read("CONTRIBUTING.md").split("## Where things go")[1].split("\n## ")[0]
     named = {name for name in re.findall(r"`([\w./]+/[\w./]*)`", text) if not re.search(r"NAME|\*", name)}
     places = [REPO, REPO / "src" / "vrx_mj"]
     assert {name for name in named if not any((place / name).exists() for place in places)} == set()

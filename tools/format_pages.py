@@ -66,7 +66,6 @@ EXAMPLES = {
     "robot": "assets/robots/skiff/robot.yaml",
     "parts": "assets/start/component_config.yaml",
 }
-"""Files that stand in the pages."""
 """Files that the pages show."""
 
 
@@ -93,7 +92,7 @@ class Writer:
         for key, info in model.model_fields.items():
             if info.exclude:
                 continue
-            path = key if not title.startswith("`") else f"{title.strip('`')}.{key}"
+            path = key if not title.startswith("`") else f"{title.split('`')[1]}.{key}"
             words = self.words(hints[key], path)
             cells = (f"`{key}`", words, unit(hints[key], docstrings[key]), default(info), meaning(docstrings[key]))
             rows += row(cells)
@@ -108,7 +107,7 @@ class Writer:
         if metadata:
             return self._annotated(hint.__origin__, metadata, path)
         if isinstance(hint, type) and issubclass(hint, Config):
-            return f"[keys]({self.link(hint, path)})"
+            return f"[{alternative(hint) or 'keys'}]({self.link(hint, path)})"
         return SIMPLE[hint] if hint in SIMPLE else self._compound(get_origin(hint), get_args(hint), path)
 
     def _compound(self, origin: Any, arguments: tuple[Any, ...], path: str) -> str:
@@ -137,8 +136,10 @@ class Writer:
     def link(self, model: type[Config], path: str) -> str:
         """Where a model is described; a new one gets a section of this page."""
         if model not in self.homes:
-            self.homes[model] = f"{self.page}.md#{slug(path)}"
-            self.queue.append((f"`{path}`", model))
+            kind = alternative(model)
+            title = f"`{path}` of type {kind}" if kind else f"`{path}`"
+            self.homes[model] = f"{self.page}.md#{slug(title)}"
+            self.queue.append((title, model))
         page, anchor = self.homes[model].split("#")
         return f"#{anchor}" if page == f"{self.page}.md" else f"{page}#{anchor}"
 
@@ -147,6 +148,12 @@ class Writer:
         while self.queue:
             title, model = self.queue.pop(0)
             yield self.section(title, model, level)
+
+
+def alternative(model: type[Config]) -> str:
+    """The type that chooses a model among several for one key, such as `gps`, or ""."""
+    kind = model.model_fields.get("type")
+    return f"`{kind.default}`" if kind and get_args(kind.annotation) == (kind.default,) else ""
 
 
 def either(words: list[str]) -> str:

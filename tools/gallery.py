@@ -143,7 +143,7 @@ def _world_parts() -> Iterator[str]:
 def _competition_parts() -> Iterator[str]:
     yield (
         "VRX's published worlds of practice and competition. Worlds of one task differ in the sea, the wind, the fog\n"
-        "and the places of things; the maps are those of the first one. Tasks and scores: [tasks.md](tasks.md).\n"
+        "and the places of things; the maps are those of the first one. Rules: [Tasks and scores](tasks.md).\n"
     )
     worlds = competition_worlds()
     for sheet in competition_sheets():

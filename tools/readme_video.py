@@ -1,7 +1,7 @@
 """Make the README's moving picture, docs/sail.webp, and its still, docs/sail.png, from a recording.
 
-`python tools/readme_video.py` sails three boats past a dock, records them, and draws the recording. A recording of that
-run can be given, to draw it again: `python tools/readme_video.py run.rrd`.
+`python tools/readme_video.py` sails three boats in a storm of profile `marine`, records them, and draws the recording.
+A recording of that run can be given, to draw it again: `python tools/readme_video.py run.rrd`.
 """
 
 import math
@@ -16,33 +16,30 @@ import vrx_mj
 from vrx_mj.recording.video import Eye, Film, Shot, looking, write_video
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
-SIZE, FPS = (800, 450), 15.0
+SIZE, FPS = (800, 450), 12.5
 BEGIN, END = 11.0, 19.0
 STILL = 15.0
 """Simulated time of the still [s]."""
-LARGEST = 3_000_000
+LARGEST = 2_000_000
 """Bytes of the moving picture, at most."""
 SPEED_UP = 0.85
 """Thrust of all engines."""
 
-DOCK = """
-X   X   X   X   X
-X   X   X   X   X
-XXXXXXXXXXXXXXXXX
-"""
-SEA = {"model": "pms", "number": 3, "scale": 2.0, "gain": 0.5, "period": 4.5, "direction": [-1.0, 0.35], "tau": 1}
-GATES = [
-    {"name": f"{color}_{x}", "model": f"mb_marker_buoy_{color}", "pose": [x, y, 0.2, 0, 0, 0]}
-    for x in (18, 32, 46)
-    for color, y in (("green", 8.5), ("red", -7.5))
-]
+BUOYS = [{"name": f"buoy_{x}", "model": "mb_marker_buoy_green", "pose": [x, 10.5, 0.2, 0, 0, 0]} for x in (12, 24, 36)]
 WORLD = {
-    "extends": "ocean",
-    "name": "bay",
-    "description": "three boats pass a dock",
-    "sea": SEA,
-    "docks": [{"name": "quay", "pose": [46, 14, 0, 0, 0, math.pi / 2], "layout": DOCK}],
-    "objects": [{"name": "light", "model": "robotx_light_buoy", "pose": [60, 10, 0.25, 0, 0, 0]}, *GATES],
+    "name": "storm",
+    "description": "three boats head into the waves of a storm, 1.2 m of significant height",
+    "physics": {"profile": "marine"},
+    "sea": {
+        "model": "jonswap",
+        "significant_height": 1.2,
+        "peak_period": 4.5,
+        "direction": [-1.0, 0.35],
+        "spreading": 10,
+    },
+    "wind": {"direction": 160, "mean_velocity": 12, "var_gain": 2},
+    "scene": {"sky": {"time": 16.5, "sunrise": 6, "sunset": 18}},
+    "objects": BUOYS,
 }
 FLEET = {
     "boats": [
@@ -75,16 +72,16 @@ def sail(path):
 
 
 def camera(recorded):
-    """A camera that goes with the fleet, at first before its starboard bow, at last abeam."""
+    """A camera that goes with the fleet close to the water, at first before its starboard bow, at last abeam."""
     middle = np.mean([track.position for track in recorded.boats.values()], axis=0)
     trend = np.polyfit(recorded.time, middle[:, :2], 3)
 
     def eye(t: float) -> Eye:
         east, north = (float(np.polyval(trend[:, axis], t)) for axis in (0, 1))
         share = (t - BEGIN) / (END - BEGIN)
-        angle = math.radians(-62.0 - 50.0 * share)
-        place = (east + 17.0 * math.cos(angle), north + 17.0 * math.sin(angle), 4.8 - 0.8 * math.sin(math.pi * share))
-        return looking(place, (east - 0.5, north + 2.0, 0.4), (0.0, 0.0, 1.0), field=1.05)
+        angle = math.radians(-35.0 - 45.0 * share)
+        place = (east + 22.0 * math.cos(angle), north + 22.0 * math.sin(angle), 2.6)
+        return looking(place, (east - 1.5, north + 1.0, 0.6), (0.0, 0.0, 1.0), field=0.78)
 
     return eye
 

@@ -30,7 +30,12 @@ FORMULA = re.compile(r"<(?P<tag>span|div) class=\"arithmatex\">\\[(\[](?P<latex>
 
 
 def on_config(config: MkDocsConfig) -> None:
-    """Warn of public names that nobody described; where the build is strict, it fails."""
+    """Warn of public names that nobody described; where the build is strict, it fails.
+
+    There is no page for addresses that are not found: it is shown in place of any page, and does not know the way back
+    from there in a site that may lie in any folder.
+    """
+    config.theme.static_templates.discard("404.html")
     for complaint in complaints():
         log.warning(complaint)
 

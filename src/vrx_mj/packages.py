@@ -8,7 +8,7 @@ import shlex
 import sys
 from collections.abc import Iterator
 
-__all__ = ["importing", "install_command", "needs_extra", "shell_word"]
+__all__ = ["importing", "install_command", "install_extra", "needs_extra", "shell_word"]
 
 PLAIN = re.compile(r"[\w.:/\\-]+")
 """Words that Windows' shells take without quotes."""
@@ -20,7 +20,7 @@ def install_command(*wanted: str) -> str:
     Environments made by `uv venv` have no pip: for them it is a command of uv.
 
     Args:
-        wanted: requirements, such as "vrx-mj[video]" or "numba>=0.61".
+        wanted: requirements, such as "numba>=0.61".
     """
     python, names = shell_word(sys.executable), " ".join(shell_word(name) for name in wanted)
     if importlib.util.find_spec("pip") is None:
@@ -28,9 +28,14 @@ def install_command(*wanted: str) -> str:
     return f"{python} -m pip install {names}"
 
 
+def install_extra(extra: str) -> str:
+    """What to do where an extra is missing: "run in the clone of vrx_mj: ..."; no registry of packages has ours."""
+    return f"run in the clone of vrx_mj: {install_command(f'.[{extra}]')}"
+
+
 def needs_extra(what: str, package: str, extra: str) -> str:
-    """The message where a package of an extra is missing: "--ray needs Ray, which is not installed; run: ..."."""
-    return f"{what} needs {package}, which is not installed; run: {install_command(f'vrx-mj[{extra}]')}"
+    """The message where a package of an extra is missing: "--ray needs Ray, which is not installed; run ..."."""
+    return f"{what} needs {package}, which is not installed; {install_extra(extra)}"
 
 
 @contextlib.contextmanager

@@ -1,14 +1,17 @@
 """What is published: an sdist that builds, and a wheel that is whole, installed where nothing else of ours is."""
 
+import re
 import subprocess
 import sys
 import sysconfig
 import tarfile
 import venv
 import zipfile
+from collections import Counter
 from pathlib import Path
 
 import pytest
+from packaging.metadata import Metadata
 
 from vrx_command import ended, environment, state_in, vrx
 
@@ -24,7 +27,8 @@ def published(tmp_path_factory):
     """Folder with the sdist, and the wheel that was built from it."""
     folder = tmp_path_factory.mktemp("dist")
     command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(folder), str(REPO)]
-    done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False, cwd=folder)
+    release = environment(GITHUB_SERVER_URL="https://example.org", GITHUB_REPOSITORY="some/where", GITHUB_SHA="0123abc")
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False, cwd=folder, env=release)
     assert done.returncode == 0, done.stdout + done.stderr
     return folder
 
@@ -75,12 +79,28 @@ def test_the_wheel_is_typed_and_holds_nothing_else(wheel):
     with zipfile.ZipFile(wheel) as stored:
         names = stored.namelist()
         about = next(name for name in names if name.endswith("METADATA"))
-        metadata = stored.read(about).decode("utf-8")
+        metadata = Metadata.from_email(stored.read(about))
     assert "vrx_mj/py.typed" in names
     assert {name.split("/")[0] for name in names} == {"vrx_mj", about.split("/")[0]}
     assert [name for name in names if "test" in Path(name).parts[1] or name.endswith((".pyc", ".rrd"))] == []
     assert any(name.endswith("licenses/LICENSE") for name in names)
-    assert "\nRequires-Dist: mujoco" in metadata
+    assert "mujoco" in {requirement.name for requirement in metadata.requires_dist}
+    assert metadata.project_urls["Source"] == "https://example.org/some/where"
+    links = re.findall(r"\]\((.*?)\)", metadata.description)
+    assert len(links) > 10
+    assert [link for link in links if not link.startswith("https://")] == []
+
+
+def test_the_wheel_holds_no_file_twice(wheel):
+    """By name, whatever a system makes of case, and by content; two messages of gazebo_msgs have the same fields."""
+    with zipfile.ZipFile(wheel) as stored:
+        names = stored.namelist()
+        content = {name: stored.read(name) for name in names}
+    assert len({name.casefold() for name in names}) == len(names)
+    alike = Counter(content.values())
+    twice = [name for name in names if content[name] and alike[content[name]] > 1]
+    messages = "vrx_mj/ros/definitions/gazebo_msgs"
+    assert twice == [f"{messages}/LinkStates.msg", f"{messages}/ModelStates.msg"]
 
 
 def test_the_sdist_holds_what_the_tests_need(published):

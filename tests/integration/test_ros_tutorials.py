@@ -46,6 +46,11 @@ for line in sys.stdin:
 """
 
 
+def masked(text: str) -> str:
+    """A text without what differs from run to run: hosts, ports, numbers of processes, shares of time."""
+    return re.sub(r"localhost|127\.0\.0\.\d|\d{4,}|\d+(?= %)", "N", text)
+
+
 class Reader:
     """Somebody with a terminal, Debian's ROS 1 tools and vrx-mj, in a folder that is empty at first."""
 
@@ -78,6 +83,8 @@ class Reader:
             path = self._folder / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(self._here(block.text), encoding="utf-8")
+        if block.kind == "text":
+            self._shown(block)
         skipped = block.note("not run") is not None or (block.note("needs") == "pictures" and not self._pictures)
         if block.kind != "bash" or skipped:
             return False
@@ -87,6 +94,13 @@ class Reader:
         else:
             self._run(text, block)
         return True
+
+    def _shown(self, block: Block) -> None:
+        """Wait until the server has printed all lines of a block of text."""
+        assert self._server is not None
+        for line in block.text.splitlines():
+            said = masked(self._here(line))
+            self._until(lambda said=said: said in masked(self._said()), self._server, REPLY_TIMEOUT, said)
 
     def end_section(self) -> None:
         """Ctrl-C in the other terminals."""

@@ -6,13 +6,13 @@ import sys
 import pytest
 
 from vrx_mj import packages
-from vrx_mj.packages import install_command, needs_extra
+from vrx_mj.packages import install_command, install_extra, needs_extra
 
 PYTHON = "/home/me/strange place/it's/.venv/bin/python"
 
 
 def test_the_command_is_for_this_python():
-    assert shlex.split(install_command("vrx-mj[video]")) == [sys.executable, "-m", "pip", "install", "vrx-mj[video]"]
+    assert shlex.split(install_command(".[video]")) == [sys.executable, "-m", "pip", "install", ".[video]"]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="pasted into a shell of POSIX")
@@ -26,13 +26,17 @@ def test_a_path_with_spaces_can_be_pasted(monkeypatch):
 def test_on_windows_quotes_are_double(monkeypatch):
     monkeypatch.setattr(packages.os, "name", "nt")
     monkeypatch.setattr(sys, "executable", r"C:\My Files\python.exe")
-    assert install_command("vrx-mj[rl]", "b") == r'"C:\My Files\python.exe" -m pip install "vrx-mj[rl]" b'
+    assert install_command(".[rl]", "b") == r'"C:\My Files\python.exe" -m pip install ".[rl]" b'
 
 
 def test_an_environment_without_pip_needs_uv(monkeypatch):
     monkeypatch.setattr(packages.importlib.util, "find_spec", lambda _name: None)
     monkeypatch.setattr(sys, "executable", "/x/python")
     assert install_command("numba") == "uv pip install --python /x/python numba"
+
+
+def test_an_extra_comes_from_the_clone():
+    assert install_extra("ros1") == f"run in the clone of vrx_mj: {install_command('.[ros1]')}"
 
 
 @pytest.mark.parametrize(("name", "package"), [("vrx_mj.rl", "Gymnasium"), ("vrx_mj.rl.zoo", "PettingZoo")])

@@ -27,7 +27,7 @@ from rich.text import Text
 from vrx_mj.cli.environment import PACKAGES
 from vrx_mj.cli.screen import text_table
 from vrx_mj.errors import VrxError
-from vrx_mj.packages import install_command
+from vrx_mj.packages import install_command, install_extra
 from vrx_mj.runtime.limits import core_share, free_memory, processor
 
 if TYPE_CHECKING:
@@ -429,7 +429,7 @@ def extra_row(name: str, modules: Sequence[str], find: Callable[[str], object] =
     what = f"extra {name}"
     if not missing:
         return Row(what, "installed", "yes")
-    return Row(what, f"without {', '.join(missing)}", "not needed", install_command(f"vrx-mj[{name}]"))
+    return Row(what, f"without {', '.join(missing)}", "not needed", install_extra(name))
 
 
 def master_row(uri: str, timeout: float = MASTER_TIMEOUT) -> tuple[Row, Publishers]:

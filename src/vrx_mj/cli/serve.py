@@ -13,7 +13,7 @@ import typer
 from vrx_mj.cli.options import DEFAULT_PORT, Arguments, Fleet, Nudge, Record, Seed, World, opened_by
 from vrx_mj.cli.screen import is_watched, show
 from vrx_mj.errors import CommandError, NetworkError
-from vrx_mj.packages import install_command
+from vrx_mj.packages import install_extra
 
 __all__ = ["check_installed", "parse_lockstep", "parse_rate", "serve"]
 
@@ -138,7 +138,7 @@ def check_installed(*, rosbridge: bool, ros2: bool = False) -> None:
     missing = [name for name in needed if find_spec(name) is None]
     if missing:
         extra = "rosbridge" if rosbridge else "ros1"
-        raise NetworkError(f"not installed: {', '.join(missing)}; run: {install_command(f'vrx-mj[{extra}]')}")
+        raise NetworkError(f"not installed: {', '.join(missing)}; {install_extra(extra)}")
     if ros2:
         from vrx_mj.ros.ros2 import load_rclpy
 

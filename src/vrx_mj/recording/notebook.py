@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from vrx_mj.arguments import as_number, check_kind
 from vrx_mj.bar import Bar
 from vrx_mj.errors import CommandError, VrxError, shown
-from vrx_mj.packages import install_command, shell_word
+from vrx_mj.packages import install_extra, shell_word
 from vrx_mj.tasks.frame import score_text
 
 if TYPE_CHECKING:
@@ -106,8 +106,7 @@ def show(recording: str | Path, *, width: int | str = "auto", height: int | str 
     try:
         from rerun_notebook import Viewer
     except ModuleNotFoundError as error:
-        advice = install_command("vrx-mj[notebook]")
-        raise VrxError(f"no module '{error.name}' to show '{recording}'; run: {advice}") from error
+        raise VrxError(f"no module '{error.name}' to show '{recording}'; {install_extra('notebook')}") from error
     viewer = Viewer(width=width, height=height)
     viewer.send_rrd(record.path.read_bytes())
     if not record.has_views:

@@ -2,7 +2,7 @@
 
 To import this package registers the Gymnasium environments: `gymnasium.make("vrx_mj.rl:vrx_mj/StationKeeping-v0")`,
 `gymnasium.make_vec(..., num_envs=256)`; `ParallelEnv("Formation")`, `TeamVectorEnv("Formation", 256)`. Gymnasium,
-PettingZoo and their dependencies come with `pip install 'vrx-mj[rl]'`.
+PettingZoo and their dependencies come with `pip install '.[rl]'` in a clone.
 """
 
 from typing import TYPE_CHECKING, Any

@@ -12,7 +12,7 @@ from ros1_served import Served, free_port, small_table
 from vrx_mj import Simulation, compile_world
 from vrx_mj.cli import doctor
 from vrx_mj.cli.doctor import Row
-from vrx_mj.packages import install_command
+from vrx_mj.packages import install_extra
 from vrx_mj.ros.diagnosis import shared_frames
 
 HERE = "http://127.0.0.1:11311"
@@ -181,5 +181,5 @@ def test_extras():
     find = lambda module: module in there or None  # noqa: E731
     assert doctor.extra_row("ros1", ("rosbags", "lz4"), find) == Row("extra ros1", "installed", "yes")
     assert doctor.extra_row("rosbridge", ("rosbags", "websockets", "cbor2"), find) == Row(
-        "extra rosbridge", "without websockets", "not needed", install_command("vrx-mj[rosbridge]")
+        "extra rosbridge", "without websockets", "not needed", install_extra("rosbridge")
     )

@@ -15,7 +15,7 @@ MESSAGES = {
     "runn ocean": "no command named 'runn'; did you mean 'run'?",
     "sail ocean": (
         "no command named 'sail'; known: demo, run, view, new, import, compile, list, map, replay, score, "
-        "compare, robot and 10 more; vrx-mj --help explains them"
+        "compare, convert and 10 more; vrx-mj --help explains them"
     ),
     "robot chek": "no command of vrx-mj robot named 'chek'; did you mean 'check'?",
     "--verison": "no option of vrx-mj named '--verison'; did you mean '--version'?",

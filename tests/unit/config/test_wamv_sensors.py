@@ -196,7 +196,8 @@ BY_HAND = """
   <xacro:include filename="$(find wamv_gazebo)/urdf/wamv_gazebo.xacro"/>
   <xacro:wamv_gazebo thruster_layout="$(find wamv_gazebo)/urdf/thruster_layouts/wamv_t_thrusters.xacro"/>
   <xacro:include filename="$(find wamv_gazebo)/urdf/{folder}/wamv_camera.xacro"/>
-  <xacro:include filename="$(find wamv_gazebo)/urdf/{folder}/wamv_planar_lidar.xacro"/>
+  <xacro:include filename="$(find wamv_gazebo)/urdf/{folder}/{lidar}.xacro"/>
+  <xacro:include filename="$(find wamv_gazebo)/urdf/{shooter}/ball_shooter.xacro"/>
   <xacro:property name="stereo_x" value="0.75"/>
   <xacro:wamv_camera name="front_left" x="${{stereo_x}}" y="0.1" P="${{radians(15)}}"/>
   <xacro:wamv_camera name="front_right" x="${{stereo_x}}" y="-0.1" P="${{radians(15)}}" width="640" height="480"/>
@@ -209,10 +210,17 @@ BY_HAND = """
 """
 
 
-@pytest.mark.parametrize("folder", ["components", "sensors"])
-def test_a_boat_made_by_hand_needs_no_namespace(tmp_path, folder):
+@pytest.mark.parametrize(
+    ("folder", "lidar", "shooter"),
+    [
+        ("components", "wamv_planar_lidar", "components"),
+        ("sensors", "wamv_planar_lidar", "sensors"),
+        ("sensors", "wamv_multibeam_laser", "ball_shooter"),
+    ],
+)
+def test_a_boat_made_by_hand_needs_no_namespace(tmp_path, folder, lidar, shooter):
     file = tmp_path / "my_wamv.urdf.xacro"
-    file.write_text(BY_HAND.format(folder=folder), encoding="utf-8")
+    file.write_text(BY_HAND.format(folder=folder, lidar=lidar, shooter=shooter), encoding="utf-8")
     made = ET.fromstring(expand(file))
     joints = {local(joint): joint for joint in made.findall("joint")}
     names = {local(link) for link in made.findall("link")}

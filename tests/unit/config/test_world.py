@@ -2,9 +2,11 @@
 
 import math
 import pickle
+import re
 import warnings
 
 import pytest
+import yaml
 
 from vrx_mj.config import world as world_module
 from vrx_mj.config.scene import SkyConfig
@@ -229,7 +231,13 @@ def test_a_world_without_a_profile_gets_marine_and_a_process_one_notice(monkeypa
 
 
 def test_the_start_file_of_a_world_loads():
-    assert load_world(root() / "assets" / "start" / "world.yaml").objects[-1].name == "green_buoy"
+    file = root() / "assets" / "start" / "world.yaml"
+    world = load_world(file)
+    assert (world.objects[-1].name, world.physics.profile, world.sea.model) == ("green_buoy", "marine", "jonswap")
+    beside = re.search(r"^# (sea: .*)$", file.read_text(encoding="utf-8"), re.M)
+    classic = load_world({"extends": "sydney_regatta", **yaml.safe_load(beside[1])}).sea
+    height = 0.0503 * classic.gain * classic.period**2  # of three waves at scale 2.5: docs/physics.md
+    assert (classic.scale, height) == (2.5, pytest.approx(world.sea.significant_height, abs=0.005))
 
 
 @pytest.mark.parametrize(("sea", "text"), [

@@ -10,8 +10,8 @@ import pytest
 
 from vrx_mj import Simulation, compile_world
 from vrx_mj.draw import display
-from vrx_mj.drive import view as package
 from vrx_mj.drive import browser, window
+from vrx_mj.drive import view as package
 from vrx_mj.drive.session import Session, watch
 from vrx_mj.drive.terminal import Terminal
 from vrx_mj.drive.view import view

@@ -11,7 +11,7 @@ import vrx_mj
 from vrx_mj.draw.map import draw_map
 from vrx_mj.draw.map_scene import map_of
 from vrx_mj.errors import RecordError, VrxError
-from vrx_mj.packages import install_command
+from vrx_mj.packages import install_extra
 from vrx_mj.recording import notebook
 
 
@@ -109,8 +109,8 @@ def test_what_cannot_be_shown_is_told(shell, recording, monkeypatch):
     monkeypatch.setitem(sys.modules, "rerun_notebook", None)
     with pytest.raises(VrxError) as told:
         vrx_mj.show(recording)
-    advice = install_command("vrx-mj[notebook]")
-    assert str(told.value) == f"no module 'rerun_notebook' to show '{recording}'; run: {advice}"
+    advice = install_extra("notebook")
+    assert str(told.value) == f"no module 'rerun_notebook' to show '{recording}'; {advice}"
     shell.kernel = None
     with pytest.raises(VrxError) as told:
         vrx_mj.show(recording)

@@ -12,7 +12,7 @@ import pytest
 import recorded_run
 from trees import partial
 from vrx_mj.errors import RecordError, UnknownNameError, VideoError, VrxError
-from vrx_mj.packages import install_command
+from vrx_mj.packages import install_extra
 from vrx_mj.recording import read_record
 from vrx_mj.recording.record_scene import boat_colors
 from vrx_mj.recording.video import Film, Shot, draw_video, looking, parse_size, write_video
@@ -165,8 +165,8 @@ def test_without_the_encoder_of_mp4_the_extra_is_named(monkeypatch, tmp_path):
     with pytest.raises(VideoError) as refused:
         write_video("run.rrd", tmp_path / "run.mp4")
     assert str(refused.value) == (
-        f"'{tmp_path / 'run.mp4'}' needs the encoder of MP4, which is not installed; write a .webp, or run: "
-        f"{install_command('vrx-mj[video]')}"
+        f"'{tmp_path / 'run.mp4'}' needs the encoder of MP4, which is not installed; write a .webp, or "
+        f"{install_extra('video')}"
     )
 
 

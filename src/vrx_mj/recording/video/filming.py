@@ -21,7 +21,7 @@ from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.bar import Bar
 from vrx_mj.errors import UnknownNameError, VideoError
 from vrx_mj.model.boats import boat_label
-from vrx_mj.packages import install_command
+from vrx_mj.packages import install_extra
 from vrx_mj.recording.reader import Record, read_record
 from vrx_mj.recording.record_scene import boat_colors
 from vrx_mj.recording.video.stage import Above, Chase, Eye, Footage, Instant, Stage, TaskMoment, view_of
@@ -411,8 +411,7 @@ def encoder_of(path: Path) -> Encoder:
             import av  # noqa: F401
         except ImportError:
             raise VideoError(
-                f"'{path}' needs the encoder of MP4, which is not installed; write a .webp, or run: "
-                f"{install_command('vrx-mj[video]')}"
+                f"'{path}' needs the encoder of MP4, which is not installed; write a .webp, or {install_extra('video')}"
             ) from None
     return encoder
 
