@@ -1,14 +1,14 @@
 """`vrx-mj worlds`: many worlds from one file."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from vrx_mj.bar import Bar
-from vrx_mj.cli.files import writing
 from vrx_mj.errors import VrxError, shortened
+from vrx_mj.outputs import write_files
 
 if TYPE_CHECKING:
     from vrx_mj.config.series.worlds import SeriesWorld
@@ -52,15 +52,15 @@ def generate(
         raise VrxError(f"'{shortened(file)}' is {other}")
     series = read_series(file_of("worlds", file))
     made = [series_world(series, number) for number in range(series.count)]
-    texts: dict[Path, str] = {}
+    texts: dict[str, str] = {}
     with Bar("checking", len(made), "worlds") as bar:
         for number, world in enumerate(made, 1):
             load_world(world.section)
-            texts[output / f"{world.name}.yaml"] = world_text(series, world)
+            texts[f"{world.name}.yaml"] = world_text(series, world)
             if world.side is not None:
-                texts[output / SIDES / f"{world.name}.yaml"] = side_text(series, world)
+                texts[f"{SIDES}/{world.name}.yaml"] = side_text(series, world)
             bar.update(number)
-    _write(texts)
+    write_files(output, texts, "the world", replaces=lambda name: _is_ours(output / name), kind="a world of a series")
     for line in table(made):
         typer.echo(line)
     first = output / f"{made[0].name}.yaml"
@@ -77,19 +77,8 @@ def table(made: Sequence["SeriesWorld"]) -> Iterator[str]:
         yield "  ".join([name.ljust(widths[0]), *cells])
 
 
-def _write(texts: dict[Path, str]) -> None:
-    """Write files, over those of an earlier series but over no others."""
-    _check_free(texts)
-    for path, text in texts.items():
-        with writing("the world", path):
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8", newline="\n")
-
-
-def _check_free(paths: Iterable[Path]) -> None:
+def _is_ours(file: Path) -> bool:
     from vrx_mj.config.series.worlds import HEAD
 
-    for path in paths:
-        with writing("the world", path):
-            if path.exists() and not path.read_bytes().startswith(HEAD.encode()):
-                raise VrxError(f"{path} exists and is not a world of a series: choose another folder")
+    with file.open("rb") as stream:
+        return stream.read(len(HEAD.encode())) == HEAD.encode()

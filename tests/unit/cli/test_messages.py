@@ -116,7 +116,7 @@ def test_a_warning_is_told_once(cli, folder):
 def test_a_place_below_a_file_cannot_be_written(cli, folder, words, what):
     (folder / "file").write_bytes(b"")
     said = cli(*words.split())
-    assert said.err.replace("\\", "/").startswith(f"cannot write the {what} '{words.split()[-1]}': ")
+    assert said.err.replace("\\", "/").startswith(f"cannot write the {what} '{words.split()[-1]}")
     assert (said.code, said.err.count("\n")) == (2, 1)
 
 
