@@ -75,7 +75,7 @@ MESSAGES = {
     "doctor --fleet trio": "--fleet trio needs a world: vrx-mj doctor WORLD --fleet trio",
     "serve ocean --rosbridge --allow-origin app.foxglove.dev": (
         "invalid --allow-origin 'app.foxglove.dev': SCHEME://HOST or SCHEME://HOST:PORT is needed, as in "
-        "https://app.foxglove.dev; or null, or * for all"
+        "https://app.foxglove.dev; or null, file://, or * for all"
     ),
     "serve ocean --rate fast": ("invalid --rate 'fast': a number above 0 is needed, 1 for real time, or max"),
     "teleop --url foo": "invalid --url 'foo': ws://HOST:PORT is needed, as in ws://127.0.0.1:9090",
