@@ -10,6 +10,7 @@ from types import MappingProxyType
 from vrx_mj.arguments import as_path
 from vrx_mj.config.search import ReadingError, read_limited
 from vrx_mj.errors import StateError
+from vrx_mj.exits import awaited
 from vrx_mj.mjcf.pieces import Pieces, pieces_of
 from vrx_mj.mjcf.saved import checked
 from vrx_mj.model.world import Parameters, json_of, without_descriptions
@@ -107,6 +108,7 @@ class World:
         return world_of(_read(scene), _read(path), lambda name: _read(assets / name), path)
 
 
+@awaited
 def world_of(mjcf: bytes, parameters: bytes, asset: Callable[[str], bytes], source: object) -> World:
     """The world of a saved MJCF, its parameters as JSON, and `asset`, which gives a file's content by its name.
 
