@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vrx_mj.errors import VrxError
 
-__all__ = ["Content", "check_inside", "write_file", "write_files", "writing", "written"]
+__all__ = ["Content", "begins", "check_inside", "write_file", "write_files", "writing", "written"]
 
 Content = str | bytes | Path
 """Of a file: a text, bytes, or the file of which it is a copy."""
@@ -64,14 +64,9 @@ def write_file(path: Path, content: Content, what: str, error: type[VrxError] = 
 
 
 def write_files(
-    folder: Path,
-    files: Mapping[str, Content],
-    what: str,
-    error: type[VrxError] = VrxError,
-    *,
-    replaces: Callable[[str], bool] = lambda _name: True,
-    kind: str = "a file",
-) -> None:
+    folder: Path, files: Mapping[str, Content], what: str, error: type[VrxError] = VrxError, *,
+    replaces: Callable[[str], bool] = lambda _name: True, kind: str = "a file",
+) -> None:  # fmt: skip
     """Write files into a folder, which others may have prepared: all are checked before the first is written.
 
     Args:
@@ -111,6 +106,12 @@ def check_inside(folder: Path, name: str, what: str, error: type[VrxError] = Vrx
         place /= part
         if Path(os.path.realpath(place)) != place:
             raise error(f"cannot write {what} '{folder / name}': '{place}' is a link; remove it")
+
+
+def begins(file: Path, text: str) -> bool:
+    """Whether a file begins with a text."""
+    with file.open("rb") as stream:
+        return stream.read(len(text.encode())) == text.encode()
 
 
 def _put(content: Content, file: Path) -> None:

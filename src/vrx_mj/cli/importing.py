@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vrx_mj.cli.options import Arguments, named_values
-from vrx_mj.outputs import Content, write_files
+from vrx_mj.outputs import Content, begins, write_files
 
 if TYPE_CHECKING:
     from vrx_mj.config.gazebo.importing import Imported
@@ -49,15 +49,9 @@ def _write(made: "Imported", folder: Path) -> None:
     from vrx_mj.config.gazebo.importing import HEAD, TABLE, TITLE
 
     def is_ours(name: str) -> bool:
-        return _begins(folder / name, HEAD) if name.endswith(".yaml") else _begins(folder / TABLE, TITLE)
+        if name.endswith(".yaml"):
+            return begins(folder / name, HEAD)
+        return (folder / TABLE).is_file() and begins(folder / TABLE, TITLE)
 
     files: dict[str, Content] = {**made.texts, TABLE: made.table(), **made.copies}
     write_files(folder, files, "the import", replaces=is_ours, kind="of an import")
-
-
-def _begins(file: Path, text: str) -> bool:
-    """Whether a file is there and begins with a text."""
-    if not file.is_file():
-        return False
-    with file.open("rb") as stream:
-        return stream.read(len(text.encode())) == text.encode()

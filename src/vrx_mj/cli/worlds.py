@@ -8,7 +8,7 @@ import typer
 
 from vrx_mj.bar import Bar
 from vrx_mj.errors import VrxError, shortened
-from vrx_mj.outputs import write_files
+from vrx_mj.outputs import begins, write_files
 
 if TYPE_CHECKING:
     from vrx_mj.config.series.worlds import SeriesWorld
@@ -45,7 +45,7 @@ def generate(
     from vrx_mj.config.kinds import wrong_kind
     from vrx_mj.config.loading import file_of
     from vrx_mj.config.series.axes import read_series
-    from vrx_mj.config.series.worlds import series_world, side_text, world_text
+    from vrx_mj.config.series.worlds import HEAD, series_world, side_text, world_text
     from vrx_mj.config.world import load_world
 
     if other := wrong_kind(Path(file), "an axes file"):
@@ -60,7 +60,9 @@ def generate(
             if world.side is not None:
                 texts[f"{SIDES}/{world.name}.yaml"] = side_text(series, world)
             bar.update(number)
-    write_files(output, texts, "the world", replaces=lambda name: _is_ours(output / name), kind="a world of a series")
+    write_files(
+        output, texts, "the world", replaces=lambda name: begins(output / name, HEAD), kind="a world of a series"
+    )
     for line in table(made):
         typer.echo(line)
     first = output / f"{made[0].name}.yaml"
@@ -75,10 +77,3 @@ def table(made: Sequence["SeriesWorld"]) -> Iterator[str]:
     for name, *steps in rows:
         cells = (step.rjust(width) for step, width in zip(steps, widths[1:], strict=True))
         yield "  ".join([name.ljust(widths[0]), *cells])
-
-
-def _is_ours(file: Path) -> bool:
-    from vrx_mj.config.series.worlds import HEAD
-
-    with file.open("rb") as stream:
-        return stream.read(len(HEAD.encode())) == HEAD.encode()

@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Self
+from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
@@ -19,9 +19,6 @@ from vrx_mj.config.tree import File
 from vrx_mj.config.wording import shown
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError, shortened
-
-if TYPE_CHECKING:
-    import _csv
 
 __all__ = ["SIGNALS", "CommandsConfig", "MeasuredCaseConfig", "Measurements", "read_case", "read_measurements"]
 
@@ -137,12 +134,8 @@ def read_measurements(path: Path, wanted: tuple[str, ...]) -> Measurements:
         rows = csv.reader(lines)
         columns = _columns(name, next(rows, []), wanted)
         values = list(itertools.islice(_rows(name, rows, columns), MOST_ROWS + 1))
-    except ReadingError as error:
-        raise VrxError(f"{name}: {error}") from None
-    except UnicodeDecodeError:
-        raise VrxError(f"{name}: not UTF-8") from None
-    except csv.Error as error:
-        raise VrxError(f"{name}, line {rows.line_num}: no row of a CSV file: {error}") from None
+    except (ReadingError, UnicodeDecodeError, csv.Error) as error:
+        raise VrxError(f"{name}: {'not UTF-8' if isinstance(error, UnicodeDecodeError) else error}") from None
     if isinstance(lines.newlines, tuple) and "\r" in lines.newlines:
         raise VrxError(f"{name}: a carriage return inside of a line; end all lines alike")
     if not 2 <= len(values) <= MOST_ROWS:
@@ -163,15 +156,15 @@ def _columns(name: str, head: list[str], wanted: tuple[str, ...]) -> list[tuple[
     return [(column, known.index(column)) for column in ("time", *wanted)]
 
 
-def _rows(name: str, rows: "_csv.Reader", columns: list[tuple[str, int]]) -> Iterator[tuple[float, ...]]:
+def _rows(name: str, rows: Any, columns: list[tuple[str, int]]) -> Iterator[tuple[float, ...]]:
     """The values of the wanted columns, the time first, of every row that is not blank."""
     before = -math.inf
     for row in rows:
         if any(map(str.strip, row)):
             values = tuple(_value(name, rows.line_num, column, row, place) for column, place in columns)
             if not values[0] > before:
-                told = f"a time above that of the row before, {before:g} s, is needed"
-                raise VrxError(f"{name}, line {rows.line_num}: {told}")
+                place = f"{name}, line {rows.line_num}"
+                raise VrxError(f"{place}: a time above that of the row before, {before:g} s, is needed")
             before = values[0]
             yield values
 

@@ -47,7 +47,7 @@ STIFF = 2.0
 Source = str | Path | Mapping[str, Any]
 
 
-@awaited
+@awaited()
 def compile_world(
     world: Source,
     *,

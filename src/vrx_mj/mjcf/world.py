@@ -108,7 +108,7 @@ class World:
         return world_of(_read(scene), _read(path), lambda name: _read(assets / name), path)
 
 
-@awaited
+@awaited()
 def world_of(mjcf: bytes, parameters: bytes, asset: Callable[[str], bytes], source: object) -> World:
     """The world of a saved MJCF, its parameters as JSON, and `asset`, which gives a file's content by its name.
 

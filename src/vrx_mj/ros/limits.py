@@ -381,16 +381,8 @@ Frame = Sequence[bytes]
 
 
 def pieces(frame: Frame, size: int) -> Iterator[bytes]:
-    """A frame in pieces of so many bytes, but for the last."""
-    rest = b""
-    for part in frame:
-        for start in range(0, len(part), size):
-            rest += part[start : start + size]
-            if len(rest) >= size:
-                yield rest[:size]
-                rest = rest[size:]
-    if rest:
-        yield rest
+    """A frame in pieces of at most so many bytes."""
+    return (part[start : start + size] for part in frame for start in range(0, len(part), size))
 
 
 class Outgoing:

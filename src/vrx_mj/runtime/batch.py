@@ -54,7 +54,7 @@ class Batch(RowTables):
     A copy, also one that was pickled, continues as the original does, bit for bit.
     """
 
-    @awaited
+    @awaited()
     def __init__(self, world: World, n: int, *, seed: int | Sequence[int] | None = None, threads: int | None = None):
         """Create the rows of a world.
 

@@ -47,7 +47,7 @@ class Simulation(Roster):
     and changes of `model` are not copied.
     """
 
-    @awaited
+    @awaited()
     def __init__(self, world: World, *, seed: int | None = None) -> None:
         check_kind("Simulation", world, World, "a World, as compile_world returns it")
         live = self._live = LiveWorld(world)
@@ -60,7 +60,7 @@ class Simulation(Roster):
     def __reduce__(self) -> tuple[type["Simulation"], tuple[World], tuple[World, State]]:
         return type(self), (self._live.first,), (self.world, self.get_state())
 
-    @awaited
+    @awaited()
     def __setstate__(self, now: tuple[World, State]) -> None:
         if now[0].sha256 != self._live.first.sha256:
             self._live.bind(now[0], loop_arrays_of(now[0], self._live.physics_models))

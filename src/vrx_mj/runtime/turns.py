@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import Concatenate, ParamSpec, Protocol, TypeVar
 
 from vrx_mj.errors import CommandError
-from vrx_mj.exits import check_exit, wait_at_exit
+from vrx_mj.exits import BUSY, check_exit
 
 __all__ = ["HOLDER", "Turn", "advancing", "in_turn"]
 
@@ -100,7 +100,7 @@ def _forget_all() -> None:
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_forget_all)
 
-wait_at_exit(lambda own: any(abs(turn.claim.get(HOLDER, own)) != own for turn in list(_ALL)))
+BUSY.append(lambda own: any(abs(turn.claim.get(HOLDER, own)) != own for turn in list(_ALL)))
 
 
 class _Shared(Protocol):

@@ -354,7 +354,7 @@ def fragments(parts: Frame, size: int) -> Iterator[Frame]:
         yield parts
         return
     size = max(size, math.ceil(length / MOST_FRAGMENTS))
-    name, total = str(next(_names)), math.ceil(length / size)
+    name, total = str(next(_names)), sum(math.ceil(len(part) / size) for part in parts)
     for number, piece in enumerate(pieces(parts, size)):
         data = {"op": "fragment", "id": name, "data": piece.decode("ascii"), "num": number, "total": total}
         yield (json_bytes(data),)
