@@ -1,13 +1,26 @@
-"""Files that we write: whole or not at all, and one line where that cannot be done."""
+"""Files that we write: whole or not at all, inside of the folder that was named, and one line where that cannot be."""
 
+import os
 import secrets
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from vrx_mj.errors import VrxError
 
-__all__ = ["written"]
+__all__ = ["Content", "begins", "check_inside", "write_file", "write_files", "writing", "written"]
+
+Content = str | bytes | Path
+"""Of a file: a text, bytes, or the file of which it is a copy."""
+
+
+@contextmanager
+def writing(what: str, path: Path, error: type[VrxError] = VrxError) -> Iterator[None]:
+    """Around the writing of a file: an OSError is one line, of the class `error`, with `what` is written."""
+    try:
+        yield
+    except OSError as problem:
+        raise error(f"cannot write {what} '{path}': {problem.strerror or problem}") from None
 
 
 @contextmanager
@@ -19,16 +32,15 @@ def written(path: Path, what: str, error: type[VrxError] = VrxError) -> Iterator
     Raises:
         VrxError: it cannot be written; of the class `error`, with `what` it is.
     """
-    direct = path.exists() and not path.is_file()
-    beside = path if direct else path.with_name(f".{path.stem[:80]}.{secrets.token_hex(4)}{path.suffix}")
-    try:
-        yield beside
-        if not direct:
+    with writing(what, path, error):
+        if path.exists() and not path.is_file():
+            yield path
+            return
+        beside = path.with_name(f".{path.stem[:80]}.{secrets.token_hex(4)}{path.suffix}")
+        try:
+            yield beside
             _settle(beside, path)
-    except OSError as problem:
-        raise error(f"cannot write {what} '{path}': {problem.strerror or problem}") from None
-    finally:
-        if not direct:
+        finally:
             with suppress(OSError):
                 beside.unlink(missing_ok=True)
 
@@ -39,3 +51,69 @@ def _settle(written: Path, path: Path) -> None:
     if target.exists():
         written.chmod(target.stat().st_mode & 0o7777)
     written.replace(target)
+
+
+def write_file(path: Path, content: Content, what: str, error: type[VrxError] = VrxError) -> None:
+    """Write a file that was asked for by its path; a link is followed, and the folder is not made.
+
+    Raises:
+        VrxError: as `written`.
+    """
+    with written(path, what, error) as draft:
+        _put(content, draft)
+
+
+def write_files(
+    folder: Path, files: Mapping[str, Content], what: str, error: type[VrxError] = VrxError, *,
+    replaces: Callable[[str], bool] = lambda _name: True, kind: str = "a file",
+) -> None:  # fmt: skip
+    """Write files into a folder, which others may have prepared: all are checked before the first is written.
+
+    Args:
+        folder: is made if need be; it may be a link.
+        files: by their paths in the folder.
+        what: they are, for messages.
+        error: class of the errors.
+        replaces: whether the file that is there by such a path may be replaced.
+        kind: of files that may be, for messages.
+
+    Raises:
+        VrxError: a path leads out of the folder or through a link, a file is in the way, or cannot be written.
+    """
+    for name in files:
+        check_inside(folder, name, what, error)
+        path = folder / name
+        with writing(what, path, error):
+            if path.exists() and not (path.is_file() and replaces(name)):
+                raise error(f"{path} exists and is not {kind}: choose another folder")
+    for name, content in files.items():
+        with written(folder / name, what, error) as draft:
+            draft.parent.mkdir(parents=True, exist_ok=True)
+            _put(content, draft)
+
+
+def check_inside(folder: Path, name: str, what: str, error: type[VrxError] = VrxError) -> None:
+    """Refuse a path in a folder that leads out of it, or through a link below it.
+
+    Raises:
+        VrxError: it does; of the class `error`.
+    """
+    place = top = Path(os.path.realpath(folder))
+    parts = Path(name).parts
+    if not parts or ".." in parts or not (top / name).is_relative_to(top):
+        raise error(f"cannot write {what} '{folder / name}': it is not inside of the folder")
+    for part in parts:
+        place /= part
+        if Path(os.path.realpath(place)) != place:
+            raise error(f"cannot write {what} '{folder / name}': '{place}' is a link; remove it")
+
+
+def begins(file: Path, text: str) -> bool:
+    """Whether a file begins with a text."""
+    with file.open("rb") as stream:
+        return stream.read(len(text.encode())) == text.encode()
+
+
+def _put(content: Content, file: Path) -> None:
+    raw = content.read_bytes() if isinstance(content, Path) else content
+    file.write_bytes(raw.encode() if isinstance(raw, str) else raw)

@@ -113,6 +113,38 @@ def observe(sim=vrx_mj.Simulation(world)):
 threading.Thread(target=observe, daemon=True).start()
 time.sleep(0.3)
 """
+MAKING = """
+import atexit, copy
+from vrx_mj import exits
+world.save("saved")
+makers = [
+    lambda: vrx_mj.compile_world("ocean"), lambda: vrx_mj.Simulation(world), lambda: vrx_mj.Batch(world, 2, threads=1),
+    lambda: vrx_mj.World.load("saved"), lambda: copy.copy(sim),
+]
+sim = vrx_mj.Simulation(world)
+ended = []
+def make(maker):
+    try:
+        while True:
+            maker()
+    except SystemExit:
+        ended.append(maker)
+threads = [threading.Thread(target=make, args=(maker,), daemon=True) for maker in makers]
+for thread in threads: thread.start()
+time.sleep(0.3)
+atexit._run_exitfuncs()
+assert exits._inside == set()
+for thread in threads: thread.join(timeout=60.0)
+assert sorted(map(id, ended)) == sorted(map(id, makers))
+vrx_mj.Simulation(vrx_mj.compile_world("ocean")).advance(1)  # another function at exit may
+"""
+MADE_AT_EXIT = """
+def make():
+    while True:
+        vrx_mj.Simulation(vrx_mj.compile_world("ocean"))
+for _ in range(3): threading.Thread(target=make, daemon=True).start()
+time.sleep(0.5)
+"""
 FORKED = """
 sim, batch = vrx_mj.Simulation(world), vrx_mj.Batch(world, 32, threads=2)
 batch.advance(10)
@@ -148,14 +180,16 @@ assert set(seen) == {"done"}
 
 
 @pytest.mark.parametrize(
-    "program", [SIMULATION, BATCH, FORGOTTEN, LEFT_RUNNING, LEFT_TO_EXIT, FORKED, INTERRUPTED],
-    ids=["simulation", "batch", "forgotten", "left_running", "left_to_exit", "forked", "interrupted"],
+    "program", [SIMULATION, BATCH, FORGOTTEN, LEFT_RUNNING, LEFT_TO_EXIT, MAKING, MADE_AT_EXIT, FORKED, INTERRUPTED],
+    ids=["simulation", "batch", "forgotten", "left_running", "left_to_exit", "making", "made_at_exit", "forked",
+         "interrupted"],
 )  # fmt: skip
-def test_threads_on_one_run(program):
+def test_threads_on_one_run(program, tmp_path):
     if sys.platform == "win32" and program in {FORKED, INTERRUPTED}:
         pytest.skip("no fork and no alarms")
     done = subprocess.run(
         [sys.executable, "-X", "faulthandler", "-c", START + program + "\nprint('end', flush=True)"],
         env=environment(), capture_output=True, encoding="utf-8", check=False, timeout=300,
+        cwd=tmp_path,
     )  # fmt: skip
     assert (done.returncode, done.stdout) == (0, "end\n"), done.stderr

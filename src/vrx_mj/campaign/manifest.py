@@ -15,10 +15,11 @@ from typing import Any
 
 import vrx_mj
 from vrx_mj.campaign.plan import Cell, Plan, Serving
-from vrx_mj.campaign.results import FORMAT, Result, read_json, read_results, write_json
+from vrx_mj.campaign.results import FORMAT, WHAT, Result, read_json, read_results, write_json
 from vrx_mj.config.search import find, is_path
 from vrx_mj.errors import CommandError, RecordError, VrxError
 from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.outputs import check_inside
 from vrx_mj.resources import root
 from vrx_mj.runtime.run import fingerprint, split_name
 
@@ -91,6 +92,8 @@ def begin(folder: Path, plan: Plan, *, restart: bool = False) -> Campaign:
     )
     if not (folder / MANIFEST).is_file() and folder.is_dir() and any(folder.iterdir()):
         raise CommandError(f"the folder '{folder}' is not empty and holds no campaign: give another folder with -o")
+    for name in MADE:
+        check_inside(folder, name, WHAT)
     if restart:
         _forget(folder)
     results = read_results(folder, plan.cells)

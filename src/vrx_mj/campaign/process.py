@@ -21,9 +21,10 @@ from pathlib import Path
 
 from vrx_mj.campaign.maps import sketch_of
 from vrx_mj.campaign.program import ENDING, adopt_orphans
-from vrx_mj.campaign.results import FORMAT, LOG, Result, read_result, sketch_file, write_json, write_result
+from vrx_mj.campaign.results import FORMAT, LOG, WHAT, Result, read_result, sketch_file, write_json, write_result
 from vrx_mj.campaign.trial import INTERRUPTED, PREPARATION, Trial, sail
 from vrx_mj.mjcf.world import World
+from vrx_mj.outputs import check_inside
 
 __all__ = ["TrialProcess", "sail_all", "start_server", "undisturbed"]
 
@@ -94,6 +95,7 @@ class TrialProcess:
 
     def __init__(self, context: BaseContext, trial: Trial, root: Path) -> None:
         self.trial, self._root = trial, root
+        check_inside(root, trial.cell.folder, WHAT)
         self._folder = root / trial.cell.folder
         shutil.rmtree(self._folder, ignore_errors=True)
         self._folder.mkdir(parents=True)

@@ -14,9 +14,10 @@ from typing import Any
 
 from vrx_mj.campaign.plan import Cell
 from vrx_mj.campaign.process import TrialProcess, start_server
-from vrx_mj.campaign.results import Result, read_result, sketch_file, write_result
+from vrx_mj.campaign.results import WHAT, Result, read_result, sketch_file, write_result
 from vrx_mj.campaign.trial import Trial
 from vrx_mj.errors import VrxError
+from vrx_mj.outputs import write_files
 from vrx_mj.packages import needs_extra
 
 __all__ = ["sail_on_ray"]
@@ -116,10 +117,5 @@ def _keep(files: Files, cell: Cell, root: Path) -> None:
     """Write the files, the result last; a world's sketch only if it is missing."""
     sketch = sketch_file(root, cell.world)
     for name, content in sorted(files.items(), key=lambda item: item[0].endswith("result.json")):
-        target = root / name
-        if target == sketch and target.is_file():
-            continue
-        target.parent.mkdir(parents=True, exist_ok=True)
-        draft = target.with_name(f"{target.name}.part")
-        draft.write_bytes(content)
-        draft.replace(target)
+        if root / name != sketch or not sketch.is_file():
+            write_files(root, {name: content}, WHAT)

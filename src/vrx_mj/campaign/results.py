@@ -3,7 +3,6 @@
 import csv
 import io
 import json
-import os
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -12,10 +11,12 @@ from typing import Any, Protocol
 from vrx_mj.arrays import FloatArray
 from vrx_mj.campaign.plan import Cell, folder_name
 from vrx_mj.errors import RecordError
+from vrx_mj.outputs import write_files
 
 __all__ = [
     "FORMAT",
     "LOG",
+    "WHAT",
     "Result",
     "Stopwatch",
     "Tracks",
@@ -36,6 +37,8 @@ FORMAT = 1
 LOG = "log.txt"
 """What a trial printed, with the traceback of a controller that raised."""
 RESULT = "result.json"
+WHAT = "the campaign"
+"""What is written, for messages."""
 COLUMNS = (
     "controller", "world", "seed", "status", "task", "score", "unit", "better", "state", "timed_out", "collisions",
     "elapsed", "sim_time", "wall_time", "state_sha256", "error",
@@ -164,10 +167,7 @@ def read_json(file: Path) -> dict[str, Any]:
 
 def write_text(file: Path, text: str) -> None:
     """Write a file as a whole, and its folder if need be."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    draft = file.with_name(f"{file.name}.{os.getpid()}.part")
-    draft.write_text(text, encoding="utf-8", newline="\n")
-    draft.replace(file)
+    write_files(file.parent, {file.name: text}, WHAT)
 
 
 Point = tuple[float, float]

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vrx_mj.bar import Bar
-from vrx_mj.cli.files import writing
 from vrx_mj.cli.options import Fleet, Packages
 from vrx_mj.cli.screen import text_table
 from vrx_mj.errors import CommandError
+from vrx_mj.outputs import writing
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vrx_mj.cli.files import NEW_KINDS, NEW_ROBOT, copy_robot_files, copy_start_file, listing, writing
+from vrx_mj.cli.files import NEW_KINDS, NEW_ROBOT, copy_robot_files, copy_start_file, listing
 from vrx_mj.cli.options import (
     Arguments,
     Fleet,
@@ -26,6 +26,7 @@ from vrx_mj.cli.options import (
 )
 from vrx_mj.cli.screen import pace_text, print_summary, program, score_line, to_open
 from vrx_mj.errors import CommandError, RecordError, VrxError
+from vrx_mj.outputs import write_file, writing
 from vrx_mj.packages import shell_word
 
 if TYPE_CHECKING:
@@ -63,8 +64,7 @@ def compile_(
 
     source, given = opened_by(world, arguments)
     compiled = compile_world(source, fleet=fleet, seed=seed, nudge=nudge, arguments=given)
-    with writing("the world", output):
-        scene = compiled.save(output)
+    scene = compiled.save(output)
     typer.echo(f"{scene}: opens in MuJoCo; to sail it: vrx_mj.Simulation.load('{output}')")
 
 
@@ -129,8 +129,7 @@ def _check_outputs(record: Path | None, summary: Path | None) -> None:
 
 def _write_summary(file: Path | None, result: "Summary") -> None:
     if file is not None:
-        with writing("the summary", file):
-            file.write_text(json.dumps(result.as_dict(), indent=1) + "\n", encoding="utf-8")
+        write_file(file, json.dumps(result.as_dict(), indent=1) + "\n", "the summary")
 
 
 def _check_recording(file: Path | None) -> None:
@@ -272,8 +271,7 @@ def map_(
 
     source, given = opened_by(world, arguments)
     drawn = map_of(compile_world(source, fleet=fleet, nudge=nudge, arguments=given))
-    with writing("the map", output):
-        draw_map(drawn, output)
+    draw_map(drawn, output)
     typer.echo(f"map: {output}")
 
 
@@ -312,8 +310,7 @@ def doctor(
         rows += examine_world(world, fleet)
     print_rows(rows)
     if json_ is not None:
-        with writing("the rows", json_):
-            json_.write_text(json.dumps(as_json(rows), indent=1) + "\n", encoding="utf-8")
+        write_file(json_, json.dumps(as_json(rows), indent=1) + "\n", "the rows")
     if world is not None:
         typer.echo(f"{world}{f' with {fleet}' if fleet else ''}: {'no errors found' if sound(rows) else 'see above'}")
     if not (healthy(rows) and sound(rows)):
@@ -332,8 +329,7 @@ def bench(
     """
     rows = _fleets_measured() if fleet_table else _budgets_measured()
     if json_ is not None:
-        with writing("the rows", json_):
-            json_.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+        write_file(json_, json.dumps(rows, indent=1) + "\n", "the rows")
 
 
 def _budgets_measured() -> list[dict[str, Any]]:

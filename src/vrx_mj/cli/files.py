@@ -4,13 +4,13 @@ import fnmatch
 import os
 import warnings
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
 from itertools import groupby
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, get_args
 
 from vrx_mj.config.search import KINDS, PACKAGE_PATH, catalogue
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
+from vrx_mj.outputs import write_file, write_files, writing
 from vrx_mj.resources import root
 
 if TYPE_CHECKING:
@@ -156,10 +156,9 @@ def copy_start_file(kind: str, name: str) -> Path:
     if not stem.name:
         raise VrxError(f"the new {kind} needs a name, as in vrx-mj new {kind} my_{kind}")
     target = stem.with_name(stem.name + source.suffix)
-    if target.exists():
+    if os.path.lexists(target):
         raise VrxError(f"{target} exists: choose another name, or remove it")
-    with writing("the start file", target):
-        target.write_text(source.read_text(encoding="utf-8"), encoding="utf-8", newline="\n")
+    write_file(target, source, "the start file")
     return target
 
 
@@ -172,13 +171,11 @@ def copy_robot_files(name: str) -> Path:
     folder = Path(name)
     if not folder.name:
         raise VrxError("the new robot needs a name, as in vrx-mj new robot my_robot")
-    if folder.exists():
+    if os.path.lexists(folder):
         raise VrxError(f"{folder} exists: choose another name, or remove it")
     with writing("the folder", folder):
         folder.mkdir()
-        for file in NEW_ROBOT:
-            text = (root() / "assets" / "start" / file).read_text(encoding="utf-8")
-            (folder / file).write_text(text, encoding="utf-8", newline="\n")
+    write_files(folder, {file: root() / "assets" / "start" / file for file in NEW_ROBOT}, "the folder")
     return folder
 
 
@@ -195,12 +192,3 @@ def look_in(folders: list[Path] | None) -> list[Path] | None:
         inherited = os.environ.get(PACKAGE_PATH)
         os.environ[PACKAGE_PATH] = os.pathsep.join([*map(str, folders), *([inherited] if inherited else [])])
     return folders
-
-
-@contextmanager
-def writing(what: str, path: Path) -> Iterator[None]:
-    """Around the writing of a file: an error is one line."""
-    try:
-        yield
-    except OSError as error:
-        raise VrxError(f"cannot write {what} '{path}': {error.strerror or error}") from None

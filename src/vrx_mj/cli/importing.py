@@ -1,15 +1,12 @@
 """`vrx-mj import`: files of Gazebo and VRX as files of ours."""
 
-import os
-import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vrx_mj.cli.files import writing
 from vrx_mj.cli.options import Arguments, named_values
-from vrx_mj.errors import VrxError
+from vrx_mj.outputs import Content, begins, write_files
 
 if TYPE_CHECKING:
     from vrx_mj.config.gazebo.importing import Imported
@@ -51,28 +48,10 @@ def _write(made: "Imported", folder: Path) -> None:
     """Write everything, over the files of an earlier import but over no others."""
     from vrx_mj.config.gazebo.importing import HEAD, TABLE, TITLE
 
-    texts = made.texts | {TABLE: made.table()}
-    for name in (TABLE, *made.texts, *made.copies):
-        path = folder / name
-        ours = _begins(path, HEAD) if path.suffix == ".yaml" else _begins(folder / TABLE, TITLE)
-        if os.path.lexists(path) and not ours:
-            raise VrxError(f"{path} exists and is not of an import: choose another folder")
-    for name, text in texts.items():
-        with writing("the import", folder / name):
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            (folder / name).write_text(text, encoding="utf-8", newline="\n")
-    for name, source in made.copies.items():
-        with writing("the import", folder / name):
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(source, folder / name)
+    def is_ours(name: str) -> bool:
+        if name.endswith(".yaml"):
+            return begins(folder / name, HEAD)
+        return (folder / TABLE).is_file() and begins(folder / TABLE, TITLE)
 
-
-def _begins(file: Path, text: str) -> bool:
-    """Whether a file is there and begins with a text."""
-    try:
-        if not file.is_file():
-            return False
-        with file.open("rb") as stream:
-            return stream.read(len(text)) == text.encode()
-    except OSError:
-        return False
+    files: dict[str, Content] = {**made.texts, TABLE: made.table(), **made.copies}
+    write_files(folder, files, "the import", replaces=is_ours, kind="of an import")

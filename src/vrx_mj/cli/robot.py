@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vrx_mj.bar import Bar
-from vrx_mj.cli.files import writing
 from vrx_mj.cli.screen import text_table
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, shown
+from vrx_mj.outputs import write_file, writing, written
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -63,9 +63,9 @@ def build(
     engines, parts = _files(thrusters, components, sensor_yaml, layout)
     arguments = {} if layout is None else {"thruster_config": layout}
     urdf = wamv_urdf(thrusters=engines, components=parts, namespace=namespace, locked=locked, arguments=arguments)
-    with writing("the URDF", output):
+    with written(output, "the URDF") as draft:
         output.absolute().parent.mkdir(parents=True, exist_ok=True)
-        output.write_text(urdf, encoding="utf-8", newline="\n")
+        draft.write_text(urdf, encoding="utf-8", newline="\n")
     engines_of = f"layout {layout}" if engines is None else engines.path
     typer.echo(f"{output}: {namespace}, built from {engines_of} and {parts.path}")
     if mjcf is not None:
@@ -111,9 +111,7 @@ def _write_mjcf(urdf: str, file: Path, output: Path, namespace: str) -> None:
     boat = assembled(robot, read_gazebo(robot), RobotConfig(urdf="wamv.urdf"))
     if boat.warnings:
         warnings.warn("; ".join(boat.warnings), VrxWarning, stacklevel=2)
-    with writing("the MJCF", output):
-        output.absolute().parent.mkdir(parents=True, exist_ok=True)
-        save_robot(boat, output, name=namespace)
+    save_robot(boat, output, name=namespace)
     typer.echo(f"{output}: opens in MuJoCo, without water and thrust; to sail the boat, name it in a fleet file")
 
 
@@ -224,8 +222,7 @@ def hydro(
     for line in _sheet_lines(sheet):
         typer.echo(line)
     if output is not None:
-        with writing("the sheet", output):
-            output.write_text(json.dumps(asdict(sheet), indent=1) + "\n", encoding="utf-8", newline="\n")
+        write_file(output, json.dumps(asdict(sheet), indent=1) + "\n", "the sheet")
     if bem is not None:
         _write_bem(bem, whole.corners, sheet, frequencies, panels)
 
@@ -249,8 +246,7 @@ def _write_bem(file: Path, corners: "FloatArray", sheet: "HullSheet", frequencie
             corners, sheet.waterline, sheet.center_of_mass, density=sheet.density, gravity=sheet.gravity,
             frequencies=frequencies, panels=panels, progress=lambda done, _: bar.update(done),
         )  # fmt: skip
-    with writing("radiation and diffraction", file):
-        file.write_text(json.dumps(table) + "\n", encoding="utf-8", newline="\n")
+    write_file(file, json.dumps(table) + "\n", "radiation and diffraction")
     poles, error = len(table["poles"]), table["fit_error"]
     typer.echo(
         f"{file}: {table['program']}, to {table['frequencies'][-1]:.3g} rad/s; {poles} poles, off by {error:.1%}"

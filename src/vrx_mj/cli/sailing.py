@@ -44,9 +44,7 @@ def sail(
     steer = steering(control, thrust)
     sim = Simulation(compile_world(world, fleet=fleet, seed=seed, nudge=nudge, arguments=arguments))
     if seed is not None and not sim.world.parameters.has_random_loads:
-        show(
-            "nothing that moves boats in this world is random: every --seed gives the same run, except for sensor noise"
-        )
+        show("nothing that moves boats here is random: every --seed gives the same run, except for sensor noise")
     controller = steer(sim)
     most = planned(sim) if duration is None else duration
     sim.steps_in(most)

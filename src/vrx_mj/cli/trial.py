@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vrx_mj.cli.files import writing
 from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.outputs import write_files
 
 if TYPE_CHECKING:
     from vrx_mj.trials import Trial
@@ -52,10 +52,8 @@ def trial(
     given = {"power": power, "helm": helm, "angle": angle, "mode": mode, "amount": amount}
     done = _tried(name, boat, world, _arguments(name, given))
     files = [output / f"{name}.json", output / f"{name}.svg"]
-    with writing("the trial", output):
-        output.mkdir(parents=True, exist_ok=True)
-        for file, text in zip(files, (_json(done, boat, world), _svg(done, boat)), strict=True):
-            file.write_text(text, encoding="utf-8", newline="\n")
+    texts = (_json(done, boat, world), _svg(done, boat))
+    write_files(output, {file.name: text for file, text in zip(files, texts, strict=True)}, "the trial")
     width = max(map(len, done.figures))
     for key, figure in done.figures.items():
         value = "-" if math.isnan(figure.value) else f"{figure.value:.4g}"

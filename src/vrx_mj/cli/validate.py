@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vrx_mj.bar import Bar
-from vrx_mj.cli.files import writing
 from vrx_mj.errors import CommandError
 
 if TYPE_CHECKING:
@@ -46,8 +45,7 @@ def validate(
         cases = (measured_case(case, data), *(cases if only or quick else ()))
     with Bar("validating", len(cases), "cases") as bar:
         results = run_cases(cases, lambda number, begun: bar.update(number, begun.name))
-    with writing("the report", output):
-        page = write_report(output, results, [each for each in CASES if each not in cases])
+    page = write_report(output, results, [each for each in CASES if each not in cases])
     _print(results)
     typer.echo(f"page: {page}")
     inside, total = counts(results)

@@ -1,14 +1,14 @@
 """`vrx-mj worlds`: many worlds from one file."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from vrx_mj.bar import Bar
-from vrx_mj.cli.files import writing
 from vrx_mj.errors import VrxError, shortened
+from vrx_mj.outputs import begins, write_files
 
 if TYPE_CHECKING:
     from vrx_mj.config.series.worlds import SeriesWorld
@@ -45,22 +45,24 @@ def generate(
     from vrx_mj.config.kinds import wrong_kind
     from vrx_mj.config.loading import file_of
     from vrx_mj.config.series.axes import read_series
-    from vrx_mj.config.series.worlds import series_world, side_text, world_text
+    from vrx_mj.config.series.worlds import HEAD, series_world, side_text, world_text
     from vrx_mj.config.world import load_world
 
     if other := wrong_kind(Path(file), "an axes file"):
         raise VrxError(f"'{shortened(file)}' is {other}")
     series = read_series(file_of("worlds", file))
     made = [series_world(series, number) for number in range(series.count)]
-    texts: dict[Path, str] = {}
+    texts: dict[str, str] = {}
     with Bar("checking", len(made), "worlds") as bar:
         for number, world in enumerate(made, 1):
             load_world(world.section)
-            texts[output / f"{world.name}.yaml"] = world_text(series, world)
+            texts[f"{world.name}.yaml"] = world_text(series, world)
             if world.side is not None:
-                texts[output / SIDES / f"{world.name}.yaml"] = side_text(series, world)
+                texts[f"{SIDES}/{world.name}.yaml"] = side_text(series, world)
             bar.update(number)
-    _write(texts)
+    write_files(
+        output, texts, "the world", replaces=lambda name: begins(output / name, HEAD), kind="a world of a series"
+    )
     for line in table(made):
         typer.echo(line)
     first = output / f"{made[0].name}.yaml"
@@ -75,21 +77,3 @@ def table(made: Sequence["SeriesWorld"]) -> Iterator[str]:
     for name, *steps in rows:
         cells = (step.rjust(width) for step, width in zip(steps, widths[1:], strict=True))
         yield "  ".join([name.ljust(widths[0]), *cells])
-
-
-def _write(texts: dict[Path, str]) -> None:
-    """Write files, over those of an earlier series but over no others."""
-    _check_free(texts)
-    for path, text in texts.items():
-        with writing("the world", path):
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8", newline="\n")
-
-
-def _check_free(paths: Iterable[Path]) -> None:
-    from vrx_mj.config.series.worlds import HEAD
-
-    for path in paths:
-        with writing("the world", path):
-            if path.exists() and not path.read_bytes().startswith(HEAD.encode()):
-                raise VrxError(f"{path} exists and is not a world of a series: choose another folder")

@@ -4,8 +4,9 @@ import csv
 import io
 import itertools
 import math
+from collections.abc import Iterator
 from pathlib import Path
-from typing import ClassVar, Literal, NamedTuple, Self
+from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
@@ -17,7 +18,7 @@ from vrx_mj.config.search import ReadingError, display, read_limited
 from vrx_mj.config.tree import File
 from vrx_mj.config.wording import shown
 from vrx_mj.config.yaml_text import parse, read_lines
-from vrx_mj.errors import ConfigError, Problem, VrxError
+from vrx_mj.errors import ConfigError, Problem, VrxError, shortened
 
 __all__ = ["SIGNALS", "CommandsConfig", "MeasuredCaseConfig", "Measurements", "read_case", "read_measurements"]
 
@@ -129,29 +130,43 @@ def read_measurements(path: Path, wanted: tuple[str, ...]) -> Measurements:
     """
     name = display(path)
     try:
-        text = read_limited(path, MOST_BYTES).decode("utf-8-sig")
-    except (ReadingError, UnicodeDecodeError) as error:
-        raise VrxError(f"{name}: {error if isinstance(error, ReadingError) else 'not UTF-8'}") from None
-    rows = list(csv.reader(io.StringIO(text)))
-    head = [column.strip() for column in rows[0]] if rows else []
-    missing = [column for column in ("time", *wanted) if column not in head]
-    if missing:
-        raise VrxError(f"{name}: no column '{missing[0]}' in its first line; it has {', '.join(head) or 'none'}")
-    lines = [(number, row) for number, row in enumerate(rows[1:], 2) if any(word.strip() for word in row)]
-    if not 2 <= len(lines) <= MOST_ROWS:
-        raise VrxError(f"{name}: 2 to {MOST_ROWS:,} rows are needed, got {len(lines)}")
-    columns = {column: head.index(column) for column in ("time", *wanted)}
-    found = {
-        column: tuple(_value(name, number, column, row, index) for number, row in lines)
-        for column, index in columns.items()
-    }
-    times = found.pop("time")
-    for (number, _), before, after in zip(lines[1:], times, times[1:], strict=False):
-        if not after > before:
-            raise VrxError(f"{name}, line {number}: a time above that of the row before, {before:g} s, is needed")
+        lines = io.TextIOWrapper(io.BytesIO(read_limited(path, MOST_BYTES)), encoding="utf-8-sig")  # any line ends
+        rows = csv.reader(lines)
+        columns = _columns(name, next(rows, []), wanted)
+        values = list(itertools.islice(_rows(name, rows, columns), MOST_ROWS + 1))
+    except (ReadingError, UnicodeDecodeError, csv.Error) as error:
+        raise VrxError(f"{name}: {'not UTF-8' if isinstance(error, UnicodeDecodeError) else error}") from None
+    if isinstance(lines.newlines, tuple) and "\r" in lines.newlines:
+        raise VrxError(f"{name}: a carriage return inside of a line; end all lines alike")
+    if not 2 <= len(values) <= MOST_ROWS:
+        raise VrxError(f"{name}: 2 to {MOST_ROWS:,} rows are needed, got {'more' if values[2:] else len(values)}")
+    times, *signals = zip(*values, strict=True)
     if not (times[0] >= 0.0 and times[-1] <= LATEST):
         raise VrxError(f"{name}: times from 0 to {LATEST:g} s are needed, got {times[0]:g} to {times[-1]:g}")
-    return Measurements(times, found)
+    return Measurements(times, dict(zip(wanted, signals, strict=True)))
+
+
+def _columns(name: str, head: list[str], wanted: tuple[str, ...]) -> list[tuple[str, int]]:
+    """The places of the columns `time` and those that are wanted."""
+    known = list(map(str.strip, head))
+    for column in ("time", *wanted):
+        if column not in known:
+            told = shortened(", ".join(known[:100]) or "none", 1000)
+            raise VrxError(f"{name}: no column '{column}' in its first line; it has {told}")
+    return [(column, known.index(column)) for column in ("time", *wanted)]
+
+
+def _rows(name: str, rows: Any, columns: list[tuple[str, int]]) -> Iterator[tuple[float, ...]]:
+    """The values of the wanted columns, the time first, of every row that is not blank."""
+    before = -math.inf
+    for row in rows:
+        if any(map(str.strip, row)):
+            values = tuple(_value(name, rows.line_num, column, row, place) for column, place in columns)
+            if not values[0] > before:
+                place = f"{name}, line {rows.line_num}"
+                raise VrxError(f"{place}: a time above that of the row before, {before:g} s, is needed")
+            before = values[0]
+            yield values
 
 
 def _value(name: str, number: int, column: str, row: list[str], index: int) -> float:

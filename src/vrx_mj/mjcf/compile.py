@@ -17,6 +17,7 @@ from vrx_mj.config.loading import fault_text, problem_at
 from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError, VrxWarning
+from vrx_mj.exits import awaited
 from vrx_mj.frames import Pose
 from vrx_mj.mjcf.afloat import boats_afloat
 from vrx_mj.mjcf.boats import Boat
@@ -46,6 +47,7 @@ STIFF = 2.0
 Source = str | Path | Mapping[str, Any]
 
 
+@awaited()
 def compile_world(
     world: Source,
     *,

@@ -11,12 +11,13 @@ from itertools import compress
 from typing import Any
 
 import numpy as np
+from pydantic import ValidationError
 
 from vrx_mj.arguments import as_text, check_name
 from vrx_mj.arrays import BoolArray
 from vrx_mj.config.docks import DockPlacement
 from vrx_mj.config.fleet import BoatConfig, joining_boat
-from vrx_mj.config.loading import joining
+from vrx_mj.config.loading import fault_text, joining
 from vrx_mj.config.objects import MOST_OBJECTS, Placement
 from vrx_mj.config.wind import WindConfig
 from vrx_mj.config.wording import ros_names_note
@@ -144,7 +145,11 @@ def _joined(
     """The world with parts and rows after all others; `touches` are those that a task's boat may have with them."""
     old = world.parameters
     pieces = world.pieces.with_parts(parts, asleep=asleep)
-    new: dict[str, Any] = {table: (*getattr(old, table), *own) for table, own in checked_rows(rows.tables).items()}
+    try:
+        checked = checked_rows(rows.tables)
+    except ValidationError as error:
+        raise CompileError(f"invalid {parts[0].name}: {fault_text(error)}") from None
+    new: dict[str, Any] = {table: (*getattr(old, table), *own) for table, own in checked.items()}
     if task := old.task:
         new["task"] = replace(task, rivals=(*task.rivals, *(touch.name for touch in touches)))
         scored = old.hulls[world.boats.index(task.boat)].body

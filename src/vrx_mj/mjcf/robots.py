@@ -47,6 +47,7 @@ from vrx_mj.mjcf.wind import boat_wind, boat_windage
 from vrx_mj.model.boats import Boat as Entry
 from vrx_mj.model.boats import Hull, Propeller, Sensor, Station, Thruster, Vessel
 from vrx_mj.model.kinds import LONGEST_DESCRIPTION
+from vrx_mj.outputs import write_files
 from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER
 from vrx_mj.physics.thrust import normal_slope
 
@@ -327,12 +328,10 @@ def save_robot(boat: Boat, target: Path, *, name: str) -> None:
     """
     robot = robot_piece(boat, "hinged")
     text = robot.document(name)
-    folder = target.parent / "assets"
-    folder.mkdir(exist_ok=True)
-    for file, content in robot.files.items():
-        (folder / file).write_bytes(content)
+    for file in robot.files:
         text = text.replace(f'file="{file}"', f'file="assets/{file}"')
-    target.write_text(text, encoding="utf-8", newline="\n")
+    files = {f"assets/{file}": content for file, content in robot.files.items()}
+    write_files(target.parent, {**files, target.name: text}, "the MJCF")
 
 
 Named = TypeVar("Named", Hull, Thruster, Sensor)

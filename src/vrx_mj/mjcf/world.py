@@ -10,9 +10,11 @@ from types import MappingProxyType
 from vrx_mj.arguments import as_path
 from vrx_mj.config.search import ReadingError, read_limited
 from vrx_mj.errors import StateError
+from vrx_mj.exits import awaited
 from vrx_mj.mjcf.pieces import Pieces, pieces_of
 from vrx_mj.mjcf.saved import checked
 from vrx_mj.model.world import Parameters, json_of, without_descriptions
+from vrx_mj.outputs import write_files
 
 LARGEST_FILE = 200_000_000
 """Bytes of the largest file of a saved world that is read."""
@@ -78,17 +80,15 @@ class World:
             target: a folder, in which the MJCF is named `scene.xml`, or the path of the MJCF, ending in `.xml`.
 
         Raises:
-            StateError: an asset's name has a folder in it.
+            StateError: an asset's name has a folder in it, a link is in the way, or it cannot be written.
         """
         for name in self.assets:
             if name != PurePosixPath(name).name or "\\" in name or ":" in name:
                 raise StateError(f"invalid asset name '{name}': a file name without folders is needed")
         scene = _scene(as_path("target", target))
-        (scene.parent / "assets").mkdir(parents=True, exist_ok=True)
-        for name, content in self.assets.items():
-            (scene.parent / "assets" / name).write_bytes(content)
-        scene.with_suffix(".json").write_text(json_of(self.parameters), encoding="utf-8", newline="\n")
-        scene.write_text(self.mjcf, encoding="utf-8", newline="\n")
+        texts = {scene.with_suffix(".json").name: json_of(self.parameters), scene.name: self.mjcf}
+        files = {f"assets/{name}": content for name, content in self.assets.items()}
+        write_files(scene.parent, {**files, **texts}, "the world", StateError)
         return scene
 
     @staticmethod
@@ -108,6 +108,7 @@ class World:
         return world_of(_read(scene), _read(path), lambda name: _read(assets / name), path)
 
 
+@awaited()
 def world_of(mjcf: bytes, parameters: bytes, asset: Callable[[str], bytes], source: object) -> World:
     """The world of a saved MJCF, its parameters as JSON, and `asset`, which gives a file's content by its name.
 

@@ -32,8 +32,8 @@ __all__ = [
 
 ANY = "*"
 """Stands for every origin."""
-NULL = "null"
-"""The origin of a page that has none: a frame in a sandbox of any site, or, in Firefox, a file."""
+NULL, FILE = "null", "file://"
+"""Origins of pages that have none: a frame in a sandbox of any site, or a file, in Firefox and in others."""
 DEFAULT_PORTS = {"http": ":80", "https": ":443"}
 _ORIGIN = re.compile(r"[a-z][a-z0-9+.-]*://(\[[0-9a-f:.]+\]|[a-z0-9_.-]*)(:[0-9]{1,5})?")
 
@@ -89,8 +89,9 @@ class Origins:
     """Sites whose pages may connect: those of this machine, those of the machine that serves, and those allowed.
 
     Browsers send the `Origin` of the page that opens a websocket, and no page can change it; programs send none. `null`
-    is refused: it is what every site's frames in a sandbox send, so that to take it would be to take all. Pages from a
-    disk are `file://`, but `null` in Firefox: serve them from this machine, or allow `null`.
+    is refused: it is what every site's frames in a sandbox send, so that to take it would be to take all. So is
+    `file://`, any page that was saved to a disk or came by mail: serve it from this machine, or allow it (`null` in
+    Firefox).
     """
 
     def __init__(self, allowed: Iterable[str] = ()) -> None:
@@ -105,7 +106,7 @@ class Origins:
             return False
         scheme, _, rest = _normal(origin).partition("://")
         page = host_of(rest)
-        return scheme == "file" or is_loopback(page) or (page == host and page != "")
+        return scheme != "file" and (is_loopback(page) or (page == host and page != ""))
 
 
 def checked_origins(words: Sequence[str]) -> tuple[str, ...]:
@@ -114,13 +115,13 @@ def checked_origins(words: Sequence[str]) -> tuple[str, ...]:
     Raises:
         CommandError: one is invalid.
     """
-    origins = tuple(_normal(word.removesuffix("/")) for word in words)
+    origins = tuple(_normal(word if word == FILE else word.removesuffix("/")) for word in words)
     for word, origin in zip(words, origins, strict=True):
         is_origin = _ORIGIN.fullmatch(origin) is not None and host_of(origin.partition("://")[2])
-        if origin not in {ANY, NULL} and not is_origin:
+        if origin not in {ANY, NULL, FILE} and not is_origin:
             raise CommandError(
                 f"invalid --allow-origin '{word[:200]}': SCHEME://HOST or SCHEME://HOST:PORT is needed, as in "
-                "https://app.foxglove.dev; or null, or * for all"
+                "https://app.foxglove.dev; or null, file://, or * for all"
             )
     return origins
 

@@ -322,7 +322,7 @@ class Graph:
         self, kind: str, name: str, node: str, uri: str, type_name: str = "*", service_uri: str = ""
     ) -> None:
         """Register something of a node of another process; CommandError: there are too many."""
-        if kind in {"publisher", "subscriber"}:
+        if kind in {"publisher", "subscriber"} and name not in self._local_types:
             self._note_type(kind, name, type_name)
         self.registrations.add(kind, name, node, uri, service_uri)
         self._notify(kind, name)
@@ -444,7 +444,7 @@ class Graph:
         return lambda request, caller, answer: self.inbox.call(name, request, caller, answer)
 
     def _registered(self, kind: str, name: str, type_name: str, node: str = "", *, latched: bool = False) -> None:
-        self._note_type(kind, name, type_name)
+        self._note_type(kind, name, type_name, is_own=(node or self.node) == self.node)
         self.registrations.add(kind, name, node or self.node, self.uri)
         self.local.add(node or self.node)  # before wires hear of it: they ask whose it is
         if latched:
@@ -452,10 +452,14 @@ class Graph:
         self._local_types[name] = type_name
         self._notify(kind, name)
 
-    def _note_type(self, kind: str, name: str, type_name: str) -> None:
-        """As ROS's master: the type is the last publisher's, or a subscriber's where no publisher gave one."""
+    def _note_type(self, kind: str, name: str, type_name: str, *, is_own: bool = False) -> None:
+        """As ROS's master: the type is the last publisher's, or a subscriber's where no publisher gave one.
+
+        Of a topic of this process it is that process's, and of one of the simulation's that one's.
+        """
         known = self.types.get(name) if self._is_topic(name) else None
         is_new = known in {None, "*"} if kind == "subscriber" else type_name != "*" or known is None
+        is_new = is_new or is_own
         if is_new and name not in self.types and len(self.types) >= MOST_TYPES:
             self.types = {topic: kind for topic, kind in self.types.items() if self._is_topic(topic)}
         if is_new and (name in self.types or len(self.types) < MOST_TYPES):

@@ -85,7 +85,9 @@ class Service:
     type: str
     """As ROS 1 names it, `std_srvs/Empty`."""
     answer: Callable[[Message], Message]
-    """From the request to the response; raises a VrxError where it fails without one."""
+    """From the request to the response; what it raises fails the call."""
+    failure: Callable[[str], Message] | None = None
+    """The response that says why the call failed, where its type can; the others fail without one."""
 
 
 @dataclass(frozen=True)

@@ -88,7 +88,7 @@ def launch_packages() -> dict[str, bytes]:
         *((name, own / "ros" / name) for name in ("vrx_gazebo", "wamv_gazebo", "gazebo_ros")),
         *((f"{name}/urdf", own / "robots/wamv" / name / "urdf") for name in ("wamv_gazebo", "wamv_description")),
     ):
-        files |= {f"{name}/{file.relative_to(place)}": file.read_bytes() for file in _files(place)}
+        files |= {f"{name}/{file.relative_to(place).as_posix()}": file.read_bytes() for file in _files(place)}
     for kind in ("thruster", "component"):
         file = own / f"robots/wamv/config/{kind}_config.yaml"
         files[f"vrx_gazebo/config/wamv_config/example_{kind}_config.yaml"] = file.read_bytes()

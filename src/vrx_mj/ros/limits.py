@@ -5,7 +5,7 @@ import contextlib
 import itertools
 import threading
 from collections import Counter, OrderedDict, deque
-from collections.abc import Awaitable, Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -23,11 +23,13 @@ __all__ = [
     "ClientPace",
     "ConnectionLimit",
     "Counts",
+    "Frame",
     "Intake",
     "Outgoing",
     "Place",
     "Stall",
     "TopicQueue",
+    "pieces",
 ]
 
 SMALL = 1 << 16
@@ -277,7 +279,7 @@ MOST_FRAME_BYTES = 1 << 24
 MOST_MESSAGES = 1000
 MOST_BYTES = 16 << 20
 """Of a client's messages that wait, but for one that is larger."""
-MOST_BYTES_OF_ALL = 256 << 20
+MOST_BYTES_OF_ALL = 128 << 20
 """Of all that wait on a wire."""
 MOST_REPLIES = 2000
 MOST_REPLY_BYTES = 8 << 20
@@ -373,29 +375,38 @@ class Backlog(Generic[Item]):
         self._counts.dropped += 1
 
 
+Frame = Sequence[bytes]
+"""Of a websocket, in parts that others may share."""
+
+
+def pieces(frame: Frame, size: int) -> Iterator[bytes]:
+    """A frame in pieces of at most so many bytes."""
+    return (part[start : start + size] for part in frame for start in range(0, len(part), size))
+
+
 class Outgoing:
     """The queue of a client of rosbridge: replies, which are never dropped, go before messages of topics."""
 
     def __init__(self, counts: Counts) -> None:
         self._counts = counts
-        self._replies: deque[tuple[list[bytes], bool]] = deque()
-        self._messages: Backlog[tuple[Callable[[], list[bytes]], bool]] = Backlog(counts, MOST_MESSAGES, MOST_BYTES)
+        self._replies: deque[tuple[list[Frame], bool]] = deque()
+        self._messages: Backlog[tuple[Callable[[], Iterable[Frame]], bool]] = Backlog(counts, MOST_MESSAGES, MOST_BYTES)
         self._reply_bytes = 0
         self._filled = asyncio.Event()
 
-    def reply(self, frames: list[bytes], binary: bool = False) -> bool:
+    def reply(self, frames: list[Frame], binary: bool = False) -> bool:
         """Send an answer; False: the client takes none, and has to go."""
-        size = sum(map(len, frames))
+        size = _size(frames)
         full = len(self._replies) >= MOST_REPLIES or self._reply_bytes + size > MOST_REPLY_BYTES
-        if full and self._replies:
+        if (full or self._counts.waiting + size > MOST_BYTES_OF_ALL) and self._replies:
             return False
         self._replies.append((frames, binary))
-        self._reply_bytes += size
+        self._hold(size)
         self._filled.set()
         return True
 
     def message(
-        self, source: object, make: Callable[[], list[bytes]], binary: bool, size: int, most: int = 0
+        self, source: object, make: Callable[[], Iterable[Frame]], binary: bool, size: int, most: int = 0
     ) -> None:  # fmt: skip
         """Send a topic's message of about so many bytes, whose frames are made when they can be sent.
 
@@ -408,24 +419,39 @@ class Outgoing:
         """Throw away what waits of a subscription that ended."""
         self._messages.forget(source)
 
-    async def run(self, send: Callable[[bytes, bool], Awaitable[None]], trouble: Callable[[Exception], None]) -> None:
+    def end(self) -> None:
+        """Throw away the answers that wait: the client has gone."""
+        self._replies.clear()
+        self._hold(-self._reply_bytes)
+
+    async def run(self, send: Callable[[Frame, bool], Awaitable[None]], trouble: Callable[[Exception], None]) -> None:
         """Send for ever: each frame, and whether it is binary; `trouble` takes errors of unwritable messages."""
         while True:
             await self._filled.wait()
             while (following := self._next()) is not None:
+                make, binary = following
                 try:
-                    frames = following[0]()
+                    frames = make()
                 except Exception as error:  # a message that is not of its type must not stop the others
                     trouble(error)
                     continue
+                del following, make  # of what is being sent there is nothing else
                 for frame in frames:
-                    await send(frame, following[1])
-                    self._counts.sent += len(frame)
+                    await send(frame, binary)
+                    self._counts.sent += sum(map(len, frame))
             self._filled.clear()
 
-    def _next(self) -> tuple[Callable[[], list[bytes]], bool] | None:
+    def _next(self) -> tuple[Callable[[], Iterable[Frame]], bool] | None:
         if self._replies:
             frames, binary = self._replies.popleft()
-            self._reply_bytes -= sum(map(len, frames))
+            self._hold(-_size(frames))
             return (lambda: frames), binary
         return self._messages.pop()
+
+    def _hold(self, size: int) -> None:
+        self._reply_bytes += size
+        self._counts.waiting += size
+
+
+def _size(frames: Iterable[Frame]) -> int:
+    return sum(map(len, itertools.chain.from_iterable(frames)))

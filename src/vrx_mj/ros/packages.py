@@ -11,7 +11,9 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from vrx_mj.config.search import ReadingError, read_limited
 from vrx_mj.errors import NetworkError, VrxError
+from vrx_mj.outputs import Content, check_inside, write_files, writing
 from vrx_mj.ros.messages import DEFINITIONS, definition
 
 __all__ = ["Written", "listed_files", "put_files", "write_packages"]
@@ -25,6 +27,10 @@ LIST = "vrx_mj_messages.json"
 """In the folder: its files that are ours, each with its sha256."""
 DIVIDER = "=" * 80
 """Between the definitions of a type and of those that it uses."""
+WHAT = "the packages"
+"""What is written, for messages."""
+LARGEST_LIST = 1_000_000
+"""Bytes of a list."""
 LONGEST = 60.0
 """Wall time that another interpreter may take [s]."""
 
@@ -86,7 +92,7 @@ def write_packages(folder: str | Path) -> Written:
     with tempfile.TemporaryDirectory() as scratch:
         _generate(python, packages, used, Path(scratch))
         made = Path(scratch) / "made"
-        put_files({str(file.relative_to(made)): file.read_bytes() for file in _files(made)}, top, before, LIST)
+        put_files({file.relative_to(made).as_posix(): file.read_bytes() for file in _files(made)}, top, before, LIST)
     return Written(
         packages,
         {package: has[package] for package in named if package in has},
@@ -214,26 +220,22 @@ def put_files(made: Mapping[str, bytes], top: Path, before: Mapping[str, str], l
     Raises:
         VrxError: a file is in the way, or cannot be written.
     """
-    try:
-        ours = {name for name, sha in before.items() if _sha256(top / name) == sha}
-        for name, raw in made.items():
-            found = _sha256(top / name)
-            if found not in {None, hashlib.sha256(raw).hexdigest()} and name not in ours:
-                raise VrxError(
-                    f"{top / name} already exists and was not written by this command, or was changed: "
-                    "choose another folder"
-                )
-        for name in ours - set(made):
+    listed = {name: hashlib.sha256(raw).hexdigest() for name, raw in sorted(made.items())}
+    for name in before:
+        check_inside(top, name, WHAT)
+
+    def is_ours(name: str) -> bool:
+        return name == list_name or _sha256(top / name) in {before.get(name), listed.get(name)}
+
+    with writing(WHAT, top):
+        gone = [name for name in before.keys() - made.keys() if (top / name).is_file() and is_ours(name)]
+    files: dict[str, Content] = {**made, list_name: json.dumps(listed, indent=1) + "\n"}
+    write_files(top, files, WHAT, replaces=is_ours, kind="of this command, or was changed")
+    with writing(WHAT, top):
+        for name in gone:
             (top / name).unlink()
-        for name, raw in made.items():
-            _write(top / name, raw)
-            if raw.startswith(b"#!"):
-                (top / name).chmod(0o755)
-        listed = {name: hashlib.sha256(raw).hexdigest() for name, raw in sorted(made.items())}
-        _write(top / list_name, (json.dumps(listed, indent=1) + "\n").encode())
-    except OSError as error:
-        where = error.filename or top
-        raise VrxError(f"cannot write the packages: '{where}': {error.strerror or error}") from None
+        for name in (name for name, raw in made.items() if raw.startswith(b"#!")):
+            (top / name).chmod(0o755)
 
 
 def listed_files(file: Path, folders: Collection[str]) -> Mapping[str, str]:
@@ -242,26 +244,25 @@ def listed_files(file: Path, folders: Collection[str]) -> Mapping[str, str]:
     Raises:
         VrxError: it is no such list.
     """
-    if not file.exists():
+    if not os.path.lexists(file):
         return {}
     try:
-        tree = json.loads(file.read_bytes())
-    except ValueError:
+        tree = json.loads(read_limited(file, LARGEST_LIST))
+    except (ReadingError, ValueError, RecursionError):
         tree = None
-    if not isinstance(tree, dict) or not all(_is_inside(name, folders) for name in tree):
+    if not isinstance(tree, dict) or not all(_is_listed(name, sha, folders) for name, sha in tree.items()):
         raise VrxError(f"{file} was not written by this command: choose another folder")
     return tree
 
 
-def _is_inside(name: str, folders: Collection[str]) -> bool:
-    """Whether it is a path that we write: nothing outside of the folder is ever removed."""
-    parts = Path(name).parts
-    return len(parts) > 1 and parts[0] in folders and ".." not in parts
+def _is_listed(name: str, sha: object, folders: Collection[str]) -> bool:
+    """Whether it is a path that we write, with a digest: nothing outside of the folder is ever removed."""
+    parts = name.split("/")
+    plain = name.isprintable() and not {"", ".", ".."} & {*parts} and not {"\\", ":"} & {*name}
+    return plain and len(parts) > 1 and parts[0] in folders and isinstance(sha, str) and len(sha) == 64
 
 
-def _sha256(file: Path) -> str | None:
-    """Digest of a file; None where the file is missing."""
-    try:
-        return hashlib.sha256(file.read_bytes()).hexdigest()
-    except FileNotFoundError:
-        return None
+def _sha256(file: Path) -> str:
+    """Digest of a file."""
+    with file.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -29,6 +29,9 @@ LONGEST = 1024
 _LEGAL = re.compile(r"[~/A-Za-z][A-Za-z0-9_/]*\Z")
 _TYPE = re.compile(r"(\*|[A-Za-z][A-Za-z0-9_]*/[A-Za-z][A-Za-z0-9_]*)\Z")
 
+_NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Characters that XML 1.0 has not."""
+
 
 def is_legal(name: object) -> bool:
     """Whether something can name a topic, a service or a node."""
@@ -212,11 +215,13 @@ def plain(value: object, depth: int = 0) -> object:
     if isinstance(value, np.generic | np.ndarray):
         value = value.tolist()
     if isinstance(value, Mapping):
-        return {str(name): plain(part, depth + 1) for name, part in value.items()}
+        return {str(plain(str(name), depth)): plain(part, depth + 1) for name, part in value.items()}
     if isinstance(value, list | tuple):
         return [plain(part, depth + 1) for part in value]
     if isinstance(value, int) and value not in INTEGERS:
         return float(value)
     if not isinstance(value, str | int | float | Binary | DateTime):
         raise CommandError(f"a {type(value).__name__} is not a value of a parameter")
+    if isinstance(value, str) and (bad := _NO_XML.search(value)):
+        raise CommandError(f"a value has the character U+{ord(bad.group()):04X}, which XML-RPC cannot carry")
     return value

@@ -18,7 +18,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.config.gazebo.text_models import model_of_text
 from vrx_mj.config.urdf.xml_text import in_namespace
 from vrx_mj.constants import EARLY
-from vrx_mj.errors import CommandError, ConfigError, SensorError, VrxError
+from vrx_mj.errors import CommandError, ConfigError, SensorError, VrxError, shortened
 from vrx_mj.frames import compose
 from vrx_mj.ros.autopilot import Autopilot, HeldThrust
 from vrx_mj.ros.diagnosis import Diagnosis
@@ -265,6 +265,11 @@ def _named_text(name: str) -> Iterator[None]:
         ) from None
 
 
+def _told(error: Exception) -> str:
+    """An error for who sent what raised it, in one line if it is none of ours."""
+    return str(error) if isinstance(error, VrxError) else f"{type(error).__name__}: {shortened(error)}"
+
+
 def check_length(name: str, kind: str, text: str) -> None:
     """Refuse a text that is too long to be parsed."""
     if len(text) > LARGEST_TEXT:
@@ -407,8 +412,8 @@ class RosServer:
             return  # its boat has left
         try:
             entry.take(command.message)
-        except VrxError as error:
-            self.diagnosis.refused(command, str(error))
+        except Exception as error:  # a mistake of ours, too, ends no run
+            self.diagnosis.refused(command, _told(error))
         else:
             self.diagnosis.taken(command)
 
@@ -419,9 +424,10 @@ class RosServer:
             return
         try:
             response = service.answer(call.request)
-        except VrxError as error:
-            self._report("WARN", f"{call.service}, called by {call.caller}: {error}")
-            call.answer(None, str(error))
+        except Exception as error:  # as there
+            why = _told(error)
+            self._report("WARN", f"{call.service}, called by {call.caller}: {why}")
+            call.answer(service.failure(why) if service.failure else None, why)
         else:
             call.answer(response, "")
 

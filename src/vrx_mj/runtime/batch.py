@@ -12,6 +12,7 @@ import numpy.typing as npt
 from vrx_mj.arguments import as_number, check_kind, check_name, whole
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.errors import CommandError, DivergedError, shown
+from vrx_mj.exits import awaited, check_exit
 from vrx_mj.frames import in_world_axes
 from vrx_mj.libmujoco import untimed
 from vrx_mj.mjcf.world import World
@@ -27,7 +28,7 @@ from vrx_mj.runtime.row_tables import SEPARATE, RowTables, allocating, check_mem
 from vrx_mj.runtime.rows import advance_rows, advance_rows_vrx, observe_rows, reset_rows, write_rows
 from vrx_mj.runtime.state import STATE_VERSION, State, rows_divergence_message
 from vrx_mj.runtime.timing import MOST_STEPS, whole_steps
-from vrx_mj.runtime.turns import Turn, advancing, check_exit, in_turn
+from vrx_mj.runtime.turns import Turn, advancing, in_turn
 from vrx_mj.runtime.views import ARRAYS, STATE
 from vrx_mj.runtime.warmup import announced
 
@@ -53,6 +54,7 @@ class Batch(RowTables):
     A copy, also one that was pickled, continues as the original does, bit for bit.
     """
 
+    @awaited()
     def __init__(self, world: World, n: int, *, seed: int | Sequence[int] | None = None, threads: int | None = None):
         """Create the rows of a world.
 

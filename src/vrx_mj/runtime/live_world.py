@@ -12,6 +12,7 @@ import mujoco
 from vrx_mj.arguments import as_text, check_name
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, DivergedError, StateError
+from vrx_mj.exits import check_exit
 from vrx_mj.libmujoco import untimed
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.bodies import FreeBodies
@@ -35,7 +36,7 @@ from vrx_mj.runtime.state import (
 from vrx_mj.runtime.subscriptions import Subscriptions
 from vrx_mj.runtime.task_runner import TaskRunner
 from vrx_mj.runtime.timing import steps_to_multiple, stride_of
-from vrx_mj.runtime.turns import Turn, check_exit
+from vrx_mj.runtime.turns import Turn
 from vrx_mj.runtime.warmup import announced
 from vrx_mj.runtime.weather import Sea, Wind
 from vrx_mj.tasks.frame import Message

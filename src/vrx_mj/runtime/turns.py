@@ -6,26 +6,23 @@ in a dictionary, since `setdefault` is one step for all threads, in 50 ns, and l
 A daemon thread may still advance a run when the interpreter exits. It is ended before the memory of the run is freed.
 """
 
-import atexit
 import functools
 import os
 import threading
-import time
 import weakref
 from collections.abc import Callable
 from typing import Concatenate, ParamSpec, Protocol, TypeVar
 
 from vrx_mj.errors import CommandError
+from vrx_mj.exits import BUSY, check_exit
 
-__all__ = ["HOLDER", "Turn", "advancing", "check_exit", "in_turn"]
+__all__ = ["HOLDER", "Turn", "advancing", "in_turn"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
 HOLDER = "holder"
 """Key of `Turn.claim`."""
-EXIT_WAIT = 5.0
-"""The longest time [s] for which an exit waits for other threads' calls."""
 
 
 class Turn:
@@ -103,25 +100,7 @@ def _forget_all() -> None:
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_forget_all)
 
-_exiting: list[int] = []
-"""The thread in which the interpreter exits; empty before."""
-
-
-def check_exit() -> None:
-    """End the thread that calls, with SystemExit, once the interpreter exits in another one."""
-    if _exiting and threading.get_ident() != _exiting[0]:
-        raise SystemExit
-
-
-@atexit.register
-def _end_other_threads() -> None:
-    """Wait until no other thread is in a call: each ends at its next `check_exit`."""
-    own = threading.get_ident()
-    _exiting.append(own)
-    deadline = time.monotonic() + EXIT_WAIT
-    for turn in list(_ALL):
-        while abs(turn.claim.get(HOLDER, own)) != own and time.monotonic() < deadline:
-            time.sleep(0.001)
+BUSY.append(lambda own: any(abs(turn.claim.get(HOLDER, own)) != own for turn in list(_ALL)))
 
 
 class _Shared(Protocol):

@@ -16,6 +16,7 @@ from jinja2 import Environment
 from vrx_mj.draw.chart import Chart, Series, chart_svg
 from vrx_mj.draw.page import page_environment
 from vrx_mj.errors import VrxError
+from vrx_mj.outputs import write_files
 from vrx_mj.validation.rows import Case, Findings, Row
 
 __all__ = ["PAGE", "RESULTS", "Result", "counts", "page", "results_json", "run_cases", "write_report"]
@@ -167,8 +168,6 @@ def _difference(row: Row) -> str:
 
 def write_report(folder: Path, results: Sequence[Result], left_out: Sequence[Case] = ()) -> Path:
     """Write the page and `results.json` into a folder; the path of the page."""
-    folder.mkdir(parents=True, exist_ok=True)
     text = json.dumps(results_json(results), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-    (folder / RESULTS).write_text(text, encoding="utf-8", newline="\n")
-    (folder / PAGE).write_text(page(results, left_out), encoding="utf-8", newline="\n")
+    write_files(folder, {RESULTS: text, PAGE: page(results, left_out)}, "the report")
     return folder / PAGE

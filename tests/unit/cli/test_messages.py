@@ -75,7 +75,7 @@ MESSAGES = {
     "doctor --fleet trio": "--fleet trio needs a world: vrx-mj doctor WORLD --fleet trio",
     "serve ocean --rosbridge --allow-origin app.foxglove.dev": (
         "invalid --allow-origin 'app.foxglove.dev': SCHEME://HOST or SCHEME://HOST:PORT is needed, as in "
-        "https://app.foxglove.dev; or null, or * for all"
+        "https://app.foxglove.dev; or null, file://, or * for all"
     ),
     "serve ocean --rate fast": ("invalid --rate 'fast': a number above 0 is needed, 1 for real time, or max"),
     "teleop --url foo": "invalid --url 'foo': ws://HOST:PORT is needed, as in ws://127.0.0.1:9090",
@@ -116,7 +116,7 @@ def test_a_warning_is_told_once(cli, folder):
 def test_a_place_below_a_file_cannot_be_written(cli, folder, words, what):
     (folder / "file").write_bytes(b"")
     said = cli(*words.split())
-    assert said.err.replace("\\", "/").startswith(f"cannot write the {what} '{words.split()[-1]}': ")
+    assert said.err.replace("\\", "/").startswith(f"cannot write the {what} '{words.split()[-1]}")
     assert (said.code, said.err.count("\n")) == (2, 1)
 
 

@@ -28,7 +28,7 @@ def nonsense(obs, t):
 """
 
 
-CALM = "nothing that moves boats in this world is random: every --seed gives the same run, except for sensor noise\n"
+CALM = "nothing that moves boats here is random: every --seed gives the same run, except for sensor noise\n"
 
 
 def summary_of(cli, *words):

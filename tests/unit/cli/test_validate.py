@@ -47,7 +47,7 @@ def test_a_folder_that_cannot_be(cli, folder, three):
     (folder / "report").write_text("", encoding="utf-8")
     found = cli("validate", "--only", "one")
     assert found.code == 2
-    assert "cannot write the report 'report': File exists" in found.err
+    assert "cannot write the report 'report/results.json': File exists" in found.err
 
 
 def test_one_file_of_two(cli, folder, three):

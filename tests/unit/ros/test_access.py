@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.ros.access import Names, Origins, host_of, is_address, is_loopback
+from vrx_mj.ros.access import Names, Origins, checked_origins, host_of, is_address, is_loopback
 
 
 @pytest.mark.parametrize(
@@ -77,7 +77,8 @@ def test_the_name_that_the_name_server_has_for_this_machine_is_learnt(monkeypatc
         ("http://localhost:8000", "10.0.0.5", True),
         ("https://app.localhost", "127.0.0.1", True),
         ("http://[::1]:8000", "127.0.0.1", True),
-        ("file://", "127.0.0.1", True),
+        ("file://", "127.0.0.1", False),
+        ("file://localhost", "127.0.0.1", False),
         ("http://10.0.0.5:8000", "10.0.0.5", True),
         ("HTTP://SimBox", "simbox", True),
         ("http://10.0.0.6:8000", "10.0.0.5", False),
@@ -96,3 +97,8 @@ def test_pages_of_this_machine_are_welcome(origin, host, welcome):
     assert Origins().welcome(origin, host) is welcome
     assert Origins(["https://app.foxglove.dev"]).welcome(origin, host) is welcome
     assert Origins(["*"]).welcome(origin, host)
+
+
+@pytest.mark.parametrize("word", ["null", "file://"])
+def test_pages_without_an_origin_are_welcome_where_they_are_allowed(word):
+    assert Origins(checked_origins([word])).welcome(word, "127.0.0.1")

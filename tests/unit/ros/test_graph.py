@@ -1,14 +1,18 @@
 """One graph: what each wire is told, and what a change means to the others."""
 
 import asyncio
+from xmlrpc.client import dumps, loads
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.graph import LEVELS, ROSOUT, Graph, Registrations, Service
 from vrx_mj.ros.interface import Inbox, Input, Output, RosInterface, Sent
 from vrx_mj.ros.interface import Service as Offered
 from vrx_mj.ros.messages import new
+from vrx_mj.ros.parameters import plain
 from vrx_mj.ros.rosbridge.rosapi import MOST_PARAMETERS, MOST_TEXT, ClientParameters
 from work import calls_at_most
 
@@ -281,3 +285,44 @@ def test_types_that_a_master_reports_are_bounded(graph, monkeypatch):
     graph.mirror([{"/scan": ["/far"]}, {}, {}], {f"/t_{index}": STRING for index in range(50)})
     assert len(graph.types) == 10
     assert graph.type_of(ROSOUT) == "rosgraph_msgs/Log"
+
+
+@pytest.mark.parametrize("kind", ["publisher", "subscriber"])
+@pytest.mark.parametrize("name", ["/info", "/order"])
+def test_the_types_of_our_topics_are_ours(graph, kind, name):
+    graph.register_remote(kind, name, TALKER, URI, "std_msgs/Int32")
+    assert graph.type_of(name) == graph.types[name] == STRING
+    graph.mirror(({name: [TALKER]}, {}, {}), {name: "std_msgs/Int32"})
+    assert graph.types[name] == STRING
+
+
+@pytest.mark.parametrize("kind", ["publisher", "subscriber"])
+@pytest.mark.parametrize("name", ["/info", "/order"])
+def test_a_type_that_another_node_gave_a_topic_before_gives_way_to_ours(kind, name):
+    graph = Graph(None, Inbox())
+    graph.register_remote(kind, name, TALKER, URI, "std_msgs/Int32")
+    assert graph.type_of(name) == "std_msgs/Int32"
+    graph.offer(table())
+    assert graph.type_of(name) == STRING
+
+
+@pytest.mark.parametrize("text", ["\0", "a\x1b", "\ud800", "\ufffe"])
+@pytest.mark.parametrize("value", [lambda text: text, lambda text: [{"a": text}], lambda text: {text: 1}])
+def test_a_parameter_that_xml_cannot_carry_is_refused(graph, text, value):
+    why = rf"^a value has the character U\+{ord(text[-1]):04X}, which XML-RPC cannot carry$"
+    with pytest.raises(CommandError, match=why):
+        graph.set_parameter("/sim/name", value(text), TALKER)
+    with pytest.raises(CommandError, match=why):
+        asyncio.run(ClientParameters(graph).set("/sim/name", value(text)))
+    assert graph.parameters.get("/sim/name") == "bay"
+
+
+@settings(max_examples=50)
+@given(text=st.text(max_size=20))
+def test_parameters_that_are_taken_come_back_from_xml(text):
+    try:
+        taken = plain(text)
+    except CommandError:
+        return
+    ((back,), _) = loads(dumps((taken,)))
+    assert back == text.replace("\r\n", "\n").replace("\r", "\n")

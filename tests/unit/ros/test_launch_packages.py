@@ -120,9 +120,7 @@ def test_files_of_others_are_never_overwritten(tmp_path):
     theirs.write_text("<launch/>", encoding="utf-8")
     with pytest.raises(VrxError) as caught:
         write_launch_packages(tmp_path)
-    assert str(caught.value) == (
-        f"{theirs} already exists and was not written by this command, or was changed: choose another folder"
-    )
+    assert str(caught.value) == (f"{theirs} exists and is not of this command, or was changed: choose another folder")
     assert [file for file in tmp_path.rglob("*") if file.is_file()] == [theirs]
 
 
@@ -130,7 +128,7 @@ def test_a_file_in_the_place_of_the_folder_is_named(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(VrxError) as caught:
         write_launch_packages(tmp_path / "file")
-    assert str(caught.value) == f"cannot write the packages: '{tmp_path}/file/{next(iter(made()))}': Not a directory"
+    assert str(caught.value) == f"cannot write the packages '{tmp_path}/file/{next(iter(made()))}': Not a directory"
 
 
 def made():
@@ -158,5 +156,5 @@ def test_a_folder_that_is_read_only_is_named(tmp_path):
     if os.geteuid() == 0:
         pytest.skip("root may write everywhere")
     tmp_path.chmod(0o555)
-    with pytest.raises(VrxError, match=r"cannot write the packages: '.*': Permission denied"):
+    with pytest.raises(VrxError, match=r"cannot write the packages '.*': Permission denied"):
         write_launch_packages(Path(tmp_path) / "new")

@@ -19,6 +19,7 @@ from vrx_mj.ros.limits import (
     Outgoing,
     Place,
     TopicQueue,
+    pieces,
 )
 
 HERE, THERE = "127.0.0.1", "10.0.0.7"
@@ -152,7 +153,7 @@ def test_of_each_topic_the_newest_wait_in_the_order_in_which_they_came():
 
 
 def put(outgoing, source, size, most=0):
-    outgoing.message(source, lambda: [b"x" * size], False, size, most)
+    outgoing.message(source, lambda: [(b"x" * size,)], False, size, most)
 
 
 def following(outgoing):
@@ -168,7 +169,7 @@ def test_what_waits_is_counted_until_it_is_taken_or_forgotten():
     assert counts.waiting == 3210
     outgoing.forget("a")
     assert counts.waiting == 200
-    assert following(outgoing) == [b"x" * 200]
+    assert following(outgoing) == [(b"x" * 200,)]
     assert counts.waiting == 0
     assert outgoing._next() is None
     assert counts.dropped == 0
@@ -181,25 +182,45 @@ def test_of_a_topic_with_a_queue_the_oldest_goes():
         put(outgoing, "a", size, most=2)
     put(outgoing, "b", 50, most=2)
     assert counts.dropped == 1
-    assert [len(following(outgoing)[0]) for _ in range(3)] == [2, 3, 50]
+    assert [len(following(outgoing)[0][0]) for _ in range(3)] == [2, 3, 50]
 
 
 def test_replies_go_before_messages():
     outgoing = Outgoing(Counts())
     put(outgoing, "a", 5)
-    assert outgoing.reply([b"yes"])
-    assert [following(outgoing) for _ in range(2)] == [[b"yes"], [b"xxxxx"]]
+    assert outgoing.reply([(b"yes",)])
+    assert [following(outgoing) for _ in range(2)] == [[(b"yes",)], [(b"xxxxx",)]]
 
 
 def test_a_client_that_takes_no_replies_gets_no_more_but_one_may_be_large():
     outgoing = Outgoing(Counts())
-    assert outgoing.reply([b"x" * (MOST_REPLY_BYTES + 1)])
-    assert not outgoing.reply([b"y"])
+    assert outgoing.reply([(b"x" * (MOST_REPLY_BYTES + 1),)])
+    assert not outgoing.reply([(b"y",)])
     many = Outgoing(Counts())
-    assert all(many.reply([b"y"]) for _ in range(MOST_REPLIES))
-    assert not many.reply([b"y"])
+    assert all(many.reply([(b"y",)]) for _ in range(MOST_REPLIES))
+    assert not many.reply([(b"y",)])
     many._next()
-    assert many.reply([b"y"])
+    assert many.reply([(b"y",)])
+
+
+def test_answers_count_among_what_waits_until_the_client_has_gone(monkeypatch):
+    monkeypatch.setattr("vrx_mj.ros.limits.MOST_BYTES_OF_ALL", 10)
+    counts = Counts()
+    one, other = Outgoing(counts), Outgoing(counts)
+    assert one.reply([(b"123", b"456")])
+    assert other.reply([(b"large, but the first",)])
+    assert not one.reply([(b"7",)])
+    assert counts.waiting == 26
+    other.end()
+    one.end()
+    assert counts.waiting == 0
+    assert one.reply([(b"7",)])
+
+
+@pytest.mark.parametrize("parts", [(), (b"",), (b"abcdefgh",), (b"a", b"bcdefg", b"h"), (b"abc", b"def", b"gh")])
+def test_pieces_of_a_frame_are_the_frame(parts):
+    assert b"".join(pieces(parts, 3)) == b"".join(parts)
+    assert {len(piece) for piece in pieces(parts, 3)} <= {1, 2, 3}
 
 
 # How many may connect, and who goes when there are too many

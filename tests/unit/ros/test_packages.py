@@ -141,9 +141,7 @@ def test_files_of_others_are_never_overwritten(tmp_path):
     theirs.write_text("string mine\n", encoding="utf-8")
     with pytest.raises(VrxError) as caught:
         write_packages(tmp_path)
-    assert str(caught.value) == (
-        f"{theirs} already exists and was not written by this command, or was changed: choose another folder"
-    )
+    assert str(caught.value) == (f"{theirs} exists and is not of this command, or was changed: choose another folder")
     assert [file for file in tmp_path.rglob("*") if file.is_file()] == [theirs]
     assert theirs.read_text(encoding="utf-8") == "string mine\n"
 
@@ -188,7 +186,7 @@ def test_a_path_that_a_list_of_paths_cannot_hold_is_told(tmp_path):
 
 def test_a_folder_that_cannot_be_written_is_told(tmp_path):
     (tmp_path / "file").touch()
-    with pytest.raises(VrxError, match=r"cannot write the packages: '.*file.*': Not a directory"):
+    with pytest.raises(VrxError, match=r"cannot write the packages '.*file.*': Not a directory"):
         write_packages(tmp_path / "file")
 
 

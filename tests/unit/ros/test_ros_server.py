@@ -197,3 +197,39 @@ def test_a_pause_stops_nothing_but_time(scene):
     assert not scene.server.paused
     why = call(scene, "/vrx_mj/step", "vrx_mj_msgs/Step", duration=-1.0)
     assert why == "invalid step -1 s: at least 0 and below 3600 s is needed"
+
+
+BALL = (
+    '<sdf version="1.6"><model name="ball"><link name="l"><inertial><mass>50</mass></inertial><collision name="c">'
+    "<geometry><sphere><radius>1e9</radius></sphere></geometry></collision></link></model></sdf>"
+)
+
+
+def test_what_is_spawned_is_held_to_what_files_are(scene):
+    response = call(scene, "/gazebo/spawn_sdf_model", "gazebo_msgs/SpawnModel", model_name="ball", model_xml=BALL)
+    why = "invalid ball: [0].volume: must be at most 1000000000000, got 4.188790204786391e+27"
+    assert (response.success, response.status_message) == (False, f"spawn_sdf_model: {why}")
+    assert scene.told[-1] == f"/gazebo/spawn_sdf_model, called by /test: {why}"
+    run(scene, 0.1)
+
+
+@pytest.mark.parametrize("error", [RecursionError("too\ndeep"), KeyError("x"), MemoryError(), ValueError("a" * 900)])
+def test_whatever_a_service_or_a_topic_raises_ends_no_run(scene, monkeypatch, error):
+    def fail(*_words, **_more):
+        raise error
+
+    monkeypatch.setattr(scene.sim, "spawn_object", fail)
+    monkeypatch.setattr(scene.sim, "command_all", fail)
+    monkeypatch.setattr(scene.server, "reset_world", fail)
+    scene.server._offer()
+    response = call(scene, "/gazebo/spawn_sdf_model", "gazebo_msgs/SpawnModel", model_name="a", model_xml=BALL)
+    assert not response.success
+    assert response.status_message.startswith(f"spawn_sdf_model: {type(error).__name__}: ")
+    assert call(scene, "/gazebo/reset_world", "std_srvs/Empty").startswith(f"{type(error).__name__}: ")
+    told = len(scene.told)
+    scene.inbox.message("/wamv1/thrusters/left_thrust_cmd", new("std_msgs/Float32", data=1.0), "/test")
+    scene.server.receive()
+    (line,) = scene.told[told:]
+    assert line.startswith(f"/wamv1/thrusters/left_thrust_cmd from /test: {type(error).__name__}: ")
+    assert all(len(line) < 300 and line.isprintable() for line in scene.told)
+    assert scene.server.tick() > 0

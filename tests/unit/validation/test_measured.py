@@ -5,7 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from peak_memory import peak_memory
 from vrx_mj import Simulation, compile_world
+from vrx_mj.config.measured import MOST_BYTES, read_measurements
 from vrx_mj.errors import VrxError
 from vrx_mj.validation.measured import measured_case
 
@@ -108,3 +110,50 @@ def test_measurements_that_cannot_be(files, rows, head, message):
     with pytest.raises(VrxError) as error:
         measured(files, rows, head=head)
     assert str(error.value) == message
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r", "\n\r\n"])
+def test_lines_end_as_on_any_system(tmp_path, end):
+    (tmp_path / "pull.csv").write_bytes(end.join(["time,surge", "0,1", "1,2", ""]).encode())
+    assert read_measurements(tmp_path / "pull.csv", ("surge",)) == ((0.0, 1.0), {"surge": (1.0, 2.0)})
+
+
+def test_a_signal_may_have_the_name_of_the_time(tmp_path):
+    (tmp_path / "pull.csv").write_text("time\n0\n1\n", encoding="utf-8")
+    assert read_measurements(tmp_path / "pull.csv", ("time",)).signals == {"time": (0.0, 1.0)}
+
+
+SIZE = 300_000
+"""Bytes of large files here."""
+LONG = "field larger than field limit (131072)"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (b"time,surge\n0,1\n1,\r2\n", ": a carriage return inside of a line; end all lines alike"),
+        (b"time,surge\n0,1\n1,\r\r\n", ": a carriage return inside of a line; end all lines alike"),
+        (b"time,surge\n0,1\n1," + b"9" * 140_000, f": {LONG}"),
+        (b'time,surge\n"' + b"0\n" * 70_000, f": {LONG}"),
+        (b"time,surge\n0,\xe9\n", ": not UTF-8"),
+        (b"time,surge\n" + b"\n" * SIZE, ": 2 to 200 rows are needed, got 0"),
+        (b"time,surge\n" + b"\r\n0," * (SIZE // 4), None),
+        (
+            b"time,surge\n" + b"".join(b"%d,1\n" % time for time in range(SIZE // 9)),
+            ": 2 to 200 rows are needed, got more",
+        ),
+        (b"," * SIZE, None),
+    ],
+    ids=["carriage", "carriages", "long", "quote", "latin", "blank", "alike", "many", "wide"],
+)
+def test_files_that_are_no_measurements(tmp_path, monkeypatch, text, message):
+    monkeypatch.setattr("vrx_mj.config.measured.MOST_ROWS", 200)
+    (tmp_path / "pull.csv").write_bytes(text)
+
+    def read():
+        with pytest.raises(VrxError) as caught:
+            read_measurements(tmp_path / "pull.csv", ("surge",))
+        told = str(caught.value)
+        assert len(told) < 1500 if message is None else told == f"{tmp_path / 'pull.csv'}{message}"
+
+    assert peak_memory(read) < MOST_BYTES + 25 * SIZE  # with files of 20 MB it is less than 1 GB

@@ -13,7 +13,7 @@ from websockets.exceptions import ConnectionClosed
 
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError
 from vrx_mj.ros.graph import Graph
-from vrx_mj.ros.limits import ClientPace, Counts, Intake, Outgoing, Place
+from vrx_mj.ros.limits import ClientPace, Counts, Frame, Intake, Outgoing, Place, pieces
 from vrx_mj.ros.messages import known_type, ros1_name
 from vrx_mj.ros.network import Notices
 from vrx_mj.ros.rosbridge.codec import from_png, reply_frames, taken
@@ -213,6 +213,10 @@ MOST_SUBSCRIPTIONS = 4096
 """Why a connection is closed (RFC 6455: policy)."""
 
 
+PIECE = 1 << 17
+"""Bytes of a frame that are sent at once."""
+
+
 class Client:
     """A connection and what it has asked for."""
 
@@ -283,8 +287,9 @@ class Client:
             message = {"op": "status", "level": level, "msg": what}
             self.send(message | {"id": identity} if isinstance(identity, str) else message)
 
-    async def _send(self, frame: bytes, binary: bool) -> None:
-        await self._connection.send(frame, text=not binary)
+    async def _send(self, frame: Frame, binary: bool) -> None:
+        small = sum(map(len, frame)) <= PIECE  # a connection holds no more than a piece for a client that does not read
+        await self._connection.send(b"".join(frame) if small else pieces(frame, PIECE), text=not binary)
 
     def _stopped(self, writing: asyncio.Task[None]) -> None:
         if not writing.cancelled() and not isinstance(writing.exception(), ConnectionClosed):
@@ -394,6 +399,7 @@ class Client:
 
     def _forget(self) -> None:
         self._pace.end()
+        self._outgoing.end()
         self._fragments.end()
         for written, subscription in self._subscriptions.items():
             subscription.end()

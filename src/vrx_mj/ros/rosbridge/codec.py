@@ -8,7 +8,7 @@ import math
 import reprlib
 import secrets
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any, cast
 
@@ -19,6 +19,7 @@ from PIL import Image
 
 from vrx_mj.errors import CommandError, nearest
 from vrx_mj.ros import messages
+from vrx_mj.ros.limits import Frame, pieces
 from vrx_mj.ros.messages import INTEGERS, MOMENT, SPAN, Field, Message, fields
 
 __all__ = ["Parcel", "from_png", "json_bytes", "plain", "png", "reply_frames", "request", "taken"]
@@ -277,24 +278,21 @@ class Parcel:
         self._time = time
         self.weight = _weight(message, type_name)
         """About how many bytes it is."""
-        self._made: dict[tuple[str, str, int], list[bytes]] = {}
+        self._png: tuple[str, bytes] = ("", b"")
+        """The topic's name and the picture of it, as a client wished it last: another one takes long to make."""
         self._bodies: dict[str, bytes] = {}
 
-    def frames(self, topic: str, compression: str, fragment_size: int) -> list[bytes]:
+    def frames(self, topic: str, compression: str, fragment_size: int) -> Iterable[Frame]:
         """What to send, for a client that calls the topic so: frames of text, but of binary for the two CBORs."""
-        key = (topic, compression, fragment_size)
-        if key not in self._made:
-            self._made[key] = self._frames(topic, compression, fragment_size)
-        return self._made[key]
-
-    def _frames(self, topic: str, compression: str, fragment_size: int) -> list[bytes]:
         if compression in {"cbor", "cbor-raw"}:
             head = b"\xa3\x62op\x67publish\x65topic" + cbor2.dumps(topic) + b"\x63msg"  # a map of three
-            return [head + self._body(compression)]
-        whole = b'{"op":"publish","topic":%b,"msg":%b}' % (json_bytes(topic), self._body("json"))
+            return [(head, self._body(compression))]
+        parts: Frame = (b'{"op":"publish","topic":%b,"msg":' % json_bytes(topic), self._body("json"), b"}")
         if compression == "png":
-            whole = json_bytes({"op": "png", "data": png(whole)})
-        return fragments(whole, fragment_size)
+            if self._png[0] != topic:
+                self._png = topic, json_bytes({"op": "png", "data": png(b"".join(parts))})
+            parts = (self._png[1],)
+        return fragments(parts, fragment_size)
 
     def _body(self, encoding: str) -> bytes:
         if encoding not in self._bodies:
@@ -314,14 +312,14 @@ class Parcel:
         return cbor2.dumps({"secs": secs, "nsecs": nsecs, "bytes": messages.encode(self._message, self._type)})
 
 
-def reply_frames(message: Mapping[str, object], compression: str, fragment_size: int) -> tuple[list[bytes], bool]:
+def reply_frames(message: Mapping[str, object], compression: str, fragment_size: int) -> tuple[list[Frame], bool]:
     """What to send of an operation other than a topic's message, and whether it is binary."""
     if compression in {"cbor", "cbor-raw"}:
-        return [cbor2.dumps(message, default=_cbor_number)], True
+        return [(cbor2.dumps(message, default=_cbor_number),)], True
     whole = json_bytes(message)
     if compression == "png":
         whole = json_bytes({"op": "png", "data": png(whole)})
-    return fragments(whole, fragment_size), False
+    return list(fragments((whole,), fragment_size)), False
 
 
 def plain(message: Message, type_name: str) -> dict[str, object]:
@@ -349,17 +347,17 @@ def json_bytes(value: object) -> bytes:
     return b"".join(itertools.chain.from_iterable(zip(pieces, [*found, b""], strict=True)))
 
 
-def fragments(whole: bytes, size: int) -> list[bytes]:
-    """JSON cut into pieces of so many characters, if it is longer and that is not 0."""
-    if size <= 0 or len(whole) <= size:
-        return [whole]
-    size = max(size, math.ceil(len(whole) / MOST_FRAGMENTS))
-    pieces = [whole[start : start + size].decode("ascii") for start in range(0, len(whole), size)]
-    name = str(next(_names))
-    return [
-        json_bytes({"op": "fragment", "id": name, "data": piece, "num": number, "total": len(pieces)})
-        for number, piece in enumerate(pieces)
-    ]
+def fragments(parts: Frame, size: int) -> Iterator[Frame]:
+    """JSON cut into pieces of so many characters, if it is longer and that is not 0; each is made at its turn."""
+    length = sum(map(len, parts))
+    if size <= 0 or length <= size:
+        yield parts
+        return
+    size = max(size, math.ceil(length / MOST_FRAGMENTS))
+    name, total = str(next(_names)), sum(math.ceil(len(part) / size) for part in parts)
+    for number, piece in enumerate(pieces(parts, size)):
+        data = {"op": "fragment", "id": name, "data": piece.decode("ascii"), "num": number, "total": total}
+        yield (json_bytes(data),)
 
 
 def _weight(message: Message, type_name: str) -> int:

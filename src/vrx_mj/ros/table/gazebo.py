@@ -112,13 +112,13 @@ def _service(host: Host, name: str, kind: str, do: Callable[[Host, Message], Map
     """A service whose response has whether it went well, and why not."""
 
     def answer(request: Message) -> Message:
-        response = f"gazebo_msgs/{kind}Response"
-        try:
-            return new(response, **{"success": True, "status_message": f"{name}: done", **(do(host, request) or {})})
-        except VrxError as error:
-            return new(response, success=False, status_message=f"{name}: {error}")
+        return new(response, **{"success": True, "status_message": f"{name}: done", **(do(host, request) or {})})
 
-    return Service(f"/gazebo/{name}", f"gazebo_msgs/{kind}", answer)
+    def failure(why: str) -> Message:
+        return new(response, success=False, status_message=f"{name}: {why}")
+
+    response = f"gazebo_msgs/{kind}Response"
+    return Service(f"/gazebo/{name}", f"gazebo_msgs/{kind}", answer, failure)
 
 
 # What comes and goes

@@ -1,10 +1,14 @@
 """How much goes to whom: throttles, queues, clients that do not keep up, and the end."""
 
 import asyncio
+import contextlib
+import functools
 import json
 import re
 import socket
 import time
+import tracemalloc
+import weakref
 
 import numpy as np
 import pytest
@@ -15,9 +19,11 @@ from bridged import Bridged, image, imu
 from rosbridge_client import Skipping, Talk
 from vrx_mj.ros import messages
 from vrx_mj.ros.interface import Output, RosInterface, Sent
-from vrx_mj.ros.limits import Counts, Outgoing
+from vrx_mj.ros.limits import MOST_BYTES_OF_ALL, Counts, Outgoing
+from vrx_mj.ros.rosbridge.client import PIECE
 from vrx_mj.ros.rosbridge.codec import Parcel
 from vrx_mj.ros.rosbridge.protocol import Options
+from vrx_mj.ros.rosbridge.server import MOST_CLIENTS
 from vrx_mj.ros.rosbridge.topics import Subscription
 
 IMU, CAMERA, INFO = "/wamv/sensors/imu/data", "/wamv/sensors/camera/image_raw", "/vrx/task/info"
@@ -36,7 +42,7 @@ class Taken:
         self.sent = []
 
     def message(self, source, make, binary, size, most):
-        number = int(make()[0].split(b'"data":')[1].rstrip(b"}"))
+        number = int(b"".join(*make()).split(b'"data":')[1].rstrip(b"}"))
         self.sent.append((number, round(asyncio.get_running_loop().time(), 6)))
 
     def forget(self, source):
@@ -91,8 +97,9 @@ def test_a_throttle_is_kept_in_wall_time(bridged):
 
 def test_a_message_is_written_once_for_all_clients(bridged, monkeypatch):
     written = []
-    original = Parcel._body
-    monkeypatch.setattr(Parcel, "_body", lambda self, kind: written.append(kind) or original(self, kind))
+    for kind in ("_json", "_cbor"):
+        original = getattr(Parcel, kind)
+        monkeypatch.setattr(Parcel, kind, lambda self, kind=kind, write=original: written.append(kind) or write(self))
     with Talk(bridged) as one, Talk(bridged) as two, Talk(bridged) as three:
         for talk, compression in ((one, "none"), (two, "none"), (three, "cbor")):
             talk.say("subscribe", topic=IMU, compression=compression)
@@ -100,11 +107,11 @@ def test_a_message_is_written_once_for_all_clients(bridged, monkeypatch):
         bridged.send(IMU, imu())
         assert one.hear() == two.hear()
         three.hear()
-    assert sorted(written) == ["cbor", "json"]
+    assert sorted(written) == ["_cbor", "_json"]
 
 
 def put(outgoing, source, frames, most=0):
-    outgoing.message(source, lambda: frames, False, sum(map(len, frames)), most)
+    outgoing.message(source, lambda: [(frame,) for frame in frames], False, sum(map(len, frames)), most)
 
 
 def queued(outgoing):
@@ -113,7 +120,7 @@ def queued(outgoing):
 
     async def send(frame, _binary):
         await asyncio.sleep(0)
-        sent.append(frame)
+        sent.append(b"".join(frame))
 
     async def run():
         task = asyncio.create_task(outgoing.run(send, trouble=None))
@@ -131,7 +138,7 @@ def test_a_full_queue_loses_the_oldest_and_counts_them(monkeypatch):
     outgoing = Outgoing(counts)
     for number in range(5):
         put(outgoing, "a", [b"%d" % number])
-    outgoing.reply([b"first"])
+    outgoing.reply([(b"first",)])
     assert counts.dropped == 2
     put(outgoing, "a", [b"123456", b"78"])  # ten bytes: 3, 4 and it
     assert counts.dropped == 3
@@ -186,16 +193,80 @@ def test_a_client_that_does_not_read_loses_messages_and_others_do_not(bridged):
             connect(bridged.url)
 
 
+HELLO = (
+    b"GET / HTTP/1.1\r\nHost: x\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+)
+
+
+def framed(message):
+    """A frame of a client, masked with nothing."""
+    text = json.dumps(message, separators=(",", ":")).encode()
+    return bytes([0x81, 0x80 | len(text), 0, 0, 0, 0]) + text
+
+
+@pytest.mark.slow
+def test_clients_that_do_not_read_hold_a_piece_each(bridged):
+    pixels = np.zeros(1_000_000 // 12 * 12, np.uint8)
+    with contextlib.ExitStack() as stack:
+        for number in range(MOST_CLIENTS):
+            reader = stack.enter_context(socket.socket())
+            reader.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+            reader.connect(("127.0.0.1", bridged.bridge.port))
+            wish = {"topic": CAMERA, "fragment_size": (0, 200_000 + number)[number % 2]}
+            reader.sendall(HELLO + framed({"op": "subscribe", **wish}))
+        subscribers = lambda b: len(b.graph.registrations.holders("subscriber", CAMERA))  # noqa: E731
+        bridged.wait(lambda b: subscribers(b) == MOST_CLIENTS, 30.0)
+        for _ in range(40):
+            bridged.send(CAMERA, image(pixels, 4))
+            bridged.network.call(asyncio.sleep(0.0), 30.0)
+        bridged.wait(lambda b: b.bridge.traffic.dropped > 0, 30.0)
+        clients = list(bridged.bridge._hub.clients.values())
+        held = [client._connection.transport.get_write_buffer_size() for client in clients]
+        assert len(held) == MOST_CLIENTS
+        assert 0 < max(held) < 2 * PIECE
+        assert bridged.bridge._hub.counts.waiting <= MOST_BYTES_OF_ALL
+    bridged.wait(lambda b: subscribers(b) == 0, 30.0)
+    assert bridged.bridge._hub.counts.waiting == 0
+
+
+def test_clients_with_wishes_of_their_own_share_what_a_message_is_written_as():
+    parcel = Parcel(image(np.zeros(1_200_000, np.uint8)), "sensor_msgs/Image", 0.0)
+    tracemalloc.start()
+    begun = [iter(parcel.frames(f"t{number}", "none", 50_000 + number)) for number in range(MOST_CLIENTS)]
+    sizes = [len(next(frames)[0]) + len(next(frames)[0]) for frames in begun]
+    held = tracemalloc.get_traced_memory()[0]
+    tracemalloc.stop()
+    assert min(sizes) > 50_000
+    assert held < 1_600_000 + MOST_CLIENTS * 4 * 50_000  # in JSON, and what each is about to send
+
+
+def test_of_what_is_being_sent_the_message_is_not_kept():
+    outgoing, kept, seen = Outgoing(Counts()), [], []
+
+    async def run():
+        async def send(_frame, _binary):
+            seen.append(kept[0]())
+            await asyncio.sleep(10.0)
+
+        parcel = Parcel(imu(), "sensor_msgs/Imu", 0.0)
+        kept.append(weakref.ref(parcel))
+        outgoing.message("a", functools.partial(parcel.frames, "a", "none", 0), False, 1)
+        del parcel
+        task = asyncio.create_task(outgoing.run(send, trouble=None))
+        await asyncio.sleep(0.01)
+        task.cancel()
+
+    asyncio.run(run())
+    assert seen == [None]
+
+
 def test_a_client_that_reads_no_answers_is_disconnected(bridged, monkeypatch, caplog):
     monkeypatch.setattr("vrx_mj.ros.limits.MOST_REPLIES", 50)
     with socket.create_connection(("127.0.0.1", bridged.bridge.port)) as peer:
-        peer.sendall(
-            b"GET / HTTP/1.1\r\nHost: x\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-            b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n"
-        )
+        peer.sendall(HELLO)
         peer.recv(1000)
-        text = b'{"op":"call_service","service":"/rosapi/topics_and_raw_types"}'
-        frame = bytes([0x81, 0x80 | len(text), 0, 0, 0, 0]) + text  # masked with nothing
+        frame = framed({"op": "call_service", "service": "/rosapi/topics_and_raw_types"})
         peer.settimeout(5.0)
         with pytest.raises(OSError, match=r"reset|[Pp]ipe"):
             peer.sendall(frame * 100_000)

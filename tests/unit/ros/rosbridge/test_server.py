@@ -27,7 +27,7 @@ def bridged():
     [
         ("127.0.0.1", None, True),
         ("127.0.0.1", "null", False),
-        ("127.0.0.1", "file://", True),
+        ("127.0.0.1", "file://", False),
         ("127.0.0.1", "http://localhost:8000", True),
         ("127.0.0.1", "http://127.0.0.1", True),
         ("127.0.0.1", "http://[::1]:80", True),
@@ -86,7 +86,7 @@ def test_an_origin_that_is_none_is_refused(word):
         Rosbridge(Graph(None, Inbox()), origins=(word,))
     assert str(raised.value) == (
         f"invalid --allow-origin '{word}': SCHEME://HOST or SCHEME://HOST:PORT is needed, as in "
-        "https://app.foxglove.dev; or null, or * for all"
+        "https://app.foxglove.dev; or null, file://, or * for all"
     )
 
 
