@@ -43,8 +43,9 @@ SOURCES = Path(vrx_mj.__file__).parent
 OWN = {
     "outputs.py",
     "cli/program.py",  # of a help page
-    "cli/nodes.py",  # inside of `written`, as the next two
+    "cli/nodes.py",  # inside of `written`, as the next three
     "cli/robot.py",
+    "recording/tables.py",
     "runtime/state.py",
     "config/gazebo/text_models.py",  # temporary folders of our own, made anew
     "config/parts/generate.py",
