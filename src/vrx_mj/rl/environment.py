@@ -14,7 +14,7 @@ from vrx_mj.mjcf.compile import Source, compile_world
 from vrx_mj.mjcf.world import World
 from vrx_mj.rl.generators import Generators, Range, Seeds, Variety
 from vrx_mj.rl.neighbours import Neighbours, NeighbourView
-from vrx_mj.rl.options import PERIOD, as_floats, check_count, episode_steps, step_limit
+from vrx_mj.rl.options import PERIOD, as_actions, check_count, episode_steps, step_limit
 from vrx_mj.rl.picture import Picture
 from vrx_mj.rl.problem import OWN, Judged, Problem, Spot, Team, mean_of, team_of
 from vrx_mj.rl.problems import PROBLEMS, SCORE
@@ -375,7 +375,7 @@ class Actions:
             ActionError: another shape, or a number of a present boat is not within -1 and 1.
         """
         try:
-            given = as_floats(actions)
+            given = as_actions(actions)
         except gymnasium.error.InvalidAction:
             raise ActionError("invalid actions: an array of numbers is needed") from None
         whole = (*present.shape, self.most)
@@ -387,7 +387,7 @@ class Actions:
         if wrong.any():
             row, boat, channel = (int(index) for index in np.argwhere(wrong)[0])
             owner, value = self._boats[boat], given[row, boat, channel]
-            text = f"invalid action {value:g} for {self.names[owner][channel]} of {owner}"
+            text = f"invalid action {value:.7g} for {self.names[owner][channel]} of {owner}"
             raise ActionError(f"row {row}: {text}: a number from -1 to 1 is needed")
         return np.where(counts, given, np.float32(0.0))
 
