@@ -26,11 +26,11 @@ def pair():
         ({"wamv2": np.zeros(4), "wamv1": "ahead"}, "invalid action of wamv1: an array of numbers is needed"),
         (
             {"wamv1": np.zeros(4), "wamv2": [0, np.nan, 0, 0]},
-            "step() cannot take in a nan action: nan for right of wamv2; a number from -1 to 1 is needed",
+            "row 0: invalid action nan for right of wamv2: a number from -1 to 1 is needed",
         ),
         (
             {"wamv1": np.zeros(4), "wamv2": [0, 0, 0, 1.000002]},
-            "action is not in action space: 1.000002 for right_angle of wamv2; a number from -1 to 1 is needed",
+            "row 0: invalid action 1.000002 for right_angle of wamv2: a number from -1 to 1 is needed",
         ),
     ],
 )

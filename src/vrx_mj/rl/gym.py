@@ -11,19 +11,11 @@ from gymnasium.vector.utils import batch_space
 
 from vrx_mj.arguments import check_name
 from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
+from vrx_mj.errors import shown
 from vrx_mj.mjcf.compile import Source
 from vrx_mj.rl.environment import BOUND, Environment, Floats32, masked
 from vrx_mj.rl.generators import Range, Seeds
-from vrx_mj.rl.options import (
-    PERIOD,
-    as_actions,
-    check_count,
-    check_picture,
-    episode_steps,
-    reset_mode,
-    reset_options,
-    row_mask,
-)
+from vrx_mj.rl.options import PERIOD, as_actions, check_count, check_picture, episode_steps, reset_options, row_mask
 from vrx_mj.rl.problems import ALONE, PROBLEMS
 
 __all__ = ["Env", "RegisteredEnv", "VectorEnv"]
@@ -99,7 +91,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         check_name("problem", problem, ALONE)
         check_count("num_envs", num_envs)
         check_picture(render_mode, self.metadata["render_modes"], width, height)
-        self.num_envs, self.render_mode, self._mode = num_envs, render_mode, reset_mode(autoreset_mode)
+        self.num_envs, self.render_mode, self._mode = num_envs, render_mode, _reset_mode(autoreset_mode)
         self.metadata = type(self).metadata | {"autoreset_mode": self._mode}
         self._core = Environment(
             problem, num_envs, world=world, fleet=fleet, duration=duration, max_episode_steps=max_episode_steps,
@@ -276,6 +268,15 @@ class RegisteredEnv(Env):
         check_name("problem", problem, ALONE)
         most = -1 if duration is None else episode_steps(PROBLEMS[problem].duration)
         super().__init__(problem, duration=duration, max_episode_steps=most, **options)
+
+
+def _reset_mode(mode: object) -> AutoresetMode:
+    """When rows are reset; gymnasium.error.Error: Gymnasium has no such mode."""
+    try:
+        return AutoresetMode(mode)
+    except (TypeError, ValueError):
+        known = ", ".join(repr(one.value) for one in AutoresetMode)
+        raise gymnasium.error.Error(f"invalid autoreset_mode {shown(mode)}: one of {known} is needed") from None
 
 
 def _alone(info: dict[str, Any]) -> dict[str, Any]:

@@ -7,7 +7,6 @@ from typing import Any, TypeGuard
 import gymnasium
 import numpy as np
 import numpy.typing as npt
-from gymnasium.vector import AutoresetMode
 
 from vrx_mj.arguments import as_number, check_name
 from vrx_mj.arrays import BoolArray
@@ -16,6 +15,7 @@ from vrx_mj.rl.neighbours import NeighbourView
 
 __all__ = [
     "PERIOD",
+    "ActionError",
     "as_actions",
     "chance",
     "check_count",
@@ -23,7 +23,6 @@ __all__ = [
     "episode_steps",
     "is_number",
     "neighbour_view",
-    "reset_mode",
     "reset_options",
     "row_mask",
     "step_limit",
@@ -46,6 +45,10 @@ MOST_NEIGHBOURS = 10_000
 """Greatest number of neighbours that are observed."""
 LONGEST_DELAY = 3600.0
 """Longest delay of what boats observe of each other [s]."""
+
+
+class ActionError(gymnasium.error.InvalidAction, AssertionError):
+    """An invalid action: an AssertionError, as in PettingZoo, and an InvalidAction, as in Gymnasium."""
 
 
 def episode_steps(duration: object) -> int:
@@ -100,15 +103,6 @@ def check_picture(mode: object, modes: Sequence[str], width: object, height: obj
             raise gymnasium.error.Error(f"invalid {name} {shown(size)}: {text}")
 
 
-def reset_mode(mode: object) -> AutoresetMode:
-    """When rows are reset; gymnasium.error.Error: Gymnasium has no such mode."""
-    try:
-        return AutoresetMode(mode)
-    except (TypeError, ValueError):
-        known = ", ".join(repr(one.value) for one in AutoresetMode)
-        raise gymnasium.error.Error(f"invalid autoreset_mode {shown(mode)}: one of {known} is needed") from None
-
-
 def reset_options(options: object, *known: str) -> Mapping[str, Any]:
     """What `reset` was given.
 
@@ -130,7 +124,7 @@ def is_number(value: object) -> TypeGuard[float]:
 
 
 def as_actions(action: object, name: str = "action") -> npt.NDArray[np.float32]:
-    """Actions as an array, from -1 to 1 and beyond; gymnasium.error.InvalidAction: some values are not numbers."""
+    """Actions as an array, from -1 to 1 and beyond; ActionError: some values are not numbers."""
     try:
         with np.errstate(over="ignore"):  # an infinity is out of range like the number
             given = np.asarray(action)
@@ -138,7 +132,7 @@ def as_actions(action: object, name: str = "action") -> npt.NDArray[np.float32]:
                 raise TypeError
             given = np.asarray(given, np.float32)
     except (TypeError, ValueError, OverflowError):
-        raise gymnasium.error.InvalidAction(f"invalid {name}: an array of numbers is needed") from None
+        raise ActionError(f"invalid {name}: an array of numbers is needed") from None
     bounded = given.clip(-1.0, 1.0)
     return np.where(np.abs(given - bounded) <= ROUNDING, bounded, given)
 

@@ -15,10 +15,11 @@ from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.mjcf.compile import Source
 from vrx_mj.packages import importing
-from vrx_mj.rl.environment import BOUND, ActionError, Environment, Floats32, TeamOptions
+from vrx_mj.rl.environment import BOUND, Environment, Floats32, TeamOptions
 from vrx_mj.rl.generators import Range, Seeds
 from vrx_mj.rl.options import (
     PERIOD,
+    ActionError,
     as_actions,
     chance,
     check_count,
@@ -368,24 +369,11 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
             )
         whole = np.zeros((1, len(self.possible_agents), self._most), np.float32)
         for boat in self.agents:
-            own = self._one(boat, actions[boat])
+            own, shape = as_actions(actions[boat], f"action of {boat}"), self.action_spaces[boat].shape
+            if own.shape != shape:
+                raise ActionError(f"invalid action of {boat} of shape {own.shape}: {shape} is needed")
             whole[0, self.possible_agents.index(boat), : len(own)] = own
         return whole
-
-    def _one(self, boat: str, action: npt.ArrayLike) -> Floats32:
-        names = self._rows.action_names[boat]
-        try:
-            given = as_actions(action)
-        except gymnasium.error.InvalidAction:
-            raise ActionError(f"invalid action of {boat}: an array of numbers is needed") from None
-        if given.shape != (len(names),):
-            raise ActionError(f"invalid action of {boat} of shape {given.shape}: {(len(names),)} is needed")
-        wrong = np.flatnonzero(~(np.abs(given) <= 1.0))
-        if len(wrong):
-            name, value = names[wrong[0]], given[wrong[0]]
-            why = "step() cannot take in a nan action" if np.isnan(value) else "action is not in action space"
-            raise ActionError(f"{why}: {value:.7g} for {name} of {boat}; a number from -1 to 1 is needed")
-        return given
 
     def _show(self) -> None:
         if self.render_mode == "human":
