@@ -22,7 +22,7 @@ def validate(
     only: Annotated[list[str] | None, typer.Option(metavar="<case>", help="A case alone; may be repeated.")] = None,
     case: Annotated[Path | None, typer.Option(help="Your own case (YAML), with --data.")] = None,
     data: Annotated[Path | None, typer.Option(help="What you have measured (CSV).")] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="The cases that take less than a minute together, once compiled.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="What takes a minute together, once compiled.")] = False,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the page and results.json.")] = REPORT,
 ) -> None:
     """Compare the physics with closed forms, other programs and tanks. Write a page with a plot and a table for each.
@@ -67,11 +67,8 @@ def _print(results: "Sequence[Result]") -> None:
     for result in results:
         rows = result.findings.rows
         count = "failed" if result.error else f"{sum(row.inside for row in rows)} of {len(rows)}"
-        table.add_row(
-            result.case.name,
-            Text(count, style="red" if result.state in {"failed", "outside"} else ""),
-            f"{result.seconds:.1f} s",
-        )
+        style = "red" if result.state in {"failed", "outside"} else ""
+        table.add_row(result.case.name, Text(count, style=style), f"{result.seconds:.1f} s")
     out = Console()
     out.print(table)
     seconds, compiling = (sum(getattr(result, name) for result in results) for name in ("seconds", "compiling"))
