@@ -50,16 +50,19 @@ class Rows(VecEnv):
         self.decisions = actions
 
     def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
-        """Act on the decisions. Rows whose time is up begin anew; all are at the same moment of an episode."""
-        total = np.zeros(self.num_envs)
-        for _ in range(HOLD):
-            observation, _, done, cut, info = self.rows.step(self.decisions)
-            total -= WEIGHT * np.sqrt(info["pose_error"])
+        """Act on the decisions. A row whose episode ends within a hold begins the next one under the same decision."""
+        total, over = np.zeros(self.num_envs), np.zeros(self.num_envs, np.bool_)
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
-        for row in np.flatnonzero(done | cut):
-            infos[row] = {"terminal_observation": info["final_obs"][row], "TimeLimit.truncated": bool(cut[row]),
-                          "error": float(info["mean_pose_error"][row])}  # fmt: skip
-        return observation, total / HOLD, done | cut, infos
+        for _ in range(HOLD):
+            observation, reward, done, cut, info = self.rows.step(self.decisions)
+            last = info.get("final_info", {})  # zeros where rows go on, as `info` has for those that ended
+            errors = info.get("pose_error", 0.0) + last.get("pose_error", 0.0)
+            total += np.where(over, 0.0, np.where(done, reward, -WEIGHT * np.sqrt(errors)))  # a lost boat forfeits
+            for row in np.flatnonzero((done | cut) & ~over):
+                infos[row] = {"terminal_observation": info["final_obs"][row], "TimeLimit.truncated": not done[row],
+                              "error": float(last["mean_pose_error"][row])}  # fmt: skip
+            over |= done | cut
+        return observation, total / HOLD, over, infos
 
     def close(self) -> None:
         """Let go."""

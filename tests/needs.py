@@ -103,6 +103,11 @@ RCLPY = Need(
     (ROS2_SITE / "rclpy").is_dir,
 )
 RAY = Need("Ray", "pip install -e '.[ray]'", lambda: importlib.util.find_spec("ray") is not None)
+STABLE_BASELINES3 = Need(
+    "stable-baselines3",
+    "pip install stable-baselines3",
+    lambda: importlib.util.find_spec("stable_baselines3") is not None,
+)
 CAPYTAINE = Need("Capytaine", "pip install -e '.[hydro]'", lambda: importlib.util.find_spec("capytaine") is not None)
 MKDOCS = Need("mkdocs", "pip install -e '.[docs]'", lambda: importlib.util.find_spec("mkdocs") is not None)
 CHROMIUM = Need("Chromium", "apt-get install -y chromium", lambda: CHROMIUM_PROGRAM is not None)

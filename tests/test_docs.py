@@ -25,7 +25,8 @@ from vrx_mj.config.series.macros import MACROS
 REPO = Path(__file__).resolve().parents[1]
 DOCS = REPO / "docs"
 TOOLS = REPO / "tools"
-START = ("first_run", "first_world", "first_fleet", "first_controller", "first_policy")
+WORKED = ("first_run", "first_world", "first_fleet", "first_controller", "first_policy", "learning", "numbers")
+"""Pages of which every block is run."""
 EVERYDAY = {"first_run", "first_world", "fleets", "series"}
 FOLLOWED = {"tutorial_one_boat", "tutorial_many_boats"}
 """Pages that tests/integration/test_ros_tutorials.py follows."""
@@ -59,7 +60,7 @@ def typed(block: Block, monkeypatch) -> None:
 
 def executed(block: Block, _monkeypatch) -> None:
     """A block of Python, run as a program; of an error that ends it as its page says, the text is printed."""
-    script = Path("block.py")
+    script = Path("block.py").resolve()  # for processes that it starts
     script.write_text(quicker(block), encoding="utf-8")
     wrong = contextlib.nullcontext() if block.note("raises") is None else pytest.raises(Exception, match=r"\w")
     with wrong as raised:
@@ -98,16 +99,16 @@ def prepared(block: Block) -> None:
 
 
 def runs(block: Block, after: Block, page: str) -> bool:
-    """Whether a test runs a block: all of the first pages', and what prints the next block."""
+    """Whether a test runs a block: all of the pages that are worked through, and what prints the next block."""
     shown = after.kind == "text" and after.note("printed by") is None
-    return block.kind in RUN and block.note("not run") is None and (page in START or shown)
+    return block.kind in RUN and block.note("not run") is None and (page in WORKED or shown)
 
 
 @pytest.mark.parametrize(
     "page",
     [
         pytest.param(page, marks=() if page in EVERYDAY else pytest.mark.slow)
-        for page in sorted({*START} | pages_with_outputs() - FOLLOWED)
+        for page in sorted({*WORKED} | pages_with_outputs() - FOLLOWED)
     ],
 )
 def test_what_a_page_shows_works_and_prints_what_is_written(page, tmp_path, monkeypatch, capsys):

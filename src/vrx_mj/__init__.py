@@ -3,6 +3,7 @@
 Names are loaded when they are first used, so that `import vrx_mj` costs nothing.
 """
 
+import os
 import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
     from vrx_mj.sensors.readings import Fix, Image, Inertia, PointCloud, Reading, Scan
 
 __version__ = "0.1.0"
+
+if "osmesa" in os.environ.get("MUJOCO_GL", "").lower():  # `import mujoco` loads it
+    import_module("vrx_mj.packages").load_triton()
 
 _HOMES = {
     "Batch": "runtime.batch",

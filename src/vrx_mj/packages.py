@@ -1,6 +1,7 @@
-"""Packages that an extra brings, and the command that installs them for this Python."""
+"""Packages of others: what an extra brings, the command that installs it for this Python, and PyTorch's triton."""
 
 import contextlib
+import ctypes
 import importlib.util
 import os
 import re
@@ -8,7 +9,7 @@ import shlex
 import sys
 from collections.abc import Iterator
 
-__all__ = ["importing", "install_command", "install_extra", "needs_extra", "shell_word"]
+__all__ = ["importing", "install_command", "install_extra", "load_triton", "needs_extra", "shell_word"]
 
 PLAIN = re.compile(r"[\w.:/\\-]+")
 """Words that Windows' shells take without quotes."""
@@ -51,6 +52,14 @@ def importing(what: str, package: str, extra: str) -> Iterator[None]:
         if (error.name or "").partition(".")[0] != package.lower():
             raise
         raise ModuleNotFoundError(needs_extra(what, package, extra), name=error.name) from None
+
+
+def load_triton() -> None:
+    """Load the LLVM of PyTorch's triton, if it is installed, before Mesa's: later it would call Mesa's, and crash."""
+    with contextlib.suppress(ImportError, ValueError, OSError):
+        triton = importlib.util.find_spec("triton")
+        for folder in (triton and triton.submodule_search_locations) or ():
+            ctypes.CDLL(f"{folder}/_C/libtriton.so")
 
 
 def _ansi_c(char: str) -> str:

@@ -218,7 +218,7 @@ def test_order_of_calls():
             "invalid wind_speed (5, 1): a number of 0 or more, or a pair (least, greatest), is needed",
         ),
         ({"mass": 0}, "invalid mass 0: a number of 0.001 or more, or a pair (least, greatest), is needed"),
-        ({"render_mode": "human"}, "invalid render_mode 'human': None or 'rgb_array' is needed"),
+        ({"render_mode": "human"}, "invalid render_mode 'human': None, 'rgb_array' or 'rgb_array_list' is needed"),
         ({"width": 0}, "invalid width 0: a whole number of pixels from 1 to 8192 is needed"),
         ({"height": 1.5}, "invalid height 1.5: a whole number of pixels from 1 to 8192 is needed"),
         ({"duration": 0.01}, "invalid duration 0.01: a number of 0.1 s or more is needed"),

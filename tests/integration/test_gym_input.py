@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 from gymnasium.error import ClosedEnvironmentError, Error, InvalidAction, ResetNeeded
+from gymnasium.wrappers import RescaleAction
 
+from vrx_mj.errors import UnknownNameError
 from vrx_mj.rl import Env, VectorEnv
 
 HALF = np.full(4, 0.5, np.float32)
@@ -42,6 +44,7 @@ ALONE = [
     ([0, [0], 0, 0], "invalid action: an array of numbers is needed"),
     ([0, np.nan, 0, 0], "row 0: invalid action nan for right of wamv: a number from -1 to 1 is needed"),
     ([0, 0, 0, -np.inf], "row 0: invalid action -inf for right_angle of wamv: a number from -1 to 1 is needed"),
+    ([1.000002, 0, 0, 0], "row 0: invalid action 1.000002 for left of wamv: a number from -1 to 1 is needed"),
     ([1.5, 0, 0, 0], "row 0: invalid action 1.5 for left of wamv: a number from -1 to 1 is needed"),
 ]
 MANY = [
@@ -59,6 +62,45 @@ def test_an_action_that_is_none(env, undisturbed, action, message):
         env.step(action)
     assert str(caught.value) == message
     assert onward(env, HALF) == undisturbed[0]
+
+
+@pytest.mark.parametrize("beyond", [1 + 1e-6, -1 - 1e-7, np.nextafter(np.float32(1), np.float32(2))])
+def test_what_is_rounded_beyond_a_bound_is_the_bound(env, rows, beyond):
+    for made, shape in ((env, (4,)), (rows, (2, 4))):
+        found = []
+        for value in (beyond, np.sign(beyond)):
+            made.reset(seed=1)
+            found.append(onward(made, np.full(shape, value)))
+        assert found[0] == found[1]
+
+
+def test_every_bound_of_a_rescaled_space_is_an_action(env):
+    """Gymnasium's wrapper computes in float32: one bound in six came out one bit beyond."""
+    env.reset(seed=1)
+    for low, high in np.sort(np.random.default_rng(0).uniform(-20, 20, (100, 2)).round(2).astype(np.float32)):
+        rescaled = RescaleAction(env, low, high)
+        for action in (rescaled.action_space.low, rescaled.action_space.high):
+            rescaled.step(action)
+
+
+OPTIONS = [
+    ({"pose": [0, 0, 0]}, UnknownNameError, "no reset option named 'pose'; known: "),
+    ({"reset_masks": None}, UnknownNameError, "no reset option named 'reset_masks'; "),
+    ({3: None}, UnknownNameError, "no reset option named '3'; known: "),
+    ([1], Error, "invalid options [1]: a mapping is needed"),
+]
+
+
+@pytest.mark.parametrize(("options", "kind", "message"), OPTIONS)
+def test_options_of_reset_that_are_none(env, rows, undisturbed, options, kind, message):
+    for made, known in ((env, "none"), (rows, "reset_mask")):
+        made.reset(seed=1)
+        with pytest.raises(kind) as caught:
+            made.reset(seed=9, options=options)
+        assert str(caught.value).startswith(message)
+        assert kind is Error or known in str(caught.value)
+    assert onward(env, HALF) == undisturbed[0]
+    assert onward(rows, [HALF, HALF]) == undisturbed[1]
 
 
 @pytest.mark.parametrize(("actions", "message"), MANY)

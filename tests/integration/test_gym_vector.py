@@ -6,7 +6,8 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
-from gymnasium.vector import AutoresetMode
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.wrappers import RenderCollection
 
 import vrx_mj.rl  # noqa: F401
 from integration.returned import plain
@@ -102,6 +103,32 @@ def test_what_is_pickled_continues(name, make):
     other.close()
 
 
+@pytest.mark.render
+@pytest.mark.parametrize("mode", AutoresetMode)
+def test_lists_of_pictures_are_those_that_gymnasium_collects(mode):
+    """Of rows whose episodes end at different steps, and of single ones, as `RenderCollection` keeps them."""
+    options = {"width": 32, "height": 24, "max_episode_steps": 4}
+    ours = gymnasium.make_vec(IDS[-1], num_envs=2, autoreset_mode=mode, render_mode="rgb_array_list", **options)
+    one = [lambda: RenderCollection(gymnasium.make(IDS[-1], render_mode="rgb_array", **options))]
+    theirs = SyncVectorEnv(one * 2, autoreset_mode=mode)
+    late = {"reset_mask": np.array([False, True])}
+    for env in (ours, theirs):
+        env.reset(seed=3)
+    for step in range(7):
+        for env in (ours, theirs):
+            if step == 2:
+                env.reset(options=dict(late))
+            ended = np.logical_or(*env.step(np.zeros((2, 4), np.float32))[2:4])
+            if mode is AutoresetMode.DISABLED and ended.any():
+                env.reset(options={"reset_mask": ended})
+        if step in {1, 4, 6}:
+            found, expected = ours.render(), theirs.render()
+            assert [len(film) for film in found] == [len(film) for film in expected]
+            for film, other in zip(found, expected, strict=True):
+                np.testing.assert_array_equal(film, other)
+            assert ours.render() == ([], [])
+
+
 # What Gymnasium and stable-baselines3 check of single ones
 
 
@@ -121,7 +148,7 @@ def test_an_environment_that_was_drawn_and_closed_is_opened_by_its_reset(name):
     env = gymnasium.make(name, render_mode="rgb_array", width=32, height=24)
     env.reset(seed=0)
     env.step(env.action_space.sample())
-    assert (env.render_mode, env.metadata["render_modes"]) == ("rgb_array", ["rgb_array"])
+    assert (env.render_mode, env.metadata["render_modes"]) == ("rgb_array", ["rgb_array", "rgb_array_list"])
     before = env.render()
     env.close()
     with pytest.raises(gymnasium.error.ClosedEnvironmentError, match=r"^the environment is closed$"):

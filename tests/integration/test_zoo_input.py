@@ -26,11 +26,11 @@ def pair():
         ({"wamv2": np.zeros(4), "wamv1": "ahead"}, "invalid action of wamv1: an array of numbers is needed"),
         (
             {"wamv1": np.zeros(4), "wamv2": [0, np.nan, 0, 0]},
-            "step() cannot take in a nan action: nan for right of wamv2; a number from -1 to 1 is needed",
+            "row 0: invalid action nan for right of wamv2: a number from -1 to 1 is needed",
         ),
         (
-            {"wamv1": np.zeros(4), "wamv2": [0, 0, 0, 1.5]},
-            "action is not in action space: 1.5 for right_angle of wamv2; a number from -1 to 1 is needed",
+            {"wamv1": np.zeros(4), "wamv2": [0, 0, 0, 1.000002]},
+            "row 0: invalid action 1.000002 for right_angle of wamv2: a number from -1 to 1 is needed",
         ),
     ],
 )
@@ -48,6 +48,24 @@ def test_actions_that_are_none_leave_all_as_it_was(pair, actions, message):
     fresh = ParallelEnv("Encounter")
     fresh.reset(seed=1)
     np.testing.assert_array_equal(pair.step(still)[0]["wamv1"], fresh.step(still)[0]["wamv1"])
+
+
+@pytest.mark.parametrize("beyond", [1 + 1e-6, -1 - 1e-7, np.nextafter(np.float32(1), np.float32(2))])
+def test_what_is_rounded_beyond_a_bound_is_the_bound(pair, beyond):
+    found = []
+    for value in (beyond, np.sign(beyond)):
+        pair.reset(seed=1)
+        found.append(pair.step(dict.fromkeys(pair.agents, np.full(4, value)))[0])
+    for boat in pair.agents:
+        np.testing.assert_array_equal(found[0][boat], found[1][boat])
+
+
+def test_an_option_of_reset_is_ignored_but_named(pair):
+    """PettingZoo's own tests give one that no environment has."""
+    with pytest.warns(UserWarning, match="ignored: no reset option named 'pose'; known: none"):
+        pair.reset(seed=1, options={"pose": [0, 0, 0]})
+    with pytest.raises(gymnasium.error.Error, match=r"^invalid options 5: a mapping is needed$"):
+        pair.reset(seed=1, options=5)
 
 
 def test_order_of_calls():

@@ -1,10 +1,12 @@
 import os
+import re
 import shlex
 import subprocess
 import sys
 
 import pytest
 
+from needs import STABLE_BASELINES3, needs
 from vrx_mj import packages
 from vrx_mj.packages import install_command, install_extra, needs_extra
 
@@ -64,3 +66,42 @@ def test_another_missing_package_is_not_blamed_on_the_extra():
     refused = pytest.raises(ModuleNotFoundError, match=r"^No module named 'no_such_module'$")
     with refused, packages.importing("x", "Gymnasium", "rl"):
         __import__("no_such_module")
+
+
+@pytest.mark.parametrize(("chosen", "does"), [("", "vrx_mj.sensors.canvas.choose_backend()"), ("osmesa", "mujoco")])
+def test_the_llvm_of_pytorch_is_loaded_before_that_of_mesa(tmp_path, chosen, does):
+    """Loaded the other way round, both are one; MuJoCo loads OSMesa when it is imported if `MUJOCO_GL` names it."""
+    library = tmp_path / "triton" / "_C" / "libtriton.so"
+    library.parent.mkdir(parents=True)
+    library.write_bytes(b"no library: what cannot be loaded is left out")
+    (tmp_path / "triton" / "__init__.py").write_text("raise SystemExit('not imported')", encoding="utf-8")
+    code = (
+        "import contextlib, sys\n"
+        "sys.addaudithook(lambda event, given: event == 'ctypes.dlopen' and print(given[0]))\n"
+        "import vrx_mj, vrx_mj.packages\n"
+        "assert 'mujoco' not in sys.modules\n"
+        "with contextlib.suppress(vrx_mj.VrxError, ImportError, AttributeError):\n"
+        f"    import mujoco, vrx_mj.sensors.canvas; {does}\n"
+    )
+    paths = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
+    variables = {**os.environ, "MUJOCO_GL": chosen, "PYTHONPATH": paths}
+    ran = subprocess.run([sys.executable, "-c", code], env=variables, capture_output=True, check=True, encoding="utf-8")
+    loaded = [name for name in ran.stdout.splitlines() if re.search("triton|EGL|OSMesa", name)]
+    assert loaded[0] == f"{library.parent.parent}/_C/libtriton.so"
+    assert sys.platform != "linux" or len(loaded) > 1
+
+
+@pytest.mark.slow
+@pytest.mark.render
+@needs(STABLE_BASELINES3)
+def test_who_has_drawn_trains_with_pytorch():
+    """Its optimisers import triton, where it is installed."""
+    code = (
+        "import gymnasium, vrx_mj.rl\n"
+        "env = gymnasium.make('vrx_mj/StationKeeping-v0', render_mode='rgb_array', width=32, height=24)\n"
+        "env.reset(seed=1)\nenv.render()\n"
+        "from stable_baselines3 import PPO\n"
+        "PPO('MlpPolicy', env, device='cpu', n_steps=64).learn(64)\n"
+    )
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
+    assert ran.returncode == 0, ran.stderr

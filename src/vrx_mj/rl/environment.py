@@ -14,7 +14,7 @@ from vrx_mj.mjcf.compile import Source, compile_world
 from vrx_mj.mjcf.world import World
 from vrx_mj.rl.generators import Generators, Range, Seeds, Variety
 from vrx_mj.rl.neighbours import Neighbours, NeighbourView
-from vrx_mj.rl.options import PERIOD, as_floats, check_count, episode_steps, step_limit
+from vrx_mj.rl.options import PERIOD, ActionError, as_actions, check_count, episode_steps, step_limit
 from vrx_mj.rl.picture import Picture
 from vrx_mj.rl.problem import OWN, Judged, Problem, Spot, Team, mean_of, team_of
 from vrx_mj.rl.problems import PROBLEMS, SCORE
@@ -26,7 +26,6 @@ __all__ = [
     "CAPSIZED",
     "LEAST_LEFT",
     "SUNK",
-    "ActionError",
     "Actions",
     "Environment",
     "Floats32",
@@ -173,10 +172,6 @@ LEAST_LEFT = 100
 """Steps, at least, that a lost boat is taken to have left: 10 s."""
 SPACING = 12.0
 """Distance between boats where a fleet is compiled [m]; problems but `Score` put them elsewhere."""
-
-
-class ActionError(gymnasium.error.InvalidAction, AssertionError):
-    """An invalid action: an AssertionError, as in PettingZoo, and an InvalidAction, as in Gymnasium."""
 
 
 class TeamOptions(NamedTuple):
@@ -374,10 +369,7 @@ class Actions:
         Raises:
             ActionError: another shape, or a number of a present boat is not within -1 and 1.
         """
-        try:
-            given = as_floats(actions)
-        except gymnasium.error.InvalidAction:
-            raise ActionError("invalid actions: an array of numbers is needed") from None
+        given = as_actions(actions, "actions")
         whole = (*present.shape, self.most)
         shape = whole if shape is None else shape
         if given.shape != shape:
@@ -387,7 +379,7 @@ class Actions:
         if wrong.any():
             row, boat, channel = (int(index) for index in np.argwhere(wrong)[0])
             owner, value = self._boats[boat], given[row, boat, channel]
-            text = f"invalid action {value:g} for {self.names[owner][channel]} of {owner}"
+            text = f"invalid action {value:.7g} for {self.names[owner][channel]} of {owner}"
             raise ActionError(f"row {row}: {text}: a number from -1 to 1 is needed")
         return np.where(counts, given, np.float32(0.0))
 

@@ -15,7 +15,7 @@ from vrx_mj.errors import shown
 from vrx_mj.mjcf.compile import Source
 from vrx_mj.rl.environment import BOUND, Environment, Floats32, masked
 from vrx_mj.rl.generators import Range, Seeds
-from vrx_mj.rl.options import PERIOD, as_floats, check_count, check_picture, episode_steps, reset_mode, row_mask
+from vrx_mj.rl.options import PERIOD, as_actions, check_count, check_picture, episode_steps, reset_options, row_mask
 from vrx_mj.rl.problems import ALONE, PROBLEMS
 
 __all__ = ["Env", "RegisteredEnv", "VectorEnv"]
@@ -42,7 +42,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
     what the problem has it forfeit, never less than going on would have cost.
     """
 
-    metadata = {"render_modes": ["rgb_array"], "render_fps": round(1 / PERIOD)}  # noqa: RUF012
+    metadata = {"render_modes": ["rgb_array", "rgb_array_list"], "render_fps": round(1 / PERIOD)}  # noqa: RUF012
 
     def __init__(
         self,
@@ -71,7 +71,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
             max_episode_steps: number of steps, 0.1 s each, after which an episode is truncated at the latest, -1 for
                 no such number; where it is given, `duration` has no default. `gymnasium.make_vec` always gives it.
             threads: number of threads, as for `vrx_mj.Batch`.
-            render_mode: None or rgb_array.
+            render_mode: None, rgb_array, or rgb_array_list, which draws in every step, for `render` to return all.
             width: width of the pictures [pixels].
             height: height of the pictures [pixels].
             autoreset_mode: when a row whose episode ended is reset (`gymnasium.vector.AutoresetMode`).
@@ -91,7 +91,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         check_name("problem", problem, ALONE)
         check_count("num_envs", num_envs)
         check_picture(render_mode, self.metadata["render_modes"], width, height)
-        self.num_envs, self.render_mode, self._mode = num_envs, render_mode, reset_mode(autoreset_mode)
+        self.num_envs, self.render_mode, self._mode = num_envs, render_mode, _reset_mode(autoreset_mode)
         self.metadata = type(self).metadata | {"autoreset_mode": self._mode}
         self._core = Environment(
             problem, num_envs, world=world, fleet=fleet, duration=duration, max_episode_steps=max_episode_steps,
@@ -102,6 +102,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         self.single_action_space = box(-1.0, 1.0, (self._core.actions.most,), np.float32)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
+        self._films: list[list[ByteArray]] = [[] for _ in range(num_envs)]
         self._all = np.ones((num_envs, 1), np.bool_)
 
     @property
@@ -118,12 +119,13 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
 
         Raises:
             gymnasium.error.Error: the seeds or the mask are invalid.
+            UnknownNameError: another option is given.
         """
         self._check_open()
-        if options is not None and not isinstance(options, Mapping):
-            raise gymnasium.error.Error(f"invalid options {shown(options)}: a mapping is needed")
-        rows = row_mask("reset_mask", (options or {}).get("reset_mask"), self.num_envs)
-        return self._core.reset(rows, seed)[:, 0], self._core.begun(rows)
+        rows = row_mask("reset_mask", reset_options(options, "reset_mask").get("reset_mask"), self.num_envs)
+        observation = self._core.reset(rows, seed)[:, 0]
+        self._film(rows, rows)
+        return observation, self._core.begun(rows)
 
     def step(self, actions: npt.ArrayLike) -> Arrays:
         """Apply an action for 0.1 s in every row; with NEXT_STEP, rows whose episodes have ended are reset instead.
@@ -137,21 +139,29 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         observation, reward = outcome.observation[:, 0], outcome.own[:, 0]
         done, cut = outcome.ended[:, 0], outcome.cut[:, 0]
         facts = {name: _of_boat(value) for name, value in (outcome.facts | outcome.losses).items()}
-        over = done | cut
+        begun, over = outcome.idle, done | cut
+        info = masked(facts, ~begun)
         if self._mode is AutoresetMode.SAME_STEP and over.any():
-            info = masked(facts, ~over) | _final(facts, observation, over)
+            info, begun = masked(facts, ~over) | _final(facts, observation, over), over
             self._core.begin(np.flatnonzero(over))
-            return self._core.observe()[:, 0], reward, done, cut, info | self._core.begun(over)
-        return observation, reward, done, cut, masked(facts, ~outcome.idle) | self._core.begun(outcome.idle)
+            observation = self._core.observe()[:, 0]
+        self._film(begun)
+        return observation, reward, done, cut, info | self._core.begun(begun)
 
-    def render(self) -> tuple[ByteArray, ...] | None:
-        """Picture (height, width, 3) of each row, from behind and above its boat; None without `render_mode`."""
+    def render(self) -> tuple[Any, ...] | None:
+        """Picture (height, width, 3) of each row, from behind and above its boat; None without `render_mode`.
+
+        With `rgb_array_list` a list for each row: its pictures since the last call, or since its episode began.
+        """
         self._check_open()
         if self.render_mode is None:
             gymnasium.logger.warn("render() needs render_mode='rgb_array' when the environment is made")
             return None
         self._core.generators.check_begun()
-        return tuple(self._core.picture.from_behind(self._core.batch, row) for row in range(self.num_envs))
+        if self.render_mode == "rgb_array":
+            return tuple(map(self._picture, range(self.num_envs)))
+        films, self._films = tuple(self._films), [[] for _ in self._films]
+        return films
 
     def close_extras(self, **kwargs: object) -> None:
         """Free the renderer; the rows go with the environment."""
@@ -162,6 +172,16 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         self._core.generators.use(row, random)
 
     # Inside
+
+    def _picture(self, row: int) -> ByteArray:
+        return self._core.picture.from_behind(self._core.batch, row)
+
+    def _film(self, begun: BoolArray, drawn: BoolArray | None = None) -> None:
+        """Add to the films of the rows `drawn`, (n,), by default all; those of episodes that have begun start anew."""
+        if self.render_mode == "rgb_array_list":
+            for row in range(self.num_envs) if drawn is None else np.flatnonzero(drawn).tolist():
+                self._films[row] = [] if begun[row] else self._films[row]
+                self._films[row].append(self._picture(row))
 
     def _checked(self, actions: npt.ArrayLike) -> Floats32:
         """Actions (num_envs, 1, channels)."""
@@ -204,7 +224,8 @@ class Env(gymnasium.Env[Floats32, Floats32]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Floats32, dict[str, Any]]:
-        """Begin an episode; `options` are ignored."""
+        """Begin an episode; UnknownNameError: there are no `options`, an episode is drawn from its seed alone."""
+        reset_options(options)
         super().reset(seed=seed, options=options)
         self._rows.closed = False
         self._rows.use(0, self.np_random)
@@ -216,7 +237,7 @@ class Env(gymnasium.Env[Floats32, Floats32]):
         """Apply an action for 0.1 s; errors are those of `VectorEnv.step`."""
         if self._ended and not self._rows.closed:
             raise gymnasium.error.ResetNeeded("the episode has ended: call reset()")
-        given = as_floats(action)
+        given = as_actions(action)
         if given.shape != self.action_space.shape:
             text = f"invalid action of shape {given.shape}: {self.action_space.shape} is needed"
             raise gymnasium.error.InvalidAction(text)
@@ -224,8 +245,8 @@ class Env(gymnasium.Env[Floats32, Floats32]):
         self._ended = bool(done[0] or cut[0])
         return observation[0], float(reward[0]), bool(done[0]), bool(cut[0]), _alone(info)
 
-    def render(self) -> ByteArray | None:
-        """Picture (height, width, 3) from behind and above the boat; None without `render_mode`."""
+    def render(self) -> ByteArray | list[Any] | None:
+        """Picture (height, width, 3) from behind and above the boat, or a list of them, as `VectorEnv.render`."""
         pictures = self._rows.render()
         return None if pictures is None else pictures[0]
 
@@ -247,6 +268,15 @@ class RegisteredEnv(Env):
         check_name("problem", problem, ALONE)
         most = -1 if duration is None else episode_steps(PROBLEMS[problem].duration)
         super().__init__(problem, duration=duration, max_episode_steps=most, **options)
+
+
+def _reset_mode(mode: object) -> AutoresetMode:
+    """When rows are reset; gymnasium.error.Error: Gymnasium has no such mode."""
+    try:
+        return AutoresetMode(mode)
+    except (TypeError, ValueError):
+        known = ", ".join(repr(one.value) for one in AutoresetMode)
+        raise gymnasium.error.Error(f"invalid autoreset_mode {shown(mode)}: one of {known} is needed") from None
 
 
 def _alone(info: dict[str, Any]) -> dict[str, Any]:

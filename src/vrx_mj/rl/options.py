@@ -1,29 +1,29 @@
 """Options of the environments, checked."""
 
 import math
-from collections.abc import Sequence
-from typing import TypeGuard
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeGuard
 
 import gymnasium
 import numpy as np
 import numpy.typing as npt
-from gymnasium.vector import AutoresetMode
 
-from vrx_mj.arguments import as_number
+from vrx_mj.arguments import as_number, check_name
 from vrx_mj.arrays import BoolArray
 from vrx_mj.errors import shown
 from vrx_mj.rl.neighbours import NeighbourView
 
 __all__ = [
     "PERIOD",
-    "as_floats",
+    "ActionError",
+    "as_actions",
     "chance",
     "check_count",
     "check_picture",
     "episode_steps",
     "is_number",
     "neighbour_view",
-    "reset_mode",
+    "reset_options",
     "row_mask",
     "step_limit",
     "team_share",
@@ -31,6 +31,8 @@ __all__ = [
 
 PERIOD = 0.1
 """Duration of an action [s]: 10 physics steps."""
+ROUNDING = 1e-6
+"""An action so near to a bound is the bound: wrappers compute actions, and round them."""
 LONGEST = 1e9
 """Longest duration of an episode [s]."""
 ENDLESS = 1 << 60
@@ -43,6 +45,10 @@ MOST_NEIGHBOURS = 10_000
 """Greatest number of neighbours that are observed."""
 LONGEST_DELAY = 3600.0
 """Longest delay of what boats observe of each other [s]."""
+
+
+class ActionError(gymnasium.error.InvalidAction, AssertionError):
+    """An invalid action: an AssertionError, as in PettingZoo, and an InvalidAction, as in Gymnasium."""
 
 
 def episode_steps(duration: object) -> int:
@@ -97,13 +103,19 @@ def check_picture(mode: object, modes: Sequence[str], width: object, height: obj
             raise gymnasium.error.Error(f"invalid {name} {shown(size)}: {text}")
 
 
-def reset_mode(mode: object) -> AutoresetMode:
-    """When rows are reset; gymnasium.error.Error: Gymnasium has no such mode."""
-    try:
-        return AutoresetMode(mode)
-    except (TypeError, ValueError):
-        known = ", ".join(repr(one.value) for one in AutoresetMode)
-        raise gymnasium.error.Error(f"invalid autoreset_mode {shown(mode)}: one of {known} is needed") from None
+def reset_options(options: object, *known: str) -> Mapping[str, Any]:
+    """What `reset` was given.
+
+    Raises:
+        gymnasium.error.Error: it is not a mapping.
+        UnknownNameError: one of the options is none of those that are known.
+    """
+    given = {} if options is None else options
+    if not isinstance(given, Mapping):
+        raise gymnasium.error.Error(f"invalid options {shown(options)}: a mapping is needed")
+    for name in given:
+        check_name("reset option", name, known)
+    return given
 
 
 def is_number(value: object) -> TypeGuard[float]:
@@ -111,16 +123,18 @@ def is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float | np.integer | np.floating) and math.isfinite(as_number(value))
 
 
-def as_floats(action: object, name: str = "action") -> npt.NDArray[np.float32]:
-    """An action as an array; gymnasium.error.InvalidAction: it has values that are not numbers."""
+def as_actions(action: object, name: str = "action") -> npt.NDArray[np.float32]:
+    """Actions as an array, from -1 to 1 and beyond; ActionError: some values are not numbers."""
     try:
         with np.errstate(over="ignore"):  # an infinity is out of range like the number
             given = np.asarray(action)
             if given.dtype.kind == "c":
                 raise TypeError
-            return np.asarray(given, np.float32)
+            given = np.asarray(given, np.float32)
     except (TypeError, ValueError, OverflowError):
-        raise gymnasium.error.InvalidAction(f"invalid {name}: an array of numbers is needed") from None
+        raise ActionError(f"invalid {name}: an array of numbers is needed") from None
+    bounded = given.clip(-1.0, 1.0)
+    return np.where(np.abs(given - bounded) <= ROUNDING, bounded, given)
 
 
 def neighbour_view(neighbours: object, reach: object, noise: object, delay: object) -> NeighbourView:

@@ -12,17 +12,20 @@ import numpy.typing as npt
 
 from vrx_mj.arguments import as_flag, check_name
 from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
+from vrx_mj.errors import UnknownNameError
 from vrx_mj.mjcf.compile import Source
 from vrx_mj.packages import importing
-from vrx_mj.rl.environment import BOUND, ActionError, Environment, Floats32, TeamOptions
+from vrx_mj.rl.environment import BOUND, Environment, Floats32, TeamOptions
 from vrx_mj.rl.generators import Range, Seeds
 from vrx_mj.rl.options import (
     PERIOD,
-    as_floats,
+    ActionError,
+    as_actions,
     chance,
     check_count,
     check_picture,
     neighbour_view,
+    reset_options,
     row_mask,
     team_share,
 )
@@ -245,6 +248,13 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         """Names of the features of an observation, with their units."""
         return self._rows.observation_names
 
+    @property
+    def np_random(self) -> np.random.Generator:
+        """What episodes are drawn from, as in Gymnasium; wrappers draw from it too."""
+        generators, row = self._rows._core.generators, np.arange(1)
+        generators.seed(row, None)  # keeps the one that there is
+        return generators.of(row)[0]
+
     def observation_space(self, agent: str) -> gymnasium.spaces.Space[Floats32]:
         """Space of a boat's observations, of the same size for every boat; UnknownNameError if the boat is unknown."""
         check_name("boat", agent, self.possible_agents)
@@ -258,7 +268,11 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Floats32], Infos]:
-        """Begin an episode; `options` are ignored."""
+        """Begin an episode; there are no `options`: what is given, as by PettingZoo's tests, is ignored and named."""
+        try:
+            reset_options(options)
+        except UnknownNameError as unknown:
+            gymnasium.logger.warn("ignored: %s", unknown)
         seen, info = self._rows.reset(seed=seed)
         self._begun = True
         there = self._note(seen, info)
@@ -355,24 +369,11 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
             )
         whole = np.zeros((1, len(self.possible_agents), self._most), np.float32)
         for boat in self.agents:
-            own = self._one(boat, actions[boat])
+            own, shape = as_actions(actions[boat], f"action of {boat}"), self.action_spaces[boat].shape
+            if own.shape != shape:
+                raise ActionError(f"invalid action of {boat} of shape {own.shape}: {shape} is needed")
             whole[0, self.possible_agents.index(boat), : len(own)] = own
         return whole
-
-    def _one(self, boat: str, action: npt.ArrayLike) -> Floats32:
-        names = self._rows.action_names[boat]
-        try:
-            given = as_floats(action)
-        except gymnasium.error.InvalidAction:
-            raise ActionError(f"invalid action of {boat}: an array of numbers is needed") from None
-        if given.shape != (len(names),):
-            raise ActionError(f"invalid action of {boat} of shape {given.shape}: {(len(names),)} is needed")
-        wrong = np.flatnonzero(~(np.abs(given) <= 1.0))
-        if len(wrong):
-            name, value = names[wrong[0]], given[wrong[0]]
-            why = "step() cannot take in a nan action" if np.isnan(value) else "action is not in action space"
-            raise ActionError(f"{why}: {value:g} for {name} of {boat}; a number from -1 to 1 is needed")
-        return given
 
     def _show(self) -> None:
         if self.render_mode == "human":

@@ -16,6 +16,7 @@ import numpy as np
 
 from vrx_mj.arrays import ByteArray
 from vrx_mj.errors import RenderError
+from vrx_mj.packages import load_triton
 from vrx_mj.sensors.sea import SeaSkin
 from vrx_mj.sensors.view import View
 
@@ -96,6 +97,7 @@ def choose_backend() -> str:
     wanted = os.environ.get("MUJOCO_GL", "").lower().strip()
     if wanted in OFF:
         raise RenderError(f"MUJOCO_GL={wanted} forbids drawing; unset it, or set it to egl or osmesa")
+    load_triton()
     if sys.platform != "linux" or wanted not in (*BACKENDS, *AUTOMATIC):
         return "mujoco"
     problems: dict[str, str] = {}

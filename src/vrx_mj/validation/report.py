@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment
+from numba.core import event
 
 from vrx_mj.draw.chart import Chart, Series, chart_svg
 from vrx_mj.draw.page import page_environment
@@ -36,12 +37,15 @@ class Result:
     error: str
     """Why it failed; empty where it did not."""
     seconds: float
-    """How long it took [s]."""
+    """How long it took, without compiling [s]."""
+    compiling: float
+    """How long it took to compile the kernels that it is the first to need [s]."""
 
     @property
-    def inside(self) -> bool:
-        """Whether it came to an end with all rows inside."""
-        return not self.error and all(row.inside for row in self.findings.rows)
+    def state(self) -> str:
+        """`inside` if all rows are, `known` if the others are, `outside`, or `failed`."""
+        states = {"failed"} if self.error else {row.state for row in self.findings.rows}
+        return next(state for state in ("failed", "outside", "known", "inside") if state in {*states, "inside"})
 
 
 def run_cases(cases: Sequence[Case], begun: Callable[[int, Case], None] = lambda _number, _case: None) -> list[Result]:
@@ -50,80 +54,58 @@ def run_cases(cases: Sequence[Case], begun: Callable[[int, Case], None] = lambda
     for number, case in enumerate(cases):
         begun(number, case)
         start = time.monotonic()
-        try:
-            findings, error = case.run(), ""
-        except VrxError as failure:
-            findings, error = Findings(()), str(failure)
-        results.append(Result(case, findings, error, time.monotonic() - start))
+        with event.install_timer("numba:compile", lambda _seconds: None) as timer:
+            try:
+                findings, error = case.run(), ""
+            except VrxError as failure:
+                findings, error = Findings(()), str(failure)
+        compiling = timer.duration if timer.done else 0.0
+        results.append(Result(case, findings, error, time.monotonic() - start - compiling, compiling))
     return results
 
 
-def counts(results: Sequence[Result]) -> tuple[int, int]:
-    """How many rows are inside, and how many there are; a case that failed counts as one that is outside."""
-    rows = [row for result in results for row in result.findings.rows]
-    return sum(row.inside for row in rows), len(rows) + sum(bool(result.error) for result in results)
+def counts(results: Sequence[Result]) -> tuple[int, int, int]:
+    """How many rows are inside, known to be outside, and there at all; a failed case counts as one that is outside."""
+    states = ["failed" for result in results if result.error]
+    states += [row.state for result in results for row in result.findings.rows]
+    return states.count("inside"), states.count("known"), len(states)
 
 
 def results_json(results: Sequence[Result]) -> dict[str, Any]:
     """All rows with what they were made on. A number that is not finite is null."""
-    inside, total = counts(results)
-    return {
-        "inside": inside,
-        "rows": total,
-        "machine": _machine(),
-        "cases": [
-            {
-                "name": result.case.name,
-                "title": result.case.title,
-                "setup": result.case.setup,
-                "source": result.case.source,
-                "files": list(result.case.files),
-                "inside": result.inside,
-                "error": result.error or None,
-                "seconds": round(result.seconds, 2),
-                "rows": [_fields(row) for row in result.findings.rows],
-            }
-            for result in results
-        ],
-    }
+    inside, known, total = counts(results)
+    cases = [_case_fields(result) for result in results]
+    return {"inside": inside, "known": known, "rows": total, "machine": _machine(), "cases": cases}
 
 
-def _fields(row: Row) -> dict[str, Any]:
-    return {
-        "quantity": row.quantity,
-        "unit": row.unit,
-        "reference": _number(row.reference),
-        "ours": _number(row.ours),
-        "difference": _number(row.difference),
-        "low": _number(row.low),
-        "high": _number(row.high),
-        "band": row.band,
-        "inside": row.inside,
-    }
+def _case_fields(result: Result) -> dict[str, Any]:
+    case, times = result.case, {"seconds": round(result.seconds, 2), "compiling": round(result.compiling, 2)}
+    told = {"name": case.name, "title": case.title, "setup": case.setup, "source": case.source}
+    found = {"inside": result.state == "inside", "state": result.state, "error": result.error or None}
+    rows = [_row_fields(row) for row in result.findings.rows]
+    return {**told, "files": list(case.files), **found, **times, "rows": rows}
 
 
-def _number(value: float | None) -> float | None:
-    return None if value is None or not math.isfinite(value) else value
+def _row_fields(row: Row) -> dict[str, Any]:
+    numbers = {"reference": row.reference, "ours": row.ours, "difference": row.difference, "low": row.low,
+               "high": row.high, "theory": row.theory}  # fmt: skip
+    finite = {name: value if value is not None and math.isfinite(value) else None for name, value in numbers.items()}
+    found = {"band": row.band, "inside": row.inside, "state": row.state}
+    return {"quantity": row.quantity, "unit": row.unit, **finite, **found}
 
 
 def _machine() -> dict[str, str]:
     versions = {name: version(name) for name in NEEDED}
-    return {
-        "vrx_mj": version("vrx-mj"),
-        **versions,
-        "python": platform.python_version(),
-        "platform": platform.platform(),
-    }
+    own = {"vrx_mj": version("vrx-mj"), **versions}
+    return {**own, "python": platform.python_version(), "platform": platform.platform()}
 
 
 def page(results: Sequence[Result], left_out: Sequence[Case] = ()) -> str:
     """The report as HTML; `left_out` are cases that it does not have."""
-    inside, total = counts(results)
-    return (
-        _environment()
-        .get_template("page.html.j2")
-        .render(results=results, left_out=left_out, inside=inside, total=total, machine=_machine())
-    )
+    inside, known, total = counts(results)
+    template = _environment().get_template("page.html.j2")
+    facts = {"inside": inside, "known": known, "total": total, "machine": _machine()}
+    return template.render(results=results, left_out=left_out, **facts)
 
 
 @cache

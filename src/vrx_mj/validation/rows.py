@@ -8,6 +8,9 @@ from vrx_mj.draw.chart import Chart
 
 __all__ = ["Case", "Findings", "Row", "at_most", "between", "equal", "near"]
 
+KNOWN = 0.002
+"""Greatest distance from exact theory of a row that is known to be outside, as a share of it."""
+
 
 @dataclass(frozen=True)
 class Row:
@@ -27,11 +30,20 @@ class Row:
     """Largest value that is inside."""
     band: str
     """The band, in words."""
+    theory: float | None = None
+    """Value of exact theory, where the reference is another."""
 
     @property
     def inside(self) -> bool:
         """Whether our value is in the band; one that is not a number is not."""
         return self.low <= self.ours <= self.high
+
+    @property
+    def state(self) -> str:
+        """`inside`, `outside`, or `known`: outside, where exact theory is outside, too, and within 0.2 % of it."""
+        if self.inside or self.theory is None or self.low <= self.theory <= self.high:
+            return "inside" if self.inside else "outside"
+        return "known" if math.isclose(self.ours, self.theory, rel_tol=KNOWN) else "outside"
 
     @property
     def difference(self) -> float:

@@ -1,6 +1,7 @@
 """`vrx-mj validate`: its folder, its last line and its exit codes."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -34,6 +35,16 @@ def test_one_outside_is_printed_and_ends_with_1(cli, folder, three):
     assert found.out.splitlines()[-1] == "1 of 2 inside"
     assert "two: force is 102 N, the band is 99 to 101" in found.out
     assert (folder / "there" / "index.html").is_file()
+
+
+def test_rows_that_are_known_to_be_outside_do_not_end_with_1(cli, folder, monkeypatch):
+    known = case("known", 102.0)
+    rows = tuple(replace(row, theory=102.0) for row in known.run().rows)
+    monkeypatch.setattr(table, "CASES", (case("one", 100.5), replace(known, run=lambda: Findings(rows))))
+    found = cli("validate")
+    assert found.code == 0
+    assert found.out.splitlines()[-1] == "1 of 2 inside, 1 known to be outside"
+    assert "known: known: force is 102 N, the band is 99 to 101" in found.out
 
 
 def test_an_unknown_case(cli, folder, three):

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from vrx_mj.rl.environment import ActionError, Actions
+from vrx_mj.rl.environment import Actions
+from vrx_mj.rl.options import ActionError
 
 CHANNELS = (("a", "left"), ("b", "only"), ("a", "right"))
 LARGEST = np.array([[-100.0, 250.0], [-1.0, 1.0], [-1.0, 1.0]])

@@ -5,6 +5,7 @@ import math
 import re
 from dataclasses import replace
 
+import numba
 import pytest
 
 from vrx_mj.draw.chart import Chart, Series
@@ -33,8 +34,29 @@ GOOD, BAD, FAILED = case("good", lambda: found(1.0, 1.05)), case("bad", lambda: 
 
 
 def test_rows_are_counted_and_a_failed_case_is_one_that_is_outside():
-    assert counts(run_cases([GOOD])) == (2, 2)
-    assert counts(run_cases([GOOD, BAD, FAILED])) == (3, 5)
+    assert counts(run_cases([GOOD])) == (2, 0, 2)
+    assert counts(run_cases([GOOD, BAD, FAILED])) == (3, 0, 5)
+
+
+def test_rows_that_are_known_to_be_outside_are_counted_apart():
+    rows = tuple(replace(row, theory=2.0) for row in found(1.0, 2.0).rows)
+    results = run_cases([GOOD, case("known", lambda: Findings(rows)), BAD])
+    assert [result.state for result in results] == ["inside", "known", "outside"]
+    assert counts(results) == (4, 1, 6)
+    tree = results_json(results)
+    assert (tree["inside"], tree["known"], tree["rows"]) == (4, 1, 6)
+    assert [each["state"] for each in tree["cases"][1]["rows"]] == ["inside", "known"]
+    assert '<td class="l">known</td>' in page(results)
+
+
+def test_the_time_that_compiling_takes_is_told_apart():
+    def compiles():
+        numba.njit(lambda x: x + 1)(1)
+        return found(1.0)
+
+    (first, none) = run_cases([case("first", compiles), GOOD])
+    assert first.compiling > 0.0 == none.compiling
+    assert first.seconds >= 0.0
 
 
 def test_json_has_every_row():
@@ -118,7 +140,9 @@ OUTSIDE = {"sphere-decay": ["first trough, height", "second trough, height"]}
 def test_quick_cases_are_inside_but_for_what_is_known(each):
     (result,) = run_cases([each])
     assert result.error == ""
-    assert [row.quantity for row in result.findings.rows if not row.inside] == OUTSIDE.get(each.name, [])
+    found = [row for row in result.findings.rows if not row.inside]
+    assert [row.quantity for row in found] == OUTSIDE.get(each.name, [])
+    assert {row.state for row in found} <= {"known"}
     assert result.findings.rows
     for chart in result.findings.charts:
         assert any(series.reference for series in chart.series), chart.title

@@ -1,6 +1,7 @@
 """Rows of the report: bands, differences, and what is inside."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -34,6 +35,22 @@ def test_a_band_may_be_a_distance():
     row = near("place", "m", 0.0, 2e-3, absolute=1e-3)
     assert not row.inside
     assert row.band == "± 0.001 m"
+
+
+@pytest.mark.parametrize(
+    ("ours", "theory", "state"),
+    [
+        (1.5, None, "inside"),
+        (1.5, 4.0, "inside"),
+        (4.0, None, "outside"),
+        (4.007, 4.0, "known"),
+        (4.009, 4.0, "outside"),  # farther than 0.2 % from what theory says
+        (2.001, 2.0, "outside"),  # theory is inside
+        (math.nan, 4.0, "outside"),
+    ],
+)
+def test_a_row_is_known_to_be_outside_where_exact_theory_is_too(ours, theory, state):
+    assert replace(between("height", "m", 1.0, 2.0, ours), theory=theory).state == state
 
 
 @pytest.mark.parametrize(("ours", "difference", "inside"), [(2.0, 0.0, True), (0.5, -0.5, False), (3.25, 0.25, False)])
