@@ -127,7 +127,8 @@ def _inheritors(sandbox):
     for process in Path("/proc").glob("[0-9]*"):
         try:
             if int(process.name) != os.getpid() and mark in (process / "environ").read_bytes().split(b"\0"):
-                found.append((process / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace"))
+                line = (process / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
+                found += [line] if "multiprocessing.resource_tracker" not in line else []  # it ends with this process
         except OSError:  # it ended meanwhile, or is another user's
             continue
     return found
