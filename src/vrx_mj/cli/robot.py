@@ -7,6 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
 import typer
 
 from vrx_mj.bar import Bar
@@ -205,8 +206,7 @@ def hydro(
     Example: vrx-mj robot hydro hull.stl --mass 180 --center 0,0,0.15
     """
     from vrx_mj.adapters.hydro import FREQUENCIES
-    from vrx_mj.config.solids import solid_of_mesh
-    from vrx_mj.config.urdf.meshes import read_mesh
+    from vrx_mj.mjcf.derive import displaced, rest_notes
     from vrx_mj.mjcf.hull_sheet import hull_sheet
 
     for name, value in (("mass", mass), ("density", density), ("scale", scale)):
@@ -215,28 +215,39 @@ def hydro(
     for name, count, (least, most) in (("frequencies", frequencies, FREQUENCIES), ("panels", panels, (50, 2000))):
         if not least <= count <= most:
             raise CommandError(f"invalid --{name} {count}: {least} to {most} are needed")
-    data = read_mesh(mesh, (scale, scale, scale))
-    whole = solid_of_mesh(mesh.name, data.points, data.triangles)
-    for note in (*whole.notes, *_surface_notes(mesh.name, whole.corners)):
-        warnings.warn(note, VrxWarning, stacklevel=1)
-    sheet = hull_sheet(whole.corners, mass, _coordinates(center), density)
+    corners = read_hull(mesh, scale)
+    sheet = hull_sheet(corners, mass, _coordinates(center), density)
+    if min(sheet.gm) > 0.0:  # else the last line says that it capsizes
+        for note in rest_notes(displaced(corners, sheet.waterline), np.array(sheet.center_of_mass), "--center"):
+            warnings.warn(f"mesh {mesh.name}: {note}", VrxWarning, stacklevel=1)
     for line in _sheet_lines(sheet):
         typer.echo(line)
     if output is not None:
         with writing("the sheet", output):
             output.write_text(json.dumps(asdict(sheet), indent=1) + "\n", encoding="utf-8", newline="\n")
     if bem is not None:
-        _write_bem(bem, whole.corners, sheet, frequencies, panels)
+        _write_bem(bem, corners, sheet, frequencies, panels)
 
 
-def _surface_notes(name: str, corners: "FloatArray") -> list[str]:
-    """Remarks about the surface of a mesh that passes through itself."""
+def read_hull(mesh: Path, scale: float) -> "FloatArray":
+    """Closed triangles (n, 3, 3) of a mesh [m], warned of what was mended and of surfaces that pass through themselves.
+
+    Raises:
+        VrxError: it cannot be read, or parts of it are inside out.
+    """
+    from vrx_mj.config.solids import solid_of_mesh
+    from vrx_mj.config.urdf.meshes import read_mesh
     from vrx_mj.mjcf.surfaces import checked_surface
 
+    data = read_mesh(mesh, (scale, scale, scale))
+    whole = solid_of_mesh(mesh.name, data.points, data.triangles)
     try:
-        return [f"mesh {name}: {note}" for note in checked_surface(corners)]
+        notes = [*whole.notes, *(f"mesh {mesh.name}: {note}" for note in checked_surface(whole.corners))]
     except VrxError as error:
-        raise VrxError(f"mesh {name}: {error}") from None
+        raise VrxError(f"mesh {mesh.name}: {error}") from None
+    for note in notes:
+        warnings.warn(note, VrxWarning, stacklevel=1)
+    return whole.corners
 
 
 def _write_bem(file: Path, corners: "FloatArray", sheet: "HullSheet", frequencies: int, panels: int) -> None:

@@ -17,7 +17,7 @@ from vrx_mj.config.urdf.meshes import read_mesh
 from vrx_mj.errors import VrxError
 from vrx_mj.frames import apply, compose, rotation
 from vrx_mj.mjcf.boats import Boat, Part
-from vrx_mj.mjcf.masses import MassProperties, boat_mass
+from vrx_mj.mjcf.masses import boat_mass
 
 __all__ = [
     "LINES",
@@ -188,7 +188,7 @@ def derived_floats(boat: Boat, density: float, stations: int) -> Derived:
     length = float(np.ptp(corners[:, :, 0]))
     floats, lift = _floats(wet, level, wanted, max(whole, wanted), stations, HIGHEST_LIFT * length)
     values = floats | {"boat_length": length} | _resistance(length)
-    return Derived(values, rest, (*notes, *rest_notes(wet, body)), (0.0, 0.0, lift))
+    return Derived(values, rest, (*notes, *rest_notes(wet, body.center)), (0.0, 0.0, lift))
 
 
 def _floats(
@@ -227,9 +227,12 @@ def _section(share: float) -> float:
     return math.acos(1.0 - share) - (1.0 - share) * math.sqrt(share * (2.0 - share))
 
 
-def rest_notes(wet: Displaced, body: MassProperties) -> list[str]:
-    """Remarks about how it floats at rest: from the metacentric heights follows how far it heels and trims."""
-    ahead, left, up = (float(value) for value in body.center - wet.center)
+def rest_notes(wet: Displaced, center: FloatArray, given: str = "the <inertial> of its links") -> list[str]:
+    """Remarks about how it floats at rest: from the metacentric heights follows how far it heels and trims.
+
+    `center` (3,) is that of mass [m], and `given` what gives it.
+    """
+    ahead, left, up = (float(value) for value in center - wet.center)
     trim, heel = (float(spread) / wet.volume - up for spread in wet.spread)
     if min(trim, heel) <= 0.0:
         height = f"{up:.3g} m above its centre of buoyancy"
@@ -243,7 +246,7 @@ def rest_notes(wet: Displaced, body: MassProperties) -> list[str]:
             end = ends[0] if angle > 0.0 else ends[1]
             notes.append(
                 f"it floats about {math.degrees(abs(angle)):.0f} degrees down at the {end}: its centre of mass is "
-                f"{offset:.3g} m from its centre of buoyancy; check the <inertial> of its links"
+                f"{offset:.3g} m from its centre of buoyancy; check {given}"
             )
     return notes
 

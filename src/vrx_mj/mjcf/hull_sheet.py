@@ -50,7 +50,7 @@ class HullSheet:
     center_of_flotation: float
     """x of the waterplane's middle [m]."""
     stiffness: tuple[float, float, float]
-    """C33 [N/m], C44 and C55 [N m/rad] about the centre of mass."""
+    """C33 [N/m], C44 and C55 [N m/rad] about the waterplane's middle: the displacement stays."""
     righting_arms: tuple[tuple[float, float], ...]
     """Angle of heel to starboard [degrees] and righting arm GZ [m], at the same displacement and without trim."""
 
@@ -96,13 +96,17 @@ class _Hull:
         found = wrench_of_still_water(self._panels, turn[2], height, self._weight)
         return np.concatenate((np.array(turn) @ found[:3], np.array(turn) @ found[3:]))
 
-    def height(self, load: float, roll: float = 0.0) -> float:
+    def height(self, load: float, roll: float = 0.0, pitch: float = 0.0) -> float:
         """The height [m] at which the water carries a load [N]."""
         from scipy.optimize import brentq
 
-        vertical = self._vertices @ np.array(rotation(roll, 0.0, 0.0))[2]
+        vertical = self._vertices @ np.array(rotation(roll, pitch, 0.0))[2]
         low, high = -float(vertical.max()), -float(vertical.min())
-        return float(brentq(lambda height: self.wrench(height, roll)[2] - load, low, high, xtol=1e-10))
+        return float(brentq(lambda height: self.wrench(height, roll, pitch)[2] - load, low, high, xtol=1e-10))
+
+    def torque(self, load: float, roll: float, pitch: float) -> list[float]:
+        """Torques [N m] of the water about x and y, at angles of heel to starboard and trim by the bow [rad]."""
+        return self.wrench(self.height(load, roll, pitch), roll, pitch)[3:5].tolist()
 
 
 def hull_sheet(
@@ -138,8 +142,8 @@ def hull_sheet(
     area = (hull.wrench(height - STEP)[2] - hull.wrench(height + STEP)[2]) / (2.0 * STEP * density * gravity)
     lever = (hull.wrench(height - STEP)[4] - hull.wrench(height + STEP)[4]) / (2.0 * STEP * density * gravity)
     slopes = [
-        -(hull.wrench(height, *(STEP * axis))[index] - hull.wrench(height, *(-STEP * axis))[index]) / (2.0 * STEP)
-        for index, axis in ((3, np.array([1.0, 0.0])), (4, np.array([0.0, 1.0])))
+        (hull.torque(load, *-turn)[axis] - hull.torque(load, *turn)[axis]) / (2.0 * STEP)
+        for axis, turn in enumerate(STEP * np.eye(2))
     ]
     return HullSheet(
         mass=mass,
@@ -153,7 +157,7 @@ def hull_sheet(
         waterplane_area=area,
         center_of_flotation=center[0] - lever / area,
         stiffness=(density * gravity * area, slopes[0], slopes[1]),
-        righting_arms=tuple((float(heel), _arm(hull, load, math.radians(heel))) for heel in HEELS),
+        righting_arms=tuple((float(heel), -hull.torque(load, math.radians(heel), 0.0)[0] / load) for heel in HEELS),
     )
 
 
@@ -165,9 +169,3 @@ def _buoyancy(
 
     x, y = center[0] - upright[4] / load, center[1] + upright[3] / load
     return float(x), float(y), float(displaced(corners, waterline).center[2])
-
-
-def _arm(hull: _Hull, load: float, heel: float) -> float:
-    """Righting arm [m] at an angle of heel to starboard [rad]: how far buoyancy is to starboard of the weight."""
-    torque = hull.wrench(hull.height(load, heel), heel)[3]
-    return float(-torque / load)
