@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 NEW_KINDS = {"world": "world.yaml", "fleet": "fleet.yaml", "dock": "dock.txt", "object": "object.yaml"}
 """What `new` can make, and the start file it copies."""
-NEW_ROBOT = ("thruster_config.yaml", "component_config.yaml")
+NEW_ROBOT = ("robot.yaml", "thruster_config.yaml", "component_config.yaml")
 """The start files of a robot, which `new` puts in a folder."""
 
 
@@ -164,10 +164,24 @@ def copy_start_file(kind: str, name: str) -> Path:
 
 
 def copy_robot_files(name: str) -> Path:
-    """Copy a robot's start files into a new folder, a thruster and a component file as VRX names them.
+    """Copy a robot's start files into a new folder: its YAML, and a thruster and a component file as VRX names them.
 
     Raises:
         VrxError: the folder is there already, or cannot be written.
+    """
+    folder = new_folder(name)
+    with writing("the folder", folder):
+        for file in NEW_ROBOT:
+            text = (root() / "assets" / "start" / file).read_text(encoding="utf-8")
+            (folder / file).write_text(text, encoding="utf-8", newline="\n")
+    return folder
+
+
+def new_folder(name: str) -> Path:
+    """The folder of a new robot, made.
+
+    Raises:
+        VrxError: it is there already, or cannot be made.
     """
     folder = Path(name)
     if not folder.name:
@@ -176,9 +190,6 @@ def copy_robot_files(name: str) -> Path:
         raise VrxError(f"{folder} exists: choose another name, or remove it")
     with writing("the folder", folder):
         folder.mkdir()
-        for file in NEW_ROBOT:
-            text = (root() / "assets" / "start" / file).read_text(encoding="utf-8")
-            (folder / file).write_text(text, encoding="utf-8", newline="\n")
     return folder
 
 

@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     from vrx_mj.config.parts.compliance import PartVerdict, Point, Rules, Verdict
     from vrx_mj.mjcf.hull_sheet import HullSheet
 
-__all__ = ["SensorYaml", "app", "build", "check", "hydro", "one_of", "parts"]
+__all__ = [
+    "LARGEST", "SensorYaml", "app", "build", "check", "coordinates", "hydro", "one_of", "parts", "read_hull",
+]  # fmt: skip
 
 app = typer.Typer(
     name="robot",
@@ -216,7 +218,7 @@ def hydro(
         if not least <= count <= most:
             raise CommandError(f"invalid --{name} {count}: {least} to {most} are needed")
     corners = read_hull(mesh, scale)
-    sheet = hull_sheet(corners, mass, _coordinates(center), density)
+    sheet = hull_sheet(corners, mass, coordinates(center), density)
     if min(sheet.gm) > 0.0:  # else the last line says that it capsizes
         for note in rest_notes(displaced(corners, sheet.waterline), np.array(sheet.center_of_mass), "--center"):
             warnings.warn(f"mesh {mesh.name}: {note}", VrxWarning, stacklevel=1)
@@ -267,7 +269,8 @@ def _write_bem(file: Path, corners: "FloatArray", sheet: "HullSheet", frequencie
     )
 
 
-def _coordinates(text: str) -> tuple[float, float, float]:
+def coordinates(text: str) -> tuple[float, float, float]:
+    """The three numbers of --center [m]."""
     try:
         x, y, z = (float(word) for word in text.split(","))
     except ValueError:

@@ -23,6 +23,7 @@ __all__ = [
     "LINES",
     "Derived",
     "Displaced",
+    "below",
     "boat_box",
     "derived_floats",
     "derived_lines",
@@ -53,7 +54,7 @@ def displaced(corners: FloatArray, level: float) -> Displaced:
     Gauss's theorem with fields that vanish at the level, so that only wet faces count: V is the integral of
     (z - level) n_z over them, and the waterplane's area that of -n_z. Midpoints of edges integrate quadratics exactly.
     """
-    wet = _below(corners, level)
+    wet = below(corners, level)
     along, across = wet[:, 1] - wet[:, 0], wet[:, 2] - wet[:, 0]
     weight = ((along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0]) / 6.0)[:, None]  # a third of the area on z = 0
     x, y, z = np.moveaxis((wet + np.roll(wet, -1, axis=1)) / 2.0, 2, 0)
@@ -76,7 +77,7 @@ def floating_level(corners: FloatArray, volume: float) -> float:
     return float(found)
 
 
-def _below(corners: FloatArray, level: float) -> FloatArray:
+def below(corners: FloatArray, level: float) -> FloatArray:
     """The parts of triangles below a level, as triangles that turn the same way."""
     wet = corners[:, :, 2] < level
     count = wet.sum(axis=1)

@@ -106,7 +106,8 @@ class _Hull:
 
     def torque(self, load: float, roll: float, pitch: float) -> list[float]:
         """Torques [N m] of the water about x and y, at angles of heel to starboard and trim by the bow [rad]."""
-        return self.wrench(self.height(load, roll, pitch), roll, pitch)[3:5].tolist()
+        found: list[float] = self.wrench(self.height(load, roll, pitch), roll, pitch)[3:5].tolist()
+        return found
 
 
 def hull_sheet(
