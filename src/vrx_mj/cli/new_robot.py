@@ -68,21 +68,26 @@ def simplified(corners: "FloatArray") -> "FloatArray":
     flat sides and edges stay where they are, and a closed surface stays closed.
     """
     points, named = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
-    faces, cell = named.reshape(-1, 3), float(np.ptp(points, axis=0).max()) / 200.0
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    while len(corners) > MOST_TRIANGLES:
+    faces = named.reshape(-1, 3)
+    if len(faces) <= MOST_TRIANGLES:
+        return corners
+    kept: IntArray = faces
+    cell = float(np.ptp(points, axis=0).max()) / 200.0
+    while len(kept) > MOST_TRIANGLES:
+        cell *= 1.2
         _, inside, count = np.unique(np.round(points / cell), axis=0, return_inverse=True, return_counts=True)
         index = inside.ravel()[faces]
-        middles = np.stack([np.bincount(inside.ravel(), axis) / count for axis in points.T], axis=1)
-        squares, sums = np.zeros((len(middles), 3, 3)), np.zeros((len(middles), 3))
-        for corner in index.T:
-            apart = np.einsum("ij,ij->i", normals, points[faces[:, 0]] - middles[corner])
-            np.add.at(squares, corner, normals[:, :, None] * normals[:, None, :])
-            np.add.at(sums, corner, normals * apart[:, None])
-        moves = np.einsum("ijk,ik->ij", np.linalg.pinv(squares, rcond=0.1, hermitian=True), sums)
-        corners = (middles + moves.clip(-cell, cell))[_without_folds(index)]
-        cell *= 1.2
-    return corners
+        kept = _without_folds(index)
+    middles = np.stack([np.bincount(inside.ravel(), axis) / count for axis in points.T], axis=1)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    squares, sums = np.zeros((len(middles), 3, 3)), np.zeros((len(middles), 3))
+    for corner in index.T:
+        apart = np.einsum("ij,ij->i", normals, corners[:, 0] - middles[corner])
+        np.add.at(squares, corner, normals[:, :, None] * normals[:, None, :])
+        np.add.at(sums, corner, normals * apart[:, None])
+    moves = np.einsum("ijk,ik->ij", np.linalg.pinv(squares, rcond=0.1, hermitian=True), sums)
+    found: FloatArray = (middles + moves.clip(-cell, cell))[kept]
+    return found
 
 
 def _without_folds(faces: "IntArray") -> "IntArray":

@@ -250,7 +250,7 @@ def estimated_hull(
     return HullEstimate(
         corners, sheet, len(hulls), length, beam, inertia, added, damping, sum(drag), drafts,
         sum(_across(hull) for hull in hulls), stern, speed, _engines(engines, hulls, low, high), _windage(corners),
-        _course(mass, inertia[2], added, float(damping[5]), stern, speed, length),
+        _course((mass, inertia[2]), cx - x, added, float(damping[5]), stern, length),
     )  # fmt: skip
 
 
@@ -318,19 +318,20 @@ def _windage(corners: FloatArray) -> tuple[float, float, float]:
 
 
 def _course(
-    mass: float, inertia: float, added: FloatArray, damping: float, stern: Sequence[float], speed: float, length: float
+    rigid: Sequence[float], ahead: float, added: FloatArray, damping: float, stern: Sequence[float], length: float
 ) -> Course:
-    x, _, area, aspect = stern
-    lift = 0.5 * DENSITY * area * normal_slope(aspect)
-    whole = np.array([[mass + added[1, 1], added[1, 5]], [added[1, 5], inertia + added[5, 5]]])
+    """How a boat keeps its course, of mass and inertia, with the centre of mass `ahead` of the origin [m]."""
+    (mass, inertia), (x, _, area, aspect) = rigid, stern
+    speed, lift = FROUDE * math.sqrt(GRAVITY * length), 0.5 * DENSITY * area * normal_slope(aspect)
+    surge, sway, coupling = added[0, 0], added[1, 1], added[1, 5] - ahead * added[1, 1]
+    yaw = added[5, 5] - 2.0 * ahead * added[1, 5] + ahead**2 * sway
+    whole = np.array([[mass + sway, coupling], [coupling, inertia + yaw]])
 
     def forces(lift: float) -> FloatArray:
-        """(2, 2): forces of sway and yaw over the speed across and the rate of turn, Munk's moment in the corner."""
-        munk = added[1, 1] - added[0, 0]
-        return -speed * np.array([
-            [lift, mass + added[0, 0] + lift * x],
-            [munk + lift * x, added[1, 5] + lift * x**2 + damping / speed],
-        ])  # fmt: skip
+        """Forces of sway and yaw over the speed across and the rate of turn, Munk's moment in the corner; (2, 2)."""
+        moment, turning = lift * (x - ahead), lift * (x - ahead) ** 2
+        rows = [[lift, mass + surge + moment], [sway - surge + moment, coupling + turning + damping / speed]]
+        return -speed * np.array(rows)
 
     found = float(np.linalg.det(forces(lift)))
     growth = float(np.linalg.eigvals(np.linalg.solve(whole, forces(lift))).real.max())
