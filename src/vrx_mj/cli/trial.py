@@ -2,13 +2,14 @@
 
 import json
 import math
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from vrx_mj.cli.files import writing
-from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.errors import CommandError, UnknownNameError, VrxWarning
 
 if TYPE_CHECKING:
     from vrx_mj.trials import Trial
@@ -56,6 +57,8 @@ def trial(
         output.mkdir(parents=True, exist_ok=True)
         for file, text in zip(files, (_json(done, boat, world), _svg(done, boat)), strict=True):
             file.write_text(text, encoding="utf-8", newline="\n")
+    for remark in done.remarks:
+        warnings.warn(f"{name}: {remark}", VrxWarning, stacklevel=1)
     width = max(map(len, done.figures))
     for key, figure in done.figures.items():
         value = "-" if math.isnan(figure.value) else f"{figure.value:.4g}"
@@ -99,7 +102,14 @@ def _json(done: "Trial", boat: str, world: str | None) -> str:
         for key, each in done.figures.items()
     }
     track = {key: [round(float(value), 6) for value in values] for key, values in vars(done.track).items()}
-    tree = {"trial": done.name, "boat": boat, "world": world or "calm", "figures": figures, "track": track}
+    tree = {
+        "trial": done.name,
+        "boat": boat,
+        "world": world or "calm",
+        "figures": figures,
+        "remarks": done.remarks,
+        "track": track,
+    }
     return json.dumps(tree, indent=1, allow_nan=False) + "\n"
 
 

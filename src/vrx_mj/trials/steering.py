@@ -1,14 +1,14 @@
 """Trials of steering: turning circle, zigzag, pull-out and spiral (ITTC 7.5-04-02-01; IMO MSC.137(76))."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from vrx_mj.trials.records import Figure, Track, Trial, crossing, track_of
 from vrx_mj.trials.vessel import Vessel, VesselState
 
-__all__ = ["approach", "pull_out", "sailed", "spiral", "turning", "zigzag"]
+__all__ = ["approach", "approach_remarks", "pull_out", "sailed", "spiral", "turning", "zigzag"]
 
 STEP = 0.02
 """Time between two states of a track [s]."""
@@ -16,8 +16,14 @@ SETTLED = 1e-3
 """Relative change of a speed over `WATCH` at which it counts as steady."""
 WATCH = 5.0
 """[s]"""
+STRAIGHT = math.radians(0.5)
+"""Rate of turn up to which an approach counts as straight [rad/s]."""
+ASTRAY = math.radians(5.0)
+"""Turn against the helm that is said [rad]."""
 LONGEST = 600.0
 """Longest time of a part of a trial [s]."""
+FULL = 3.0 * math.pi
+"""Change of heading of a turning circle [rad]."""
 STEPS = 8
 """Helm settings of a spiral between midships and full helm."""
 
@@ -51,6 +57,14 @@ def approach(vessel: Vessel, power: float) -> VesselState:
     return sailed(vessel, power, 0.0, _settled(lambda state: state.surge, 1e-4))[-1]
 
 
+def approach_remarks(state: VesselState) -> tuple[str, ...]:
+    """What is wrong with the end of an approach: the vessel turns with its helm midships."""
+    if abs(state.yaw_rate) <= STRAIGHT:
+        return ()
+    rate, side = math.degrees(abs(state.yaw_rate)), "port" if state.yaw_rate > 0.0 else "starboard"
+    return (f"it does not keep a straight course: with the helm midships it turns to {side} at {rate:.3g} deg/s",)
+
+
 def turning(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
     """Turning circle: helm over at steady speed until the heading has changed by 540 degrees.
 
@@ -59,15 +73,16 @@ def turning(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
         power: of the approach, 0 to 1, kept in the turn.
         helm: -1 to 1, positive to port.
     """
-    speed = approach(vessel, power).surge
-    turned = _Turned()
-    states = sailed(vessel, power, helm, lambda seen: turned.by(seen[-1]) >= 3.0 * math.pi)
-    track = track_of(states, [helm] * len(states))
-    side = math.copysign(1.0, helm)
-    heading, across = side * track.heading, side * track.y
+    begun, side, turned = approach(vessel, power), math.copysign(1.0, helm), _Turned()
+    states = sailed(vessel, power, helm, lambda seen: side * turned.by(seen[-1]) >= FULL)
+    first, remarks = _turn(states, side)
+    track = track_of(states[first:], [helm] * (len(states) - first))
+    speed, heading, across = begun.surge, side * track.heading, side * track.y
     last = track.heading * side >= heading[-1] - 2.0 * math.pi
-    rate = float(np.mean(side * track.yaw_rate[last]))
-    velocity = float(np.mean(np.hypot(track.surge, track.sway)[last]))
+    whole = 1.0 if heading[-1] >= FULL else math.nan
+    rate = whole * float(np.mean(side * track.yaw_rate[last]))
+    velocity = whole * float(np.mean(np.hypot(track.surge, track.sway)[last]))
+    drift = whole * float(np.mean(np.arctan2(-side * track.sway, track.surge)[last]))
     figures = {
         "speed": Figure(speed, "m/s", "speed of the approach"),
         "advance": Figure(crossing(track.x, heading, 0.5 * math.pi), "m", "way ahead at 90 degrees"),
@@ -78,16 +93,34 @@ def turning(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
         "steady_radius": Figure(velocity / rate if rate > 0.0 else math.nan, "m", "radius of the last full turn"),
         "steady_rate": Figure(math.degrees(rate), "deg/s", "rate of turn in it"),
         "drift_angle": Figure(
-            math.degrees(float(np.mean(np.arctan2(-side * track.sway, track.surge)[last]))), "deg",
-            "angle of the bow inside of the track, at the vessel's origin",
+            math.degrees(drift), "deg", "angle of the bow inside of the track, at the vessel's origin"
         ),
         "speed_kept": Figure(velocity / speed, "", "speed in the turn over that of the approach"),
     }  # fmt: skip
-    return Trial("turning", figures, {"track": (track.x, track.y)}, ("way ahead [m]", "way to port [m]"), track)
+    curves, axes = {"track": (track.x, track.y)}, ("way ahead [m]", "way to port [m]")
+    return Trial("turning", figures, curves, axes, track, (*approach_remarks(begun), *remarks))
+
+
+def _turn(states: Sequence[VesselState], side: float) -> tuple[int, list[str]]:
+    """The state from which on a vessel turns to the side of its helm, and remarks about how it did."""
+    heading = side * np.unwrap([state.heading for state in states])
+    first, name = int(np.argmin(heading)), "port" if side > 0.0 else "starboard"
+    astray, turned = (math.degrees(value) for value in (heading[0] - heading[first], heading[-1] - heading[first]))
+    remarks = []
+    if math.radians(astray) > ASTRAY:
+        wait = states[first].time - states[0].time
+        remarks.append(
+            f"it turned against the helm for {wait:.3g} s, by {astray:.3g} degrees: the figures begin after that"
+        )
+    if turned < math.degrees(FULL):
+        remarks.append(
+            f"no steady turn: {turned:.3g} degrees to {name} in {states[-1].time - states[first].time:.4g} s"
+        )
+    return first, remarks
 
 
 class _Turned:
-    """How far a vessel has turned since the first time it was asked for, either way [rad]."""
+    """How far a vessel has turned since the first time it was asked for [rad], positive to port."""
 
     def __init__(self) -> None:
         self._last: float | None = None
@@ -97,7 +130,7 @@ class _Turned:
         if self._last is not None:
             self.angle += math.remainder(state.heading - self._last, 2.0 * math.pi)
         self._last = state.heading
-        return abs(self.angle)
+        return self.angle
 
 
 def zigzag(vessel: Vessel, *, power: float = 1.0, helm: float = 0.5, angle: float = 20.0) -> Trial:
@@ -109,7 +142,7 @@ def zigzag(vessel: Vessel, *, power: float = 1.0, helm: float = 0.5, angle: floa
         helm: share of full helm, above 0 to 1.
         angle: change of heading at which the helm is turned over [degrees].
     """
-    approach(vessel, power)
+    begun = approach(vessel, power)
     bound, states, helms = math.radians(angle), [vessel.state], [helm]
     turns: list[int] = []
     side, turned = 1.0, _Turned()
@@ -138,7 +171,8 @@ def zigzag(vessel: Vessel, *, power: float = 1.0, helm: float = 0.5, angle: floa
         "period": Figure(times[2] - times[0], "s", "time between the first and the third turning of the helm"),
     }
     curves = {"heading": (track.time, degrees), "helm, full is 35": (track.time, 35.0 * track.helm)}
-    return Trial("zigzag", figures, curves, ("time [s]", "angle [degrees]"), track)
+    axes = "time [s]", "angle [degrees]"
+    return Trial("zigzag", figures, curves, axes, track, approach_remarks(begun))
 
 
 def _reach(track: Track, turns: list[int]) -> float:
