@@ -46,6 +46,8 @@ class Displaced:
     """Of the waterplane [m2]."""
     spread: FloatArray
     """(2,): second moments of the waterplane along x and along y, about its centroid [m4]"""
+    middle: float = 0.0
+    """x of the waterplane's centroid [m]."""
 
 
 def displaced(corners: FloatArray, level: float) -> Displaced:
@@ -64,16 +66,20 @@ def displaced(corners: FloatArray, level: float) -> Displaced:
     moments = [float((weight * value).sum()) for value in (x * (z - level), y * (z - level), (z * z - level**2) / 2.0)]
     spread = [-float((weight * v * v).sum()) - float((weight * v).sum()) ** 2 / area if area > 0.0 else 0.0
               for v in (x, y)]  # fmt: skip
-    return Displaced(volume, np.array(moments) / volume, area, np.maximum(spread, 0.0))
+    middle = -float((weight * x).sum()) / area if area > 0.0 else 0.0
+    return Displaced(volume, np.array(moments) / volume, area, np.maximum(spread, 0.0), middle)
 
 
-def floating_level(corners: FloatArray, volume: float) -> float:
-    """The level [m] up to which closed triangles displace a volume [m3], which must be less than all of theirs."""
+def floating_level(corners: FloatArray, volume: float, share: float = 1e-5) -> float:
+    """The level [m] up to which closed triangles displace a volume [m3], which must be less than all of theirs.
+
+    It is met within a share of their height.
+    """
     from scipy.optimize import brentq
 
     heights = corners[:, :, 2]
     low, high = float(heights.min()), float(heights.max())
-    found: float = brentq(lambda level: displaced(corners, level).volume - volume, low, high, xtol=1e-5 * (high - low))
+    found: float = brentq(lambda level: displaced(corners, level).volume - volume, low, high, xtol=share * (high - low))
     return float(found)
 
 

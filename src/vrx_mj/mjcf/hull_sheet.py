@@ -1,7 +1,7 @@
 """The hydrostatics of a hull's mesh: displacement, centres, stiffness and righting arms.
 
-Axes are the mesh's own, x forward, y left, z up. The figures come from the pressure on the mesh (`physics.panels`), the
-same function that moves a boat; derivatives are central differences of it.
+Axes are the mesh's own, x forward, y left, z up. The figures follow from Archimedes' principle over its faces, exactly;
+righting arms from the pressure on them (`physics.panels`), the same function that moves a boat.
 """
 
 import math
@@ -13,6 +13,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import VrxError
 from vrx_mj.frames import rotation
+from vrx_mj.mjcf.derive import displaced, floating_level
 from vrx_mj.mjcf.hull_checks import MOST_LIFT
 from vrx_mj.physics.panel_mesh import panels_of
 from vrx_mj.physics.panels import wrench_of_still_water
@@ -21,8 +22,6 @@ __all__ = ["HullSheet", "hull_sheet"]
 
 HEELS = tuple(range(0, 181, 10))
 """Angles of heel of the righting arms [degrees]."""
-STEP = 1e-4
-"""Of central differences [m], [rad]."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +49,7 @@ class HullSheet:
     center_of_flotation: float
     """x of the waterplane's middle [m]."""
     stiffness: tuple[float, float, float]
-    """C33 [N/m], C44 and C55 [N m/rad] about the waterplane's middle: the displacement stays."""
+    """C33 [N/m], C44 and C55 [N m/rad] about the waterplane's middle, at the same displacement."""
     righting_arms: tuple[tuple[float, float], ...]
     """Angle of heel to starboard [degrees] and righting arm GZ [m], at the same displacement and without trim."""
 
@@ -90,24 +89,20 @@ class _Hull:
         self._panels = panels_of(self._vertices, np.arange(len(self._vertices)).reshape(-1, 3))
         self._weight = weight
 
-    def wrench(self, height: float, roll: float = 0.0, pitch: float = 0.0) -> FloatArray:
+    def wrench(self, height: float, roll: float) -> FloatArray:
         """Force [N] and torque [N m] (6,) of the water about the centre, which is `height` [m] over it; world axes."""
-        turn = rotation(roll, pitch, 0.0)
+        turn = rotation(roll, 0.0, 0.0)
         found = wrench_of_still_water(self._panels, turn[2], height, self._weight)
         return np.concatenate((np.array(turn) @ found[:3], np.array(turn) @ found[3:]))
 
-    def height(self, load: float, roll: float = 0.0, pitch: float = 0.0) -> float:
-        """The height [m] at which the water carries a load [N]."""
+    def arm(self, load: float, heel: float) -> float:
+        """Righting arm [m] at a heel to starboard [rad] under a load [N]: how far buoyancy is to starboard of it."""
         from scipy.optimize import brentq
 
-        vertical = self._vertices @ np.array(rotation(roll, pitch, 0.0))[2]
+        vertical = self._vertices @ np.array(rotation(heel, 0.0, 0.0))[2]
         low, high = -float(vertical.max()), -float(vertical.min())
-        return float(brentq(lambda height: self.wrench(height, roll, pitch)[2] - load, low, high, xtol=1e-10))
-
-    def torque(self, load: float, roll: float, pitch: float) -> list[float]:
-        """Torques [N m] of the water about x and y, at angles of heel to starboard and trim by the bow [rad]."""
-        found: list[float] = self.wrench(self.height(load, roll, pitch), roll, pitch)[3:5].tolist()
-        return found
+        height = brentq(lambda height: self.wrench(height, heel)[2] - load, low, high, xtol=1e-10)
+        return float(-self.wrench(float(height), heel)[3] / load)
 
 
 def hull_sheet(
@@ -136,37 +131,22 @@ def hull_sheet(
             f"it hardly touches the water: {mass:g} kg, its volume of {whole:.4g} m3 carries {whole * density:.4g} kg; "
             "check the mesh's unit (m): --scale 0.001 takes one in mm"
         )
-    hull, load = _Hull(corners, center, density * gravity), mass * gravity
-    height = hull.height(load)
-    upright = hull.wrench(height)
-    waterline, keel = center[2] - height, float(corners[..., 2].min())
-    area = (hull.wrench(height - STEP)[2] - hull.wrench(height + STEP)[2]) / (2.0 * STEP * density * gravity)
-    lever = (hull.wrench(height - STEP)[4] - hull.wrench(height + STEP)[4]) / (2.0 * STEP * density * gravity)
-    slopes = [
-        (hull.torque(load, *-turn)[axis] - hull.torque(load, *turn)[axis]) / (2.0 * STEP)
-        for axis, turn in enumerate(STEP * np.eye(2))
-    ]
+    hull, volume, weight = _Hull(corners, center, density * gravity), mass / density, mass * gravity
+    waterline = floating_level(corners, volume, 1e-10)
+    wet = displaced(corners, waterline)
+    x, y, z = wet.center.tolist()
+    trim, heel = (weight * (float(spread) / volume + z - center[2]) for spread in wet.spread)
     return HullSheet(
         mass=mass,
         center_of_mass=(float(center[0]), float(center[1]), float(center[2])),
         density=density,
         gravity=gravity,
         waterline=waterline,
-        draft=waterline - keel,
-        volume=mass / density,
-        center_of_buoyancy=_buoyancy(corners, waterline, upright, load, center),
-        waterplane_area=area,
-        center_of_flotation=center[0] - lever / area,
-        stiffness=(density * gravity * area, slopes[0], slopes[1]),
-        righting_arms=tuple((float(heel), -hull.torque(load, math.radians(heel), 0.0)[0] / load) for heel in HEELS),
+        draft=waterline - float(corners[..., 2].min()),
+        volume=volume,
+        center_of_buoyancy=(x, y, z),
+        waterplane_area=wet.area,
+        center_of_flotation=wet.middle,
+        stiffness=(density * gravity * wet.area, heel, trim),
+        righting_arms=tuple((float(heel), hull.arm(weight, math.radians(heel))) for heel in HEELS),
     )
-
-
-def _buoyancy(
-    corners: FloatArray, waterline: float, upright: FloatArray, load: float, center: Sequence[float]
-) -> tuple[float, float, float]:
-    """The centre of buoyancy [m]; its height is that of the wet volume."""
-    from vrx_mj.mjcf.derive import displaced
-
-    x, y = center[0] - upright[4] / load, center[1] + upright[3] / load
-    return float(x), float(y), float(displaced(corners, waterline).center[2])
