@@ -18,7 +18,7 @@ from vrx_mj.mjcf.templates import render
 from vrx_mj.physics.thrust import normal_slope
 
 if TYPE_CHECKING:
-    from vrx_mj.arrays import FloatArray, IntArray
+    from vrx_mj.arrays import FloatArray
     from vrx_mj.mjcf.hull_estimate import HullEstimate
 
 __all__ = ["make_robot"]
@@ -50,59 +50,41 @@ def make_robot(name: str, mesh: Path, mass: float, engines: int, center: str | N
             raise CommandError(f"invalid --{option} {value:g}: a number above 0 is needed")
     if engines not in NAMES:
         raise CommandError(f"invalid --thrusters {engines}: 1 to {len(NAMES)} are needed")
-    corners = simplified(read_hull(mesh, scale))
-    boat = estimated_hull(corners, mass, engines, None if center is None else coordinates(center))
+    boat = estimated_hull(
+        simplified(read_hull(mesh, scale)), mass, engines, None if center is None else coordinates(center)
+    )
     for note in rest_notes(displaced(boat.corners, 0.0), np.array(boat.sheet.center_of_mass), "--center"):
         warnings.warn(note, VrxWarning, stacklevel=1)
     folder = new_folder(name)
     with writing("the robot", folder):
-        _write(folder, boat, corners)
+        _write(folder, boat)
     for line in _lines(folder, boat):
         typer.echo(line)
 
 
 def simplified(corners: "FloatArray") -> "FloatArray":
-    """Closed triangles (n, 3, 3), fewer of them if there are more than `MOST_TRIANGLES`.
+    """Closed triangles (n, 3, 3), fewer of the same volume if there are more than `MOST_TRIANGLES`.
 
-    All points in one cell of a grid become the one that is nearest to the planes of their triangles (Lindstrom 2000):
-    flat sides and edges stay where they are, and a closed surface stays closed.
+    Of the points in one cell of a grid the outermost stands for all: a closed surface stays closed.
     """
-    points, named = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
-    faces = named.reshape(-1, 3)
-    if len(faces) <= MOST_TRIANGLES:
+    if len(corners) <= MOST_TRIANGLES:
         return corners
-    kept: IntArray = faces
-    cell = float(np.ptp(points, axis=0).max()) / 200.0
-    while len(kept) > MOST_TRIANGLES:
-        cell *= 1.2
-        _, inside, count = np.unique(np.round(points / cell), axis=0, return_inverse=True, return_counts=True)
+    points, named = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    size, middle, found, share = np.ptp(points, axis=0), points.mean(axis=0), corners, 1.0 / 200.0
+    order = np.argsort(-np.linalg.norm((points - middle) / size, axis=1))
+    points, faces = points[order], np.argsort(order)[named.reshape(-1, 3)]
+    while len(found) > MOST_TRIANGLES:
+        share *= 1.2
+        cells = np.round(points / (share * size))
+        _, first, inside = np.unique(cells, axis=0, return_index=True, return_inverse=True)
         index = inside.ravel()[faces]
-        kept = _without_folds(index)
-    middles = np.stack([np.bincount(inside.ravel(), axis) / count for axis in points.T], axis=1)
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    squares, sums = np.zeros((len(middles), 3, 3)), np.zeros((len(middles), 3))
-    for corner in index.T:
-        apart = np.einsum("ij,ij->i", normals, corners[:, 0] - middles[corner])
-        np.add.at(squares, corner, normals[:, :, None] * normals[:, None, :])
-        np.add.at(sums, corner, normals * apart[:, None])
-    moves = np.einsum("ijk,ik->ij", np.linalg.pinv(squares, rcond=0.1, hermitian=True), sums)
-    found: FloatArray = (middles + moves.clip(-cell, cell))[kept]
-    return found
+        found = points[first][index[(index != np.roll(index, 1, axis=1)).all(axis=1)]]
+    before, after = (displaced(each, float(points[:, 2].max()) + 1.0).volume for each in (corners, found))
+    same: FloatArray = middle + (found - middle) * np.cbrt(before / after)
+    return same
 
 
-def _without_folds(faces: "IntArray") -> "IntArray":
-    """Triangles (n, 3) without those that have no area, or that lie on each other back to back."""
-    faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
-    a, b, c = faces.T
-    side = np.sign((b - a) * (c - a) * (c - b))
-    _, first, same = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_inverse=True)
-    left = np.bincount(same.ravel(), side).astype(np.int64) * side[first]
-    kept = np.where(left[:, None] > 0, faces[first], faces[first, ::-1])
-    found: IntArray = np.repeat(kept, np.abs(left), axis=0)
-    return found
-
-
-def _write(folder: Path, boat: "HullEstimate", corners: "FloatArray") -> None:
+def _write(folder: Path, boat: "HullEstimate") -> None:
     import trimesh
 
     from vrx_mj.draw.hull_picture import draw_hull
@@ -114,34 +96,30 @@ def _write(folder: Path, boat: "HullEstimate", corners: "FloatArray") -> None:
     meshes = [f"hull{number}.stl" for number in range(1, len(pieces) + 1)]
     for file, piece in zip(meshes, pieces, strict=True):
         piece.export(folder / file)
-    values = _values(boat, corners, name=folder.name, meshes=meshes)
+    values = _values(boat)
+    named = list(zip(NAMES[len(boat.engines)], values["engines"], strict=True))
     for file in ("robot.yaml", "boat.urdf"):
-        text = render(f"new_robot{Path(file).suffix}.j2", **values)
+        text = render(
+            f"new_robot{Path(file).suffix}.j2", **values | {"name": folder.name, "meshes": meshes, "engines": named}
+        )
         (folder / file).write_text(text, encoding="utf-8", newline="\n")
     draw_hull(boat.corners, boat.sheet.center_of_mass, boat.engines, folder / "boat.png")
 
 
-def _values(boat: "HullEstimate", corners: "FloatArray", **names: object) -> dict[str, Any]:
-    """What the templates write, with four digits."""
-    sheet, side = boat.sheet, boat.windage[1]
-    origin = corners.reshape(-1, 3)[0] - boat.corners.reshape(-1, 3)[0]
-    x, _, area, aspect = boat.stern
+def _values(boat: "HullEstimate") -> dict[str, Any]:
+    """What the templates write beside the names of files, with four digits."""
+    sheet, (x, _, area, aspect), side = boat.sheet, boat.stern, boat.windage[1]
     strip = 0.5 * DENSITY * boat.across * boat.drafts * boat.length / len(boat.drafts)
-    along = np.linspace(x, x + boat.length, len(strip))
     lift = 0.5 * DENSITY * area * normal_slope(aspect) * boat.speed  # which profiles without skegs have at full thrust
-    share = 0.5 * AIR * np.array([boat.windage[0], side, side * boat.length])
-    engines = [(name, _short(place)) for name, place in zip(NAMES[len(boat.engines)], boat.engines, strict=True)]
-    found = {
-        "origin": origin, "mass": sheet.mass, "center": sheet.center_of_mass, "draft": sheet.draft, "gm": sheet.gm[0],
-        "point": sheet.center_of_buoyancy, "length": boat.length, "beam": boat.beam, "inertia": boat.inertia,
-        "added_mass": boat.added_mass, "diagonal": np.diag(boat.added_mass), "damping": boat.damping,
-        "drag": boat.damping + np.array([0.0, lift, 0.0, 0.0, 0.0, lift * x**2]),
-        "surge_drag": boat.surge_drag, "sway_drag": strip.sum(), "yaw_drag": strip @ np.abs(along) ** 3,
-        "drafts": boat.drafts, "across": boat.across, "stern": boat.stern, "bow": x + boat.length,
-        "speed": boat.speed, "thrust": boat.thrust, "windage": boat.windage, "wind": share * WIND,
-        "top": boat.corners[:, :, 2].max() + 0.1, "skeg": boat.course.skeg, "criterion": boat.course.criterion,
+    found = vars(boat) | {
+        "mass": sheet.mass, "center": sheet.center_of_mass, "draft": sheet.draft, "gm": sheet.gm[0],
+        "point": sheet.center_of_buoyancy, "diagonal": np.diag(boat.added_mass), "bow": x + boat.length,
+        "drag": boat.damping + np.array([0.0, lift, 0.0, 0.0, 0.0, lift * x**2]), "sway_drag": strip.sum(),
+        "yaw_drag": strip @ np.abs(np.linspace(x, x + boat.length, len(strip))) ** 3,
+        "wind": 0.5 * AIR * np.array([boat.windage[0], side, side * boat.length]) * WIND,
+        "top": boat.corners[:, :, 2].max() + 0.1,
     }  # fmt: skip
-    return {**names, **{key: _short(value) for key, value in found.items()}, "engines": engines}
+    return {key: _short(value) for key, value in found.items() if key not in {"corners", "sheet"}}
 
 
 def _short(value: Any) -> Any:
@@ -153,17 +131,18 @@ def _short(value: Any) -> Any:
 
 def _lines(folder: Path, boat: "HullEstimate") -> Iterator[str]:
     """What is made, whether it keeps its course, what would make it, and how to sail it."""
-    sheet, course, arm = boat.sheet, boat.course, abs(boat.engines[0][1] - boat.engines[-1][1]) / 2.0
+    sheet, arm = boat.sheet, abs(boat.engines[0][1] - boat.engines[-1][1]) / 2.0
+    criterion, growth, feedback, skeg = boat.course
     yield f"{folder}: {boat.length:.3g} x {boat.beam:.3g} m, draft {sheet.draft:.3g} m, GM {sheet.gm[0]:.3g} m"
     yield f"{len(boat.engines)} x {boat.thrust:.3g} N for {boat.speed:.3g} m/s; robot.yaml names the rules it is by"
-    if course.skeg:
-        each, doubling = math.radians(course.feedback), math.log(2.0) / course.growth
-        yield f"it does not keep a straight course at equal thrust: C = {course.criterion:.3g}, below 0"
-        yield f"  a small turn doubles in {doubling:.3g} s; it keeps its course"
-        yield f"  with a skeg of {course.skeg:.3g} m2 at the stern: remove the # before its line in robot.yaml"
+    if skeg:
+        yield f"it does not keep a straight course at equal thrust: C = {criterion:.3g}, below 0"
+        yield f"  a small turn doubles in {math.log(2.0) / growth:.3g} s; it keeps its course"
+        yield f"  with a skeg of {skeg:.3g} m2 at the stern: remove the # before its line in robot.yaml"
+        each = math.radians(feedback)
         what = f"differential thrust of {each / arm:.3g} N" if arm else f"its engine turned to {each:.3g} N m"
         yield f"  or with {what} for each deg/s, against the turn"
     else:
-        yield f"it keeps a straight course at equal thrust: C = {course.criterion:.3g}, above 0"
+        yield f"it keeps a straight course at equal thrust: C = {criterion:.3g}, above 0"
     thrust = ",".join(f"{name}=1" for name in NAMES[len(boat.engines)])
     yield f"vrx-mj run ocean --fleet './{folder}' --thrust {thrust}"

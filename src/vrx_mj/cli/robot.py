@@ -219,9 +219,8 @@ def hydro(
             raise CommandError(f"invalid --{name} {count}: {least} to {most} are needed")
     corners = read_hull(mesh, scale)
     sheet = hull_sheet(corners, mass, coordinates(center), density)
-    if min(sheet.gm) > 0.0:  # else the last line says that it capsizes
-        for note in rest_notes(displaced(corners, sheet.waterline), np.array(sheet.center_of_mass), "--center"):
-            warnings.warn(f"mesh {mesh.name}: {note}", VrxWarning, stacklevel=1)
+    for note in rest_notes(displaced(corners, sheet.waterline), np.array(sheet.center_of_mass), "--center"):
+        warnings.warn(f"mesh {mesh.name}: {note}", VrxWarning, stacklevel=1)
     for line in _sheet_lines(sheet):
         typer.echo(line)
     if output is not None:
@@ -304,8 +303,6 @@ def _sheet_lines(sheet: "HullSheet") -> Iterator[str]:
     yield "righting arms GZ [m] by heel [deg]:"
     arms = [f"{heel:3.0f}: {_m(arm):>7}" for heel, arm in sheet.righting_arms]
     yield from ("  " + "   ".join(arms[start : start + 6]) for start in range(0, len(arms), 6))
-    if gm_t <= 0.0:
-        yield "it capsizes from upright: GM is not above 0; lower the centre of mass"
 
 
 def print_verdict(verdict: "Verdict") -> None:

@@ -16,7 +16,7 @@ from vrx_mj.mjcf.derive import below, displaced
 from vrx_mj.mjcf.hull_sheet import HullSheet, hull_sheet
 from vrx_mj.physics.thrust import normal_slope
 
-__all__ = ["Course", "HullEstimate", "added_mass_of_sections", "estimated_hull"]
+__all__ = ["HullEstimate", "added_mass_of_sections", "estimated_hull"]
 
 DENSITY, GRAVITY = SEA_WATER_DENSITY, STANDARD_GRAVITY
 """Of sea water [kg/m3], and of the world [m/s2]."""
@@ -32,6 +32,8 @@ RELATIVE_DAMPING = 0.3, 0.2, 0.4
 """Shares of critical damping in heave, roll and pitch, those of Fossen's Otter (otter.py, Fossen 2021)."""
 WIND = 0.7, 0.825, 0.125
 """Coefficients of wind from ahead, across and about z: the middle of the ranges of Fossen (2021), 10.1."""
+ENGINES = 0.38
+"""Share of the beam by which the outer engines are off the middle: under the hulls of a catamaran."""
 BLUNT = 0.9
 """Cosine of the angle to ahead or astern from which on a face is a blunt end."""
 PRESSURE = 0.8, 0.2
@@ -46,26 +48,14 @@ SKEG_ASPECT, SKEG_RESERVE = 1.0, 1.25
 
 
 @dataclass(frozen=True)
-class Course:
-    """How a boat keeps a straight course at full thrust: the linear equations of sway and yaw (Fossen 2021, 15.1)."""
-
-    criterion: float
-    """C = Yv (Nr - m xg U) - Nv (Yr - m U) over (rho L3 U / 2)2: above 0 it keeps its course."""
-    growth: float
-    """Rate at which a small turn grows; below 0 it dies [1/s]."""
-    feedback: float
-    """Moment for each rad/s of turn with which an engine or rudder would keep it [N m s]; 0 if it is not needed."""
-    skeg: float
-    """Area of a skeg at the stern with which it would keep its course [m2]; 0 if it is not needed."""
-
-
-@dataclass(frozen=True)
 class HullEstimate:
     """A boat made of a hull, a mass and a number of engines."""
 
     corners: FloatArray
     """(n, 3, 3) [m]"""
     sheet: HullSheet
+    origin: FloatArray
+    """(3,) where the base link is in the axes of the mesh [m]."""
     hulls: int
     """Hulls side by side."""
     length: float
@@ -88,16 +78,19 @@ class HullEstimate:
     """x and z [m], area [m2] and aspect ratio of the wing whose lift is that of the hull's stern."""
     speed: float
     """At full thrust [m/s]."""
+    thrust: float
+    """Of each engine ahead [N]."""
     engines: tuple[tuple[float, float, float], ...]
     """Where they push, from port to starboard [m]."""
     windage: tuple[float, float, float]
     """Areas seen from ahead and from the side [m2], and height of the latter's middle [m]."""
-    course: Course
+    course: tuple[float, float, float, float]
+    """How it keeps a straight course at full thrust, of the linear equations of sway and yaw (Fossen 2021, 15.1).
 
-    @property
-    def thrust(self) -> float:
-        """Of each engine ahead [N]."""
-        return self.surge_drag * self.speed**2 / len(self.engines)
+    C = Yv (Nr - m xg U) - Nv (Yr - m U) over (rho L3 U / 2)2, above 0 if it does; rate at which a small turn grows
+    [1/s]; moment for each rad/s of turn by which an engine or rudder would keep it [N m s], and area of a skeg at the
+    stern that would [m2], both 0 if none is needed.
+    """
 
 
 def added_mass_of_sections(breadth: FloatArray, draft: FloatArray, area: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -141,6 +134,7 @@ def shares_of_strips(length: float, breadth: float, draft: float) -> FloatArray:
 class _Hull:
     """One of the hulls side by side, as strips of a length `dx` [m]."""
 
+    length: float
     x: FloatArray
     dx: float
     y: float
@@ -156,11 +150,6 @@ class _Hull:
     def volume(self) -> float:
         """Displaced volume [m3]."""
         return float(self.area.sum()) * self.dx
-
-    @property
-    def length(self) -> float:
-        """Length of what is wet [m]."""
-        return len(self.x) * self.dx
 
     def surge_drag(self, speed: float) -> float:
         """Quadratic damping of surge at a speed [N s2/m2].
@@ -199,7 +188,7 @@ def _hull(wet: FloatArray) -> _Hull:
     middle = 0.5 * float(wet[:, :, 1].min() + wet[:, :, 1].max())
     floor = 1e-6 * float(draft.max())
     return _Hull(
-        edges[:-1] + 0.5 * dx, dx, middle, np.maximum(breadth, floor), np.maximum(draft, floor),
+        STATIONS * dx, edges[:-1] + 0.5 * dx, dx, middle, np.maximum(breadth, floor), np.maximum(draft, floor),
         np.maximum(area, floor**2), float(sizes.sum()), (ahead, astern),
     )  # fmt: skip
 
@@ -226,11 +215,10 @@ def estimated_hull(
     """
     sizes = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     height = float(sizes @ corners[:, :, 2].mean(axis=1) / sizes.sum())
-    sheet = hull_sheet(corners, mass, center or (0.0, 0.0, height), DENSITY, GRAVITY)
-    x, y, _ = sheet.center_of_buoyancy
-    corners = corners - (x, y, sheet.waterline)
-    cx, cy, cz = center or (x, y, height)
-    sheet = hull_sheet(corners, mass, (cx - x, cy - y, cz - sheet.waterline), DENSITY, GRAVITY)
+    afloat = hull_sheet(corners, mass, (0.0, 0.0, 0.0), DENSITY, GRAVITY)
+    (x, y, _), waterline = afloat.center_of_buoyancy, afloat.waterline
+    corners, (cx, cy, cz) = corners - (x, y, waterline), center or (x, y, height)
+    sheet = hull_sheet(corners, mass, (cx - x, cy - y, cz - waterline), DENSITY, GRAVITY)
     wet = below(corners, 0.0)
     hulls = list(_hulls(wet))
     low, high = wet.reshape(-1, 3).min(axis=0), wet.reshape(-1, 3).max(axis=0)
@@ -245,17 +233,18 @@ def estimated_hull(
         damping[axis] = 2.0 * ratio * math.sqrt(max(stiff, 0.0) * (own + added[axis, axis]))
     # the outer hull of a turn is faster, the inner one slower
     damping[5] = sum(2.0 * k * speed * hull.y**2 for k, hull in zip(drag, hulls, strict=True))
-    drafts = np.max([np.interp(_along(low[0], high[0]), hull.x, hull.draft) for hull in hulls], axis=0)
-    stern = _stern(hulls, float(low[0]))
+    along, stern = np.linspace(low[0], high[0], STATIONS), _stern(hulls, float(low[0]))
+    drafts = np.max([np.interp(along, hull.x, hull.draft) for hull in hulls], axis=0)
+    sides = 0.5 * (low[1] + high[1]) + ENGINES * beam * (
+        np.linspace(1.0, -1.0, engines) if engines > 1 else np.zeros(1)
+    )
+    places = tuple((float(low[0]) + 0.04 * length, float(side), 0.6 * float(low[2])) for side in sides)
+    across = sum(float(np.interp(0.5 * hull.breadth.max() / hull.draft.max(), *HOERNER)) for hull in hulls)
     return HullEstimate(
-        corners, sheet, len(hulls), length, beam, inertia, added, damping, sum(drag), drafts,
-        sum(_across(hull) for hull in hulls), stern, speed, _engines(engines, hulls, low, high), _windage(corners),
+        corners, sheet, np.array([x, y, waterline]), len(hulls), length, beam, inertia, added, damping, sum(drag),
+        drafts, across, stern, speed, sum(drag) * speed**2 / engines, places, _windage(corners),
         _course((mass, inertia[2]), cx - x, added, float(damping[5]), stern, length),
     )  # fmt: skip
-
-
-def _along(stern: float, bow: float) -> FloatArray:
-    return np.linspace(stern, bow, STATIONS)
 
 
 def _added_mass(hulls: Sequence[_Hull], sheet: HullSheet) -> FloatArray:
@@ -281,11 +270,6 @@ def _added_mass(hulls: Sequence[_Hull], sheet: HullSheet) -> FloatArray:
     return added
 
 
-def _across(hull: _Hull) -> float:
-    """Drag coefficient of a hull in a flow across it."""
-    return float(np.interp(0.5 * hull.breadth.max() / hull.draft.max(), *HOERNER))
-
-
 def _stern(hulls: Sequence[_Hull], stern: float) -> tuple[float, float, float, float]:
     """The wing at the stern whose lift is that of the hulls, each a wing of its length and draft.
 
@@ -295,18 +279,6 @@ def _stern(hulls: Sequence[_Hull], stern: float) -> tuple[float, float, float, f
     draft, length = max(float(hull.draft.max()) for hull in hulls), max(hull.length for hull in hulls)
     area = len(hulls) * math.pi * draft**2 / normal_slope(draft / length)
     return stern, -0.5 * draft, area, draft / length
-
-
-def _engines(
-    count: int, hulls: Sequence[_Hull], low: FloatArray, high: FloatArray
-) -> tuple[tuple[float, float, float], ...]:  # fmt: skip
-    """Places at the stern, from port to starboard: under the hulls if they are as many, else side by side."""
-    x, z = float(low[0] + 0.04 * (high[0] - low[0])), 0.6 * float(low[2])
-    middle, reach = 0.5 * float(low[1] + high[1]), 0.35 * float(high[1] - low[1]) * (count > 1)
-    sides = [hull.y for hull in reversed(hulls)]
-    if count != len(hulls):
-        sides = np.linspace(middle + reach, middle - reach, count).tolist()
-    return tuple((x, y, z) for y in sides)
 
 
 def _windage(corners: FloatArray) -> tuple[float, float, float]:
@@ -319,7 +291,7 @@ def _windage(corners: FloatArray) -> tuple[float, float, float]:
 
 def _course(
     rigid: Sequence[float], ahead: float, added: FloatArray, damping: float, stern: Sequence[float], length: float
-) -> Course:
+) -> tuple[float, float, float, float]:
     """How a boat keeps its course, of mass and inertia, with the centre of mass `ahead` of the origin [m]."""
     (mass, inertia), (x, _, area, aspect) = rigid, stern
     speed, lift = FROUDE * math.sqrt(GRAVITY * length), 0.5 * DENSITY * area * normal_slope(aspect)
@@ -339,4 +311,4 @@ def _course(
     short = max(-found, 0.0)
     skeg = SKEG_RESERVE * short / slope / (0.5 * DENSITY * normal_slope(SKEG_ASPECT)) if slope > 0.0 else math.nan
     scale = (0.5 * DENSITY * length**3 * speed) ** 2
-    return Course(found / scale, growth, short / (lift * speed), skeg)
+    return found / scale, growth, short / (lift * speed), skeg

@@ -43,8 +43,8 @@ def test_worlds_that_cannot_be_read_are_told_once(cli, folder):
         (folder / "seas" / f"{name}.yaml").write_text(text, encoding="utf-8")
     said = cli("campaign", "crew:steady", "--worlds", "seas/*.yaml", "--seeds", "0..19", "-o", "never")
     assert (said.code, said.out) == (2, "")
-    problems = said.err.splitlines()
-    assert [line.split(":")[0] for line in problems] == ["seas/b.yaml", "seas/c.yaml"]
+    (problem,) = said.err.splitlines()
+    assert problem.startswith("seas/b.yaml:2:1: gravity: ")
     said = cli("campaign", "crew:steady", "--worlds", "ocean", "--fleet", "seas/b.yaml", "-o", "never")
     assert (said.code, said.err.count("seas/b.yaml")) == (2, 1)
     assert not (folder / "never").exists()

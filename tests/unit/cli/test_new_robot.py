@@ -113,8 +113,9 @@ def test_a_fine_mesh_becomes_a_coarse_one_of_the_same_draft(cli, folder):
     coarse, fine = (cli("new", "robot", n, "--hull", f"{n}.stl", "--mass", mass) for n in ("coarse", "fine"))
     drafts = [float(re.search(r"draft ([\d.]+) m", said.out)[1]) for said in (coarse, fine)]
     assert (fine.err, drafts[1]) == ("", pytest.approx(drafts[0], rel=0.02))
-    simple = trimesh.load_mesh(folder / "fine" / "hull1.stl")
-    assert (len(simple.faces) <= 1000, simple.is_watertight) == (True, True)
+    assert len(trimesh.load_mesh(folder / "fine" / "hull1.stl", process=False).faces) <= 1000
+    (folder / "calm.yaml").write_text("physics: {profile: marine}\nsea: {model: none}\n", encoding="utf-8")
+    assert cli("run", "calm.yaml", "--fleet", "./fine", "--duration", "1").err == ""
 
 
 def test_without_a_hull_it_is_a_wamv_of_its_own_files(cli, folder):
