@@ -4,31 +4,29 @@ import math
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import typer
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.cli.files import new_folder, writing
 from vrx_mj.cli.robot import LARGEST, coordinates, read_hull
 from vrx_mj.errors import CommandError, VrxWarning
 from vrx_mj.mjcf.derive import displaced, rest_notes
-from vrx_mj.mjcf.hull_estimate import DENSITY, WIND, estimated_hull
+from vrx_mj.mjcf.hull_estimate import DENSITY, WIND, HullEstimate, estimated_hull
 from vrx_mj.mjcf.templates import render
 from vrx_mj.physics.thrust import normal_slope
 
-if TYPE_CHECKING:
-    from vrx_mj.arrays import FloatArray
-    from vrx_mj.mjcf.hull_estimate import HullEstimate
-
 __all__ = ["make_robot"]
 
-NAMES = {
-    1: ("engine",),
-    2: ("left", "right"),
-    3: ("left", "middle", "right"),
-    4: ("left", "left_middle", "right_middle", "right"),
-}
+NAMES = (
+    (),
+    ("engine",),
+    ("left", "right"),
+    ("left", "middle", "right"),
+    ("left", "left_middle", "right_middle", "right"),
+)
 """Names of engines by their number, from port to starboard."""
 MOST_TRIANGLES = 1000
 """To which a mesh is simplified: every step looks at all, and worlds divide long ones."""
@@ -48,11 +46,9 @@ def make_robot(name: str, mesh: Path, mass: float, engines: int, center: str | N
     for option, value in (("mass", mass), ("scale", scale)):
         if not 0.0 < value < LARGEST:
             raise CommandError(f"invalid --{option} {value:g}: a number above 0 is needed")
-    if engines not in NAMES:
-        raise CommandError(f"invalid --thrusters {engines}: 1 to {len(NAMES)} are needed")
-    boat = estimated_hull(
-        simplified(read_hull(mesh, scale)), mass, engines, None if center is None else coordinates(center)
-    )
+    if not 1 <= engines < len(NAMES):
+        raise CommandError(f"invalid --thrusters {engines}: 1 to {len(NAMES) - 1} are needed")
+    boat = estimated_hull(simplified(read_hull(mesh, scale)), mass, engines, coordinates(center) if center else None)
     for note in rest_notes(displaced(boat.corners, 0.0), np.array(boat.sheet.center_of_mass), "--center"):
         warnings.warn(note, VrxWarning, stacklevel=1)
     folder = new_folder(name)
@@ -62,7 +58,7 @@ def make_robot(name: str, mesh: Path, mass: float, engines: int, center: str | N
         typer.echo(line)
 
 
-def simplified(corners: "FloatArray") -> "FloatArray":
+def simplified(corners: FloatArray) -> FloatArray:
     """Closed triangles (n, 3, 3), fewer of the same volume if there are more than `MOST_TRIANGLES`.
 
     Of the points in one cell of a grid the outermost stands for all: a closed surface stays closed.
@@ -84,7 +80,7 @@ def simplified(corners: "FloatArray") -> "FloatArray":
     return same
 
 
-def _write(folder: Path, boat: "HullEstimate") -> None:
+def _write(folder: Path, boat: HullEstimate) -> None:
     import trimesh
 
     from vrx_mj.draw.hull_picture import draw_hull
@@ -106,16 +102,15 @@ def _write(folder: Path, boat: "HullEstimate") -> None:
     draw_hull(boat.corners, boat.sheet.center_of_mass, boat.engines, folder / "boat.png")
 
 
-def _values(boat: "HullEstimate") -> dict[str, Any]:
+def _values(boat: HullEstimate) -> dict[str, Any]:
     """What the templates write beside the names of files, with four digits."""
     sheet, (x, _, area, aspect), side = boat.sheet, boat.stern, boat.windage[1]
-    strip = 0.5 * DENSITY * boat.across * boat.drafts * boat.length / len(boat.drafts)
     lift = 0.5 * DENSITY * area * normal_slope(aspect) * boat.speed  # which profiles without skegs have at full thrust
     found = vars(boat) | {
         "mass": sheet.mass, "center": sheet.center_of_mass, "draft": sheet.draft, "gm": sheet.gm[0],
         "point": sheet.center_of_buoyancy, "diagonal": np.diag(boat.added_mass), "bow": x + boat.length,
-        "drag": boat.damping + np.array([0.0, lift, 0.0, 0.0, 0.0, lift * x**2]), "sway_drag": strip.sum(),
-        "yaw_drag": strip @ np.abs(np.linspace(x, x + boat.length, len(strip))) ** 3,
+        "drag": boat.damping + np.array([0.0, lift, 0.0, 0.0, 0.0, lift * x**2]),
+        "across_drag": 0.5 * DENSITY * boat.across * boat.drafts.mean() * boat.length,
         "wind": 0.5 * AIR * np.array([boat.windage[0], side, side * boat.length]) * WIND,
         "top": boat.corners[:, :, 2].max() + 0.1,
     }  # fmt: skip
@@ -129,7 +124,7 @@ def _short(value: Any) -> Any:
     return [_short(item) for item in np.asarray(value, np.float64).tolist()] if np.ndim(value) else _short(float(value))
 
 
-def _lines(folder: Path, boat: "HullEstimate") -> Iterator[str]:
+def _lines(folder: Path, boat: HullEstimate) -> Iterator[str]:
     """What is made, whether it keeps its course, what would make it, and how to sail it."""
     sheet, arm = boat.sheet, abs(boat.engines[0][1] - boat.engines[-1][1]) / 2.0
     criterion, growth, feedback, skeg = boat.course

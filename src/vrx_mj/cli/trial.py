@@ -102,15 +102,8 @@ def _json(done: "Trial", boat: str, world: str | None) -> str:
         for key, each in done.figures.items()
     }
     track = {key: [round(float(value), 6) for value in values] for key, values in vars(done.track).items()}
-    tree = {
-        "trial": done.name,
-        "boat": boat,
-        "world": world or "calm",
-        "figures": figures,
-        "remarks": done.remarks,
-        "track": track,
-    }
-    return json.dumps(tree, indent=1, allow_nan=False) + "\n"
+    tree = {"trial": done.name, "boat": boat, "world": world or "calm", "figures": figures, "remarks": done.remarks}
+    return json.dumps(tree | {"track": track}, indent=1, allow_nan=False) + "\n"
 
 
 def _svg(done: "Trial", boat: str) -> str:

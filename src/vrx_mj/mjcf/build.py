@@ -252,24 +252,19 @@ def _completed(known: Mapping[str, Any], derived: Mapping[str, Any]) -> dict[str
     }
 
 
-OF_HULL = {
-    "added_mass": ("added_mass", "hydro"),
-    "drag_linear": ("damping_linear",),
-    "drag_quadratic": ("damping_quadratic",),
-}
+OF_HULL = {"added_mass": "added_mass hydro", "drag_linear": "damping_linear", "drag_quadratic": "damping_quadratic"}
 """Fields of `HydrodynamicsConfig` that a hull of profile `marine` takes, and its own keys that give them."""
 
 
 def _derived(
-    guess: Derived, given: Collection[str], known: Collection[str], hull: MarineHullConfig | None
+    guess: Derived, given: Mapping[str, Any], known: Collection[str], hull: MarineHullConfig | None
 ) -> list[str]:
     """Text of a warning about what was derived; the waterline and the draft represent the floats.
 
     Floats alone, with the lift of the shapes, are no guess.
     """
-    guessed = {
-        key for key, own in OF_HULL.items() if not (key in given or any(getattr(hull, name, ()) for name in own))
-    }
+    of_hull = {key for key, own in OF_HULL.items() if any(getattr(hull, name, ()) for name in own.split())}
+    guessed = OF_HULL.keys() - of_hull - given.keys()
     floats = set() if hull else guess.values.keys() - OF_HULL.keys() - {"hulls", *given}
     missing = [
         f"{key} {_short(value)}{' (in part that of its file)' if key in known else ''}"

@@ -235,10 +235,10 @@ def estimated_hull(
     damping[5] = sum(2.0 * k * speed * hull.y**2 for k, hull in zip(drag, hulls, strict=True))
     along, stern = np.linspace(low[0], high[0], STATIONS), _stern(hulls, float(low[0]))
     drafts = np.max([np.interp(along, hull.x, hull.draft) for hull in hulls], axis=0)
-    sides = 0.5 * (low[1] + high[1]) + ENGINES * beam * (
-        np.linspace(1.0, -1.0, engines) if engines > 1 else np.zeros(1)
+    off = ENGINES * beam * np.linspace(1.0, -1.0, engines) * (engines > 1)
+    places = tuple(
+        (float(low[0]) + 0.04 * length, 0.5 * float(low[1] + high[1]) + y, 0.6 * float(low[2])) for y in off.tolist()
     )
-    places = tuple((float(low[0]) + 0.04 * length, float(side), 0.6 * float(low[2])) for side in sides)
     across = sum(float(np.interp(0.5 * hull.breadth.max() / hull.draft.max(), *HOERNER)) for hull in hulls)
     return HullEstimate(
         corners, sheet, np.array([x, y, waterline]), len(hulls), length, beam, inertia, added, damping, sum(drag),

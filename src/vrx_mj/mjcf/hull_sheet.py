@@ -1,7 +1,6 @@
 """The hydrostatics of a hull's mesh: displacement, centres, stiffness and righting arms.
 
-Axes are the mesh's own, x forward, y left, z up. The figures follow from Archimedes' principle over its faces, exactly;
-righting arms from the pressure on them (`physics.panels`), the same function that moves a boat.
+Axes are the mesh's own, x forward, y left, z up. The figures follow from Archimedes' principle over its faces, exactly.
 """
 
 import math
@@ -15,8 +14,6 @@ from vrx_mj.errors import VrxError
 from vrx_mj.frames import rotation
 from vrx_mj.mjcf.derive import displaced, floating_level
 from vrx_mj.mjcf.hull_checks import MOST_LIFT
-from vrx_mj.physics.panel_mesh import panels_of
-from vrx_mj.physics.panels import wrench_of_still_water
 
 __all__ = ["HullSheet", "hull_sheet"]
 
@@ -81,28 +78,10 @@ class HullSheet:
         return self.density * self.waterplane_area / 1e5
 
 
-class _Hull:
-    """A mesh about its centre of mass, in water of a weight [N/m3]."""
-
-    def __init__(self, corners: FloatArray, center: Sequence[float], weight: float) -> None:
-        self._vertices = np.ascontiguousarray(corners.reshape(-1, 3) - np.asarray(center, np.float64))
-        self._panels = panels_of(self._vertices, np.arange(len(self._vertices)).reshape(-1, 3))
-        self._weight = weight
-
-    def wrench(self, height: float, roll: float) -> FloatArray:
-        """Force [N] and torque [N m] (6,) of the water about the centre, which is `height` [m] over it; world axes."""
-        turn = rotation(roll, 0.0, 0.0)
-        found = wrench_of_still_water(self._panels, turn[2], height, self._weight)
-        return np.concatenate((np.array(turn) @ found[:3], np.array(turn) @ found[3:]))
-
-    def arm(self, load: float, heel: float) -> float:
-        """Righting arm [m] at a heel to starboard [rad] under a load [N]: how far buoyancy is to starboard of it."""
-        from scipy.optimize import brentq
-
-        vertical = self._vertices @ np.array(rotation(heel, 0.0, 0.0))[2]
-        low, high = -float(vertical.max()), -float(vertical.min())
-        height = brentq(lambda height: self.wrench(height, heel)[2] - load, low, high, xtol=1e-10)
-        return float(-self.wrench(float(height), heel)[3] / load)
+def _arm(corners: FloatArray, volume: float, heel: float) -> float:
+    """Righting arm [m] at a heel to starboard [rad] of triangles about the centre of mass that displace a volume."""
+    turned = corners @ np.array(rotation(heel, 0.0, 0.0)).T
+    return -float(displaced(turned, floating_level(turned, volume, 1e-10)).center[1])
 
 
 def hull_sheet(
@@ -131,7 +110,7 @@ def hull_sheet(
             f"it hardly touches the water: {mass:g} kg, its volume of {whole:.4g} m3 carries {whole * density:.4g} kg; "
             "check the mesh's unit (m): --scale 0.001 takes one in mm"
         )
-    hull, volume, weight = _Hull(corners, center, density * gravity), mass / density, mass * gravity
+    volume, weight, own = mass / density, mass * gravity, corners - np.asarray(center, np.float64)
     waterline = floating_level(corners, volume, 1e-10)
     wet = displaced(corners, waterline)
     x, y, z = wet.center.tolist()
@@ -148,5 +127,5 @@ def hull_sheet(
         waterplane_area=wet.area,
         center_of_flotation=wet.middle,
         stiffness=(density * gravity * wet.area, heel, trim),
-        righting_arms=tuple((float(heel), hull.arm(weight, math.radians(heel))) for heel in HEELS),
+        righting_arms=tuple((float(heel), _arm(own, volume, math.radians(heel))) for heel in HEELS),
     )

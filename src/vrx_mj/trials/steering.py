@@ -18,8 +18,8 @@ WATCH = 5.0
 """[s]"""
 STRAIGHT = math.radians(0.5)
 """Rate of turn up to which an approach counts as straight [rad/s]."""
-ASTRAY = math.radians(5.0)
-"""Turn against the helm that is said [rad]."""
+ASTRAY = 5.0
+"""Turn against the helm that is said [degrees]."""
 LONGEST = 600.0
 """Longest time of a part of a trial [s]."""
 FULL = 3.0 * math.pi
@@ -103,19 +103,14 @@ def turning(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
 
 def _turn(states: Sequence[VesselState], side: float) -> tuple[int, list[str]]:
     """The state from which on a vessel turns to the side of its helm, and remarks about how it did."""
-    heading = side * np.unwrap([state.heading for state in states])
-    first, name = int(np.argmin(heading)), "port" if side > 0.0 else "starboard"
+    heading, time = side * np.unwrap([state.heading for state in states]), [state.time for state in states]
+    first, remarks = int(np.argmin(heading)), []
     astray, turned = (math.degrees(value) for value in (heading[0] - heading[first], heading[-1] - heading[first]))
-    remarks = []
-    if math.radians(astray) > ASTRAY:
-        wait = states[first].time - states[0].time
-        remarks.append(
-            f"it turned against the helm for {wait:.3g} s, by {astray:.3g} degrees: the figures begin after that"
-        )
+    if astray > ASTRAY:
+        wait = f"for {time[first] - time[0]:.3g} s, by {astray:.3g} degrees"
+        remarks.append(f"it turned against the helm {wait}: the figures begin after that")
     if turned < math.degrees(FULL):
-        remarks.append(
-            f"no steady turn: {turned:.3g} degrees to {name} in {states[-1].time - states[first].time:.4g} s"
-        )
+        remarks.append(f"no steady turn: {turned:.3g} degrees with the helm in {time[-1] - time[first]:.4g} s")
     return first, remarks
 
 

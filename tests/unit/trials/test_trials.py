@@ -92,7 +92,7 @@ def test_a_boat_that_does_not_follow_its_helm_has_no_circle():
     boat = Nomoto(n1=-1.0, n3=20.0, gain=0.01)
     boat.r = -0.1
     trial = turning(boat)
-    assert trial.remarks[-1].startswith("no steady turn: 0 degrees to port in ")
+    assert trial.remarks[-1].startswith("no steady turn: 0 degrees with the helm in ")
     assert all(math.isnan(value) for name, value in values(trial).items() if name != "speed")
 
 
