@@ -1,10 +1,11 @@
 """Trials of steering: turning circle, zigzag, pull-out and spiral (ITTC 7.5-04-02-01; IMO MSC.137(76))."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.trials.records import Figure, Track, Trial, crossing, track_of
 from vrx_mj.trials.vessel import Vessel, VesselState
 
@@ -18,8 +19,6 @@ WATCH = 5.0
 """[s]"""
 STRAIGHT = math.radians(0.5)
 """Rate of turn up to which an approach counts as straight [rad/s]."""
-ASTRAY = 5.0
-"""Turn against the helm that is said [degrees]."""
 LONGEST = 600.0
 """Longest time of a part of a trial [s]."""
 FULL = 3.0 * math.pi
@@ -66,7 +65,9 @@ def approach_remarks(state: VesselState) -> tuple[str, ...]:
 
 
 def turning(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
-    """Turning circle: helm over at steady speed until the heading has changed by 540 degrees.
+    """Turning circle: helm over at steady speed until the heading has changed by 540 degrees to its side.
+
+    After an approach that was not straight there are figures of the steady turn alone, and none of it before that.
 
     Args:
         vessel: what is tried.
@@ -75,43 +76,35 @@ def turning(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
     """
     begun, side, turned = approach(vessel, power), math.copysign(1.0, helm), _Turned()
     states = sailed(vessel, power, helm, lambda seen: side * turned.by(seen[-1]) >= FULL)
-    first, remarks = _turn(states, side)
-    track = track_of(states[first:], [helm] * (len(states) - first))
+    track, remarks = track_of(states, [helm] * len(states)), approach_remarks(begun)
     speed, heading, across = begun.surge, side * track.heading, side * track.y
     last = track.heading * side >= heading[-1] - 2.0 * math.pi
-    whole = 1.0 if heading[-1] >= FULL else math.nan
-    rate = whole * float(np.mean(side * track.yaw_rate[last]))
-    velocity = whole * float(np.mean(np.hypot(track.surge, track.sway)[last]))
-    drift = whole * float(np.mean(np.arctan2(-side * track.sway, track.surge)[last]))
+    straight, steady = math.nan if remarks else 1.0, 1.0 if side * turned.angle >= FULL else math.nan
+    if math.isnan(steady):
+        remarks += (f"no steady turn: {math.degrees(heading[-1]):.3g} degrees with the helm in {track.time[-1]:.4g} s",)
+    rate = steady * float(np.mean(side * track.yaw_rate[last]))
+    velocity = steady * float(np.mean(np.hypot(track.surge, track.sway)[last]))
+    drift = steady * float(np.mean(np.arctan2(-side * track.sway, track.surge)[last]))
+
+    def at(values: FloatArray, angle: float) -> float:
+        return straight * crossing(values, heading, angle)
+
     figures = {
         "speed": Figure(speed, "m/s", "speed of the approach"),
-        "advance": Figure(crossing(track.x, heading, 0.5 * math.pi), "m", "way ahead at 90 degrees"),
-        "transfer": Figure(crossing(across, heading, 0.5 * math.pi), "m", "way aside at 90 degrees"),
-        "tactical_diameter": Figure(crossing(across, heading, math.pi), "m", "way aside at 180 degrees"),
-        "time_90": Figure(crossing(track.time, heading, 0.5 * math.pi), "s", "time to 90 degrees"),
-        "time_180": Figure(crossing(track.time, heading, math.pi), "s", "time to 180 degrees"),
+        "advance": Figure(at(track.x, 0.5 * math.pi), "m", "way ahead at 90 degrees"),
+        "transfer": Figure(at(across, 0.5 * math.pi), "m", "way aside at 90 degrees"),
+        "tactical_diameter": Figure(at(across, math.pi), "m", "way aside at 180 degrees"),
+        "time_90": Figure(at(track.time, 0.5 * math.pi), "s", "time to 90 degrees"),
+        "time_180": Figure(at(track.time, math.pi), "s", "time to 180 degrees"),
         "steady_radius": Figure(velocity / rate if rate > 0.0 else math.nan, "m", "radius of the last full turn"),
         "steady_rate": Figure(math.degrees(rate), "deg/s", "rate of turn in it"),
         "drift_angle": Figure(
             math.degrees(drift), "deg", "angle of the bow inside of the track, at the vessel's origin"
         ),
-        "speed_kept": Figure(velocity / speed, "", "speed in the turn over that of the approach"),
+        "speed_kept": Figure(straight * velocity / speed, "", "speed in the turn over that of the approach"),
     }  # fmt: skip
     curves, axes = {"track": (track.x, track.y)}, ("way ahead [m]", "way to port [m]")
-    return Trial("turning", figures, curves, axes, track, (*approach_remarks(begun), *remarks))
-
-
-def _turn(states: Sequence[VesselState], side: float) -> tuple[int, list[str]]:
-    """The state from which on a vessel turns to the side of its helm, and remarks about how it did."""
-    heading, time = side * np.unwrap([state.heading for state in states]), [state.time for state in states]
-    first, remarks = int(np.argmin(heading)), []
-    astray, turned = (math.degrees(value) for value in (heading[0] - heading[first], heading[-1] - heading[first]))
-    if astray > ASTRAY:
-        wait = f"for {time[first] - time[0]:.3g} s, by {astray:.3g} degrees"
-        remarks.append(f"it turned against the helm {wait}: the figures begin after that")
-    if turned < math.degrees(FULL):
-        remarks.append(f"no steady turn: {turned:.3g} degrees with the helm in {time[-1] - time[first]:.4g} s")
-    return first, remarks
+    return Trial("turning", figures, curves, axes, track, remarks)
 
 
 class _Turned:
