@@ -7,7 +7,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 
 from vrx_mj.bar import Bar
@@ -207,6 +206,8 @@ def hydro(
 
     Example: vrx-mj robot hydro hull.stl --mass 180 --center 0,0,0.15
     """
+    import numpy as np
+
     from vrx_mj.adapters.hydro import FREQUENCIES
     from vrx_mj.mjcf.derive import displaced, rest_notes
     from vrx_mj.mjcf.hull_sheet import hull_sheet
