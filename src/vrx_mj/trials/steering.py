@@ -51,17 +51,18 @@ def _settled(value: Callable[[VesselState], float], least: float) -> Callable[[l
     return steady
 
 
-def approach(vessel: Vessel, power: float) -> VesselState:
-    """Sail straight ahead until the speed is steady."""
-    return sailed(vessel, power, 0.0, _settled(lambda state: state.surge, 1e-4))[-1]
+def approach(vessel: Vessel, power: float) -> list[VesselState]:
+    """States of sailing straight ahead until the speed is steady."""
+    return sailed(vessel, power, 0.0, _settled(lambda state: state.surge, 1e-4))
 
 
-def approach_remarks(state: VesselState) -> tuple[str, ...]:
+def approach_remarks(states: list[VesselState]) -> tuple[str, ...]:
     """What is wrong with the end of an approach: the vessel turns with its helm midships."""
-    if abs(state.yaw_rate) <= STRAIGHT:
+    rate = float(np.mean([state.yaw_rate for state in states[-round(WATCH / STEP) :]]))
+    if abs(rate) <= STRAIGHT:
         return ()
-    rate, side = math.degrees(abs(state.yaw_rate)), "port" if state.yaw_rate > 0.0 else "starboard"
-    return (f"it does not keep a straight course: with the helm midships it turns to {side} at {rate:.3g} deg/s",)
+    turns = f"turns to {'port' if rate > 0.0 else 'starboard'} at {math.degrees(abs(rate)):.3g} deg/s"
+    return (f"it does not keep a straight course: with the helm midships it {turns}",)
 
 
 def turning(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
@@ -77,7 +78,7 @@ def turning(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
     begun, side, turned = approach(vessel, power), math.copysign(1.0, helm), _Turned()
     states = sailed(vessel, power, helm, lambda seen: side * turned.by(seen[-1]) >= FULL)
     track, remarks = track_of(states, [helm] * len(states)), approach_remarks(begun)
-    speed, heading, across = begun.surge, side * track.heading, side * track.y
+    speed, heading, across = begun[-1].surge, side * track.heading, side * track.y
     last = track.heading * side >= heading[-1] - 2.0 * math.pi
     straight, steady = math.nan if remarks else 1.0, 1.0 if side * turned.angle >= FULL else math.nan
     if math.isnan(steady):

@@ -26,6 +26,7 @@ from vrx_mj.frames import Pose, compose
 
 __all__ = [
     "NO_MODEL",
+    "PATHS",
     "ROBOT",
     "SCHEME",
     "buoyancy_of",
