@@ -9,7 +9,15 @@ import shlex
 import sys
 from collections.abc import Iterator
 
-__all__ = ["importing", "install_command", "install_extra", "load_triton", "needs_extra", "shell_word"]
+__all__ = [
+    "MissingPackageError",
+    "importing",
+    "install_command",
+    "install_extra",
+    "load_triton",
+    "needs_extra",
+    "shell_word",
+]
 
 PLAIN = re.compile(r"[\w.:/\\-]+")
 """Words that Windows' shells take without quotes."""
@@ -39,19 +47,23 @@ def needs_extra(what: str, package: str, extra: str) -> str:
     return f"{what} needs {package}, which is not installed; {install_extra(extra)}"
 
 
+class MissingPackageError(ModuleNotFoundError):
+    """A package of an extra that is not installed; the message names the command that installs it."""
+
+
 @contextlib.contextmanager
 def importing(what: str, package: str, extra: str) -> Iterator[None]:
     """Around imports: where a package is missing, the error names the extra that brings it.
 
     Raises:
-        ModuleNotFoundError: the package is not installed; the message names the command that installs it.
+        MissingPackageError: the package is not installed.
     """
     try:
         yield
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != package.lower():
             raise
-        raise ModuleNotFoundError(needs_extra(what, package, extra), name=error.name) from None
+        raise MissingPackageError(needs_extra(what, package, extra), name=error.name) from None
 
 
 def load_triton() -> None:

@@ -32,6 +32,7 @@ munk: false
 damping_linear: [9, 9, 900, 90, 900, 90]
 damping_quadratic: [9, 9, 9, 9, 9, 9]
 crossflow: {stern: -2, bow: 2, strips: 5, draft: [0.2, 0.5], coefficient: 1}
+skegs: [{x: -2, z: -0.3, area: 0.1, aspect_ratio: 0.5}]
 """
 """Keys of `hull` for the barge, of which the cases use few."""
 

@@ -75,10 +75,10 @@ def hydro_of_hull(
     Raises:
         CommandError: there are fewer frequencies than a memory can be fitted to, or too many.
         VrxError: no part of the hull is wet, its mesh is too fine, or its radiation is not that of a hull.
-        ModuleNotFoundError: Capytaine is not installed.
+        MissingPackageError: Capytaine is not installed.
     """
     _check_number(frequencies)
-    with importing("the radiation of a hull", "capytaine", "hydro"):
+    with importing("the radiation of a hull", "Capytaine", "hydro"):
         import capytaine
 
     mesh, edge = _wet_mesh(capytaine, corners - (0.0, 0.0, waterline), panels)

@@ -3,6 +3,7 @@
 import shlex
 import shutil
 import sys
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
@@ -16,8 +17,11 @@ from typing import Any
 import vrx_mj
 from vrx_mj.campaign.plan import Cell, Plan, Serving
 from vrx_mj.campaign.results import FORMAT, WHAT, Result, read_json, read_results, write_json
+from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.gazebo.opening import opened
 from vrx_mj.config.search import find, is_path
-from vrx_mj.errors import CommandError, RecordError, VrxError
+from vrx_mj.config.world import load_world
+from vrx_mj.errors import CommandError, RecordError, UnknownNameError, VrxError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.outputs import check_inside
 from vrx_mj.resources import root
@@ -27,6 +31,7 @@ __all__ = [
     "Campaign",
     "Manifest",
     "begin",
+    "check_files",
     "code_version",
     "controller_hash",
     "controller_hashes",
@@ -256,7 +261,26 @@ def program_hashes(lines: tuple[str, ...]) -> dict[str, str]:
 
 def is_ours(kind: str, name: str) -> bool:
     """Whether a world or fleet (`kind`: worlds, fleets) comes with vrx_mj, so that `code_version` covers it."""
-    return not is_path(name.partition("#")[0]) and find(kind, name).is_relative_to(root())
+    if is_path(name.partition("#")[0]):
+        return False
+    with suppress(UnknownNameError):  # it may be a folder
+        return find(kind, name).is_relative_to(root())
+    return False
+
+
+def check_files(plan: Plan) -> None:
+    """Refuse worlds and a fleet of the user's own that cannot be read, once, before every trial would fail by them.
+
+    Raises:
+        VrxError: one of them cannot.
+    """
+    own_fleet = plan.fleet is not None and not is_ours("fleets", plan.fleet)
+    for index, world in enumerate(plan.worlds):
+        if (own_fleet and index == 0) or not is_ours("worlds", world):
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", VrxWarning)  # in the logs of the trials
+                source, fleet = opened(world, plan.fleet, {})
+                load_fleet(fleet, load_world(source))
 
 
 def _program_hash(line: str) -> str:

@@ -1,6 +1,7 @@
 """What a campaign is to sail: every controller in every world with every seed."""
 
 import fnmatch
+import glob
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -100,7 +101,9 @@ def parse_seeds(text: str) -> tuple[int, ...]:
 
 
 def choose_worlds(patterns: Iterable[str]) -> tuple[str, ...]:
-    """The worlds that names, paths and patterns mean, each once; `*` stands for any characters, slashes too.
+    """The worlds that names, paths and patterns mean, each once.
+
+    In a name `*` stands for any characters, slashes too; in a path, which ends like one, for those of a file or folder.
 
     Raises:
         CommandError: a pattern matches no world, or a file is not there.
@@ -113,11 +116,12 @@ def choose_worlds(patterns: Iterable[str]) -> tuple[str, ...]:
 
 
 def _worlds(pattern: str) -> Sequence[str]:
-    source, _, _ = pattern.partition(SERIES)
+    source, mark, number = pattern.partition(SERIES)
     if is_path(source):
-        if not Path(source).is_file():
+        files = [source] if Path(source).is_file() else sorted(glob.glob(source, recursive=True))  # noqa: PTH207 - absolute ones too
+        if not files:
             raise CommandError(f"--worlds '{pattern}': no file '{source}'")
-        return [pattern]
+        return [f"{file}{mark}{number}" for file in files]
     known = catalogue("worlds")
     if not GLOB.search(pattern):
         if source not in known:

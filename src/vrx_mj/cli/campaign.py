@@ -26,7 +26,9 @@ __all__ = ["CampaignProgress", "campaign", "print_tables"]
 
 Worlds = Annotated[
     list[str],
-    typer.Option(metavar="<world>", help="A name, a pattern such as 'vrx2022/*', or a file; may be repeated."),
+    typer.Option(
+        metavar="<world>", help="A name, a file, or a pattern, as 'vrx2022/*' or 'seas/*.yaml'; may be repeated."
+    ),
 ]
 Controllers = Annotated[
     list[str] | None,
@@ -78,7 +80,7 @@ def campaign(
 
     Example: vrx-mj campaign my_boat:controller --worlds 'vrx2022/*' --seeds 0..9 --jobs 2 -o results/
     """
-    from vrx_mj.campaign.manifest import begin, read_campaign
+    from vrx_mj.campaign.manifest import begin, check_files, read_campaign
     from vrx_mj.campaign.page import refreshed, write_report
     from vrx_mj.campaign.scores import compare
 
@@ -87,6 +89,7 @@ def campaign(
         programs or controllers or (), worlds, seeds, fleet=fleet, duration=duration, timeout=timeout, record=record,
         serving=serving,
     )  # fmt: skip
+    check_files(plan)
     earlier = read_campaign(against) if against is not None else None
     with writing("the campaign", output):
         begun = begin(output, plan, restart=restart)

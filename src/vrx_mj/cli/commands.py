@@ -278,18 +278,34 @@ def map_(
 def new(
     kind: Annotated[str, typer.Argument(help=f"What to make: {', '.join(NEW_KINDS)} or robot.")],
     name: Annotated[str, typer.Argument(help="Name of the new file, without suffix; for a robot, of its folder.")],
+    hull: Annotated[Path | None, typer.Option(help="Closed mesh of a robot [m]: x forward, z up.")] = None,
+    mass: Annotated[float | None, typer.Option(help="Mass of the robot with --hull [kg].")] = None,
+    thrusters: Annotated[int, typer.Option(help="Thrusters of the robot with --hull: 1, which steers, to 4.")] = 2,
+    center: Annotated[str | None, typer.Option(help="Its centre of mass: x,y,z [m] of the mesh.")] = None,
+    scale: Annotated[float, typer.Option(help="Factor of the mesh's lengths.")] = 1.0,
 ) -> None:
-    """Copy a commented start file into the current folder. For a robot that is a folder with two files.
+    """Copy a commented start file into the current folder. For a robot that is a folder, which sails as a fleet.
+
+    With --hull it is a boat of that mesh, whose numbers are estimated by published rules that its files name.
 
     Example: vrx-mj new world my_bay
     """
-    if kind == "robot":
+    if kind != "robot":
+        if hull is not None:
+            raise CommandError(f"--hull is for a robot, not for a {kind}")
+        typer.echo(f"{copy_start_file(kind, name)}: edit it, then use it by its path")
+    elif hull is not None:
+        from vrx_mj.cli.new_robot import make_robot
+
+        if mass is None:
+            raise CommandError("--hull needs --mass, that of the whole boat [kg]")
+        make_robot(name, hull, mass, thrusters, center, scale)
+    else:
         folder = copy_robot_files(name)
-        thrusters, components = (folder / file for file in NEW_ROBOT)
-        typer.echo(f"{folder}: edit its {' and '.join(NEW_ROBOT)}, then")
-        typer.echo(f"vrx-mj robot check --thrusters '{thrusters}' --components '{components}'")
-        return
-    typer.echo(f"{copy_start_file(kind, name)}: edit it, then use it by its path")
+        _, engines, components = (folder / file for file in NEW_ROBOT)
+        typer.echo(f"{folder}: edit its {', '.join(NEW_ROBOT)}, then")
+        typer.echo(f"vrx-mj robot check --thrusters '{engines}' --components '{components}'")
+        typer.echo(f"vrx-mj run ocean --fleet './{folder}'")
 
 
 def doctor(

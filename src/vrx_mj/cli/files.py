@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 NEW_KINDS = {"world": "world.yaml", "fleet": "fleet.yaml", "dock": "dock.txt", "object": "object.yaml"}
 """What `new` can make, and the start file it copies."""
-NEW_ROBOT = ("thruster_config.yaml", "component_config.yaml")
+NEW_ROBOT = ("robot.yaml", "thruster_config.yaml", "component_config.yaml")
 """The start files of a robot, which `new` puts in a folder."""
 
 
@@ -163,10 +163,21 @@ def copy_start_file(kind: str, name: str) -> Path:
 
 
 def copy_robot_files(name: str) -> Path:
-    """Copy a robot's start files into a new folder, a thruster and a component file as VRX names them.
+    """Copy a robot's start files into a new folder: its YAML, and a thruster and a component file as VRX names them.
 
     Raises:
         VrxError: the folder is there already, or cannot be written.
+    """
+    folder = new_folder(name)
+    write_files(folder, {file: root() / "assets" / "start" / file for file in NEW_ROBOT}, "the folder")
+    return folder
+
+
+def new_folder(name: str) -> Path:
+    """The folder of a new robot, made.
+
+    Raises:
+        VrxError: it is there already, or cannot be made.
     """
     folder = Path(name)
     if not folder.name:
@@ -175,7 +186,6 @@ def copy_robot_files(name: str) -> Path:
         raise VrxError(f"{folder} exists: choose another name, or remove it")
     with writing("the folder", folder):
         folder.mkdir()
-    write_files(folder, {file: root() / "assets" / "start" / file for file in NEW_ROBOT}, "the folder")
     return folder
 
 

@@ -24,6 +24,7 @@ from typer.core import TyperCommand, TyperGroup
 from vrx_mj.cli.options import with_default_port
 from vrx_mj.cli.screen import show_error, warn_once
 from vrx_mj.errors import ChoiceError, CommandError, DivergedError, UnknownNameError, VrxError
+from vrx_mj.packages import MissingPackageError
 from vrx_mj.signals import ended_by_signals
 
 __all__ = [
@@ -383,7 +384,7 @@ def _code(command: Any, words: list[str]) -> int:
     """Run a command line; its exit code."""
     try:
         code = command.main(words, prog_name="vrx-mj", standalone_mode=False)
-    except VrxError as error:
+    except (VrxError, MissingPackageError) as error:
         show_error(error.text(words[0]) if isinstance(error, ChoiceError) else f"{error}{list_hint(error)}")
         return 1 if isinstance(error, DivergedError) else 2
     except UsageError as error:
@@ -401,7 +402,7 @@ def _code(command: Any, words: list[str]) -> int:
     return code if isinstance(code, int) else 0
 
 
-def list_hint(error: VrxError) -> str:
+def list_hint(error: Exception) -> str:
     """Where all names of a kind are listed, if the message leaves some out."""
     if not isinstance(error, UnknownNameError) or not error.left_out:
         return ""

@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     from vrx_mj.config.parts.compliance import PartVerdict, Point, Rules, Verdict
     from vrx_mj.mjcf.hull_sheet import HullSheet
 
-__all__ = ["SensorYaml", "app", "build", "check", "hydro", "one_of", "parts"]
+__all__ = [
+    "LARGEST", "SensorYaml", "app", "build", "check", "coordinates", "hydro", "one_of", "parts", "read_hull",
+]  # fmt: skip
 
 app = typer.Typer(
     name="robot",
@@ -203,9 +205,10 @@ def hydro(
 
     Example: vrx-mj robot hydro hull.stl --mass 180 --center 0,0,0.15
     """
+    import numpy as np
+
     from vrx_mj.adapters.hydro import FREQUENCIES
-    from vrx_mj.config.solids import solid_of_mesh
-    from vrx_mj.config.urdf.meshes import read_mesh
+    from vrx_mj.mjcf.derive import displaced, rest_notes
     from vrx_mj.mjcf.hull_sheet import hull_sheet
 
     for name, value in (("mass", mass), ("density", density), ("scale", scale)):
@@ -214,27 +217,37 @@ def hydro(
     for name, count, (least, most) in (("frequencies", frequencies, FREQUENCIES), ("panels", panels, (50, 2000))):
         if not least <= count <= most:
             raise CommandError(f"invalid --{name} {count}: {least} to {most} are needed")
-    data = read_mesh(mesh, (scale, scale, scale))
-    whole = solid_of_mesh(mesh.name, data.points, data.triangles)
-    for note in (*whole.notes, *_surface_notes(mesh.name, whole.corners)):
-        warnings.warn(note, VrxWarning, stacklevel=1)
-    sheet = hull_sheet(whole.corners, mass, _coordinates(center), density)
+    corners = read_hull(mesh, scale)
+    sheet = hull_sheet(corners, mass, coordinates(center), density)
+    for note in rest_notes(displaced(corners, sheet.waterline), np.array(sheet.center_of_mass), "--center"):
+        warnings.warn(f"mesh {mesh.name}: {note}", VrxWarning, stacklevel=1)
     for line in _sheet_lines(sheet):
         typer.echo(line)
     if output is not None:
         write_file(output, json.dumps(asdict(sheet), indent=1) + "\n", "the sheet")
     if bem is not None:
-        _write_bem(bem, whole.corners, sheet, frequencies, panels)
+        _write_bem(bem, corners, sheet, frequencies, panels)
 
 
-def _surface_notes(name: str, corners: "FloatArray") -> list[str]:
-    """Remarks about the surface of a mesh that passes through itself."""
+def read_hull(mesh: Path, scale: float) -> "FloatArray":
+    """Closed triangles (n, 3, 3) of a mesh [m], warned of what was mended and of surfaces that pass through themselves.
+
+    Raises:
+        VrxError: it cannot be read, or parts of it are inside out.
+    """
+    from vrx_mj.config.solids import solid_of_mesh
+    from vrx_mj.config.urdf.meshes import read_mesh
     from vrx_mj.mjcf.surfaces import checked_surface
 
+    data = read_mesh(mesh, (scale, scale, scale))
+    whole = solid_of_mesh(mesh.name, data.points, data.triangles)
     try:
-        return [f"mesh {name}: {note}" for note in checked_surface(corners)]
+        notes = [*whole.notes, *(f"mesh {mesh.name}: {note}" for note in checked_surface(whole.corners))]
     except VrxError as error:
-        raise VrxError(f"mesh {name}: {error}") from None
+        raise VrxError(f"mesh {mesh.name}: {error}") from None
+    for note in notes:
+        warnings.warn(note, VrxWarning, stacklevel=1)
+    return whole.corners
 
 
 def _write_bem(file: Path, corners: "FloatArray", sheet: "HullSheet", frequencies: int, panels: int) -> None:
@@ -253,7 +266,8 @@ def _write_bem(file: Path, corners: "FloatArray", sheet: "HullSheet", frequencie
     )
 
 
-def _coordinates(text: str) -> tuple[float, float, float]:
+def coordinates(text: str) -> tuple[float, float, float]:
+    """The three numbers of --center [m]."""
     try:
         x, y, z = (float(word) for word in text.split(","))
     except ValueError:
@@ -287,8 +301,6 @@ def _sheet_lines(sheet: "HullSheet") -> Iterator[str]:
     yield "righting arms GZ [m] by heel [deg]:"
     arms = [f"{heel:3.0f}: {_m(arm):>7}" for heel, arm in sheet.righting_arms]
     yield from ("  " + "   ".join(arms[start : start + 6]) for start in range(0, len(arms), 6))
-    if gm_t <= 0.0:
-        yield "it capsizes from upright: GM is not above 0; lower the centre of mass"
 
 
 def print_verdict(verdict: "Verdict") -> None:

@@ -1,8 +1,6 @@
 """`vrx-mj ros`: packages for ROS 1 programs and roslaunch; `vrx-mj convert`: recordings to bags."""
 
 import shlex
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -11,10 +9,10 @@ import typer
 from vrx_mj.bar import Bar
 from vrx_mj.cli.options import Recording
 from vrx_mj.cli.screen import show
-from vrx_mj.errors import CommandError, NetworkError, VrxError
-from vrx_mj.packages import needs_extra
+from vrx_mj.errors import CommandError, NetworkError
+from vrx_mj.packages import importing, needs_extra
 
-__all__ = ["app", "convert", "messages", "needing_rosbags", "packages", "teleop"]
+__all__ = ["app", "convert", "messages", "packages", "teleop"]
 
 app = typer.Typer(
     name="ros",
@@ -41,7 +39,7 @@ def messages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder
 
     Example: vrx-mj ros messages -o ~/vrx_messages
     """
-    with needing_rosbags():
+    with importing("a ROS message", "rosbags", "ros1"):
         from vrx_mj.ros.packages import write_packages
     written = write_packages(output)
     lines = [f"{output}: {', '.join(written.packages) or 'nothing'}"]
@@ -103,22 +101,11 @@ def convert(
     if target.suffix.lower() in SUFFIXES:
         typer.echo(f"{target}: {write_table(recording, target, table)} rows")
         return
-    with needing_rosbags():
+    with importing("a ROS message", "rosbags", "ros1"):
         from vrx_mj.ros.convert import convert as write_bag
     with Bar("converting", 0.0, "s") as shown:
         count = write_bag(recording, target, lambda done, total: shown.update(done, total=total))
     typer.echo(f"{target}: {count} messages")
-
-
-@contextmanager
-def needing_rosbags() -> Iterator[None]:
-    """Around an import: an error names the extra that brings rosbags."""
-    try:
-        yield
-    except ModuleNotFoundError as error:
-        if error.name is None or error.name.partition(".")[0] != "rosbags":
-            raise
-        raise VrxError(needs_extra("a ROS message", "rosbags", "ros1")) from None
 
 
 DEFAULT_URL = "ws://127.0.0.1:9090"

@@ -6,10 +6,10 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from vrx_mj.bar import waiting
-from vrx_mj.cli.ros import needing_rosbags
 from vrx_mj.cli.screen import show
 from vrx_mj.errors import CommandError
 from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.packages import importing
 from vrx_mj.recording.notebook import terminal_bar
 from vrx_mj.runtime.run import (
     Controller,
@@ -64,7 +64,7 @@ def _bagging(
     if path is None:
         yield sim.advance, controller
         return
-    with needing_rosbags():
+    with importing("a ROS message", "rosbags", "ros1"):
         from vrx_mj.ros.bags import bagged
     with bagged(sim, path, controller, topics=topics) as pair:
         yield pair

@@ -2,12 +2,13 @@
 
 import json
 import math
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.errors import CommandError, UnknownNameError, VrxWarning
 from vrx_mj.outputs import write_files
 
 if TYPE_CHECKING:
@@ -54,6 +55,8 @@ def trial(
     files = [output / f"{name}.json", output / f"{name}.svg"]
     texts = (_json(done, boat, world), _svg(done, boat))
     write_files(output, {file.name: text for file, text in zip(files, texts, strict=True)}, "the trial")
+    for remark in done.remarks:
+        warnings.warn(f"{name}: {remark}", VrxWarning, stacklevel=1)
     width = max(map(len, done.figures))
     for key, figure in done.figures.items():
         value = "-" if math.isnan(figure.value) else f"{figure.value:.4g}"
@@ -97,8 +100,8 @@ def _json(done: "Trial", boat: str, world: str | None) -> str:
         for key, each in done.figures.items()
     }
     track = {key: [round(float(value), 6) for value in values] for key, values in vars(done.track).items()}
-    tree = {"trial": done.name, "boat": boat, "world": world or "calm", "figures": figures, "track": track}
-    return json.dumps(tree, indent=1, allow_nan=False) + "\n"
+    tree = {"trial": done.name, "boat": boat, "world": world or "calm", "figures": figures, "remarks": done.remarks}
+    return json.dumps(tree | {"track": track}, indent=1, allow_nan=False) + "\n"
 
 
 def _svg(done: "Trial", boat: str) -> str:

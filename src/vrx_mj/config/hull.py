@@ -25,10 +25,12 @@ from vrx_mj.config.loading import check
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.wording import shown
 
-__all__ = ["MOST_STRIPS", "CrossFlowConfig", "MarineHullConfig", "SixBySix"]
+__all__ = ["MOST_SKEGS", "MOST_STRIPS", "CrossFlowConfig", "MarineHullConfig", "SixBySix"]
 
 MOST_STRIPS = 200
 """Strips that a hull may have."""
+MOST_SKEGS = 10
+"""Skegs that a hull may have."""
 
 Row = Annotated[tuple[float, float, float, float, float, float], numbers("surge sway heave roll pitch yaw")]
 OfMatrix = Only("hydrostatics", ("matrix",))
@@ -86,6 +88,19 @@ class CrossFlowConfig(Config):
         return self
 
 
+class SkegConfig(Config):
+    """A fixed fin under a hull, or the lift of the hull's own stern: a wing of the MMG standard method."""
+
+    x: Coordinate
+    """x of its centre of pressure [m]."""
+    z: Coordinate = 0.0
+    """z of its centre of pressure [m]."""
+    area: Positive
+    """Area seen from the side [m2]; that of several side by side together."""
+    aspect_ratio: Positive
+    """Height over mean length."""
+
+
 class MarineHullConfig(Config):
     """A hull in worlds of profile `marine`, instead of `hydrodynamics`, from which comes what is not given here.
 
@@ -111,6 +126,8 @@ class MarineHullConfig(Config):
     """Quadratic damping [N s2/m2, N m s2]."""
     crossflow: CrossFlowConfig | None = None
     """Drag of the flow across the hull by strips; with it, quadratic damping of sway and yaw is 0 unless given."""
+    skegs: Annotated[tuple[SkegConfig, ...], Field(max_length=MOST_SKEGS)] = ()
+    """Fins that keep the boat on its course, against Munk's moment."""
     restoring: Annotated[SixBySix | None, OfMatrix] = None
     """Stiffness at rest, of `hydrostatics: matrix` [N/m, N, N m], six rows of six, or the diagonal."""
     displacement: Annotated[Positive | None, OfMatrix] = None

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw_verdict"]
+__all__ = ["DPI", "FRONT", "SIDE", "TOP", "draw_surfaces", "draw_verdict"]
 
 
 SIZE = (1600, 1000)
@@ -167,14 +167,14 @@ def _draw(axes: "Axes", view: View, bounds: tuple[FloatArray, FloatArray], verdi
     axes.tick_params(labelsize=8, colors=SOFT, length=3)
     axes.grid(color="#8fa8b4", linewidth=0.5, alpha=0.35)
     axes.set_axisbelow(True)
-    _surfaces(axes, view, boat)
+    draw_surfaces(axes, view, boat)
     kinds: tuple[Kind, ...] = ("components", "thrusters")
     for kind in kinds:
         _boxes(axes, view, verdict.rules.of(kind).boxes, kind)
     _parts(axes, view, bounds, verdict.parts)
 
 
-def _surfaces(axes: "Axes", view: View, boat: Shaded) -> None:
+def draw_surfaces(axes: "Axes", view: View, boat: Shaded) -> None:
     """The boat's triangles, the nearest last, each lighter the more it faces the viewer."""
     from matplotlib.collections import PolyCollection
 

@@ -10,9 +10,10 @@ from typing import Any
 from vrx_mj.config.dynamics import HydrodynamicsConfig
 from vrx_mj.config.fleet import Order
 from vrx_mj.config.gazebo.sdf_boats import read_boat
+from vrx_mj.config.hull import MarineHullConfig
 from vrx_mj.config.parts.generate import wamv_urdf
 from vrx_mj.config.parts.read import load_parts
-from vrx_mj.config.profiles import NEWER
+from vrx_mj.config.profiles import MARINE, NEWER
 from vrx_mj.config.robots import ProfileEntry, RobotConfig, load_robot, robot_section
 from vrx_mj.config.search import display, is_path, package_paths
 from vrx_mj.config.sensors import BallShooterConfig, SensorConfig
@@ -71,7 +72,8 @@ def _built(order: Order, config: RobotConfig) -> Boat:
         boat = replace(assembled(urdf, read_gazebo(urdf), config, _drive(order, profile)), name=order.robot)
     except ConfigError as error:
         raise located(error, robot_section(order.robot, order.folder)) from None
-    boat, derived = _in_water(boat, config, profile)
+    hull = config.hull if order.profile == MARINE else None
+    boat, derived = _in_water(boat, {**config.hydrodynamics.said, **profile.hydrodynamics.said}, hull)
     sensors = _chosen(_rearmed(boat, profile), wanted, config)
     remarks = (*boat.warnings, *derived, _unassembled(boat, order, config))
     boat = replace(boat, contact=profile.contact or config.contact, sensors=sensors, description=text)
@@ -223,9 +225,11 @@ def _unassembled(boat: Boat, order: Order, config: RobotConfig) -> str:
     return f"`sensors: vrx` adds no sensor: it carries those of its own files, {carried}"
 
 
-def _in_water(boat: Boat, config: RobotConfig, profile: ProfileEntry) -> tuple[Boat, tuple[str, ...]]:
-    """The boat with what the YAML gives, then the plugin, then the shapes; with notes about what was derived."""
-    given = {**config.hydrodynamics.said, **profile.hydrodynamics.said}
+def _in_water(boat: Boat, given: dict[str, Any], hull: MarineHullConfig | None) -> tuple[Boat, tuple[str, ...]]:
+    """The boat with what the YAML gives, then the plugin, then the shapes; with notes about what was derived.
+
+    `hull` is the one that it has in its world in the place of floats.
+    """
     whole = {key: value for key, value in boat.water.items() if not (isinstance(value, tuple) and None in value)}
     if boat.hydrodynamics is not None:
         return replace(boat, hydrodynamics=boat.hydrodynamics.model_copy(update=given)), ()
@@ -236,7 +240,7 @@ def _in_water(boat: Boat, config: RobotConfig, profile: ProfileEntry) -> tuple[B
     guess = replace(guess, values=guess.values | _completed(boat.water, guess.values))
     values = HydrodynamicsConfig.model_validate({**guess.values, **given})
     boat = replace(boat, hydrodynamics=values, pushed=guess.pushed)
-    return boat, (*guess.notes, *_derived(guess, given, boat.water))
+    return boat, (*guess.notes, *_derived(guess, given, boat.water, hull))
 
 
 def _completed(known: Mapping[str, Any], derived: Mapping[str, Any]) -> dict[str, object]:
@@ -248,16 +252,30 @@ def _completed(known: Mapping[str, Any], derived: Mapping[str, Any]) -> dict[str
     }
 
 
-def _derived(guess: Derived, given: Collection[str], known: Collection[str]) -> list[str]:
-    """Text of a warning about what was derived; the waterline and the draft represent the floats."""
+OF_HULL = {"added_mass": "added_mass hydro", "drag_linear": "damping_linear", "drag_quadratic": "damping_quadratic"}
+"""Fields of `HydrodynamicsConfig` that a hull of profile `marine` takes, and its own keys that give them."""
+
+
+def _derived(
+    guess: Derived, given: Mapping[str, Any], known: Collection[str], hull: MarineHullConfig | None
+) -> list[str]:
+    """Text of a warning about what was derived; the waterline and the draft represent the floats.
+
+    Floats alone, with the lift of the shapes, are no guess.
+    """
+    of_hull = {key for key, own in OF_HULL.items() if any(getattr(hull, name, ()) for name in own.split())}
+    guessed = OF_HULL.keys() - of_hull - given.keys()
+    floats = set() if hull else guess.values.keys() - OF_HULL.keys() - {"hulls", *given}
     missing = [
         f"{key} {_short(value)}{' (in part that of its file)' if key in known else ''}"
         for key, value in guess.values.items()
-        if key not in given and key != "hulls"
+        if key in guessed | floats
     ]
     rest = [guess.rest] if guess.rest else []
-    if not missing:
+    if not missing or (rest and not guessed):
         return []
+    if hull:
+        return [f"not in its `hull`, and so a WAM-V's of its length by Froude's law: {', '.join(missing)}"]
     return [f"derived from its shapes and mass: {', '.join([*rest, *missing])}; the YAML beside it can set them"]
 
 

@@ -17,12 +17,13 @@ from vrx_mj.config.urdf.meshes import read_mesh
 from vrx_mj.errors import VrxError
 from vrx_mj.frames import apply, compose, rotation
 from vrx_mj.mjcf.boats import Boat, Part
-from vrx_mj.mjcf.masses import MassProperties, boat_mass
+from vrx_mj.mjcf.masses import boat_mass
 
 __all__ = [
     "LINES",
     "Derived",
     "Displaced",
+    "below",
     "boat_box",
     "derived_floats",
     "derived_lines",
@@ -45,6 +46,8 @@ class Displaced:
     """Of the waterplane [m2]."""
     spread: FloatArray
     """(2,): second moments of the waterplane along x and along y, about its centroid [m4]"""
+    middle: float = 0.0
+    """x of the waterplane's centroid [m]."""
 
 
 def displaced(corners: FloatArray, level: float) -> Displaced:
@@ -53,7 +56,7 @@ def displaced(corners: FloatArray, level: float) -> Displaced:
     Gauss's theorem with fields that vanish at the level, so that only wet faces count: V is the integral of
     (z - level) n_z over them, and the waterplane's area that of -n_z. Midpoints of edges integrate quadratics exactly.
     """
-    wet = _below(corners, level)
+    wet = below(corners, level)
     along, across = wet[:, 1] - wet[:, 0], wet[:, 2] - wet[:, 0]
     weight = ((along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0]) / 6.0)[:, None]  # a third of the area on z = 0
     x, y, z = np.moveaxis((wet + np.roll(wet, -1, axis=1)) / 2.0, 2, 0)
@@ -63,20 +66,24 @@ def displaced(corners: FloatArray, level: float) -> Displaced:
     moments = [float((weight * value).sum()) for value in (x * (z - level), y * (z - level), (z * z - level**2) / 2.0)]
     spread = [-float((weight * v * v).sum()) - float((weight * v).sum()) ** 2 / area if area > 0.0 else 0.0
               for v in (x, y)]  # fmt: skip
-    return Displaced(volume, np.array(moments) / volume, area, np.maximum(spread, 0.0))
+    middle = -float((weight * x).sum()) / area if area > 0.0 else 0.0
+    return Displaced(volume, np.array(moments) / volume, area, np.maximum(spread, 0.0), middle)
 
 
-def floating_level(corners: FloatArray, volume: float) -> float:
-    """The level [m] up to which closed triangles displace a volume [m3], which must be less than all of theirs."""
+def floating_level(corners: FloatArray, volume: float, share: float = 1e-5) -> float:
+    """The level [m] up to which closed triangles displace a volume [m3], which must be less than all of theirs.
+
+    It is met within a share of their height.
+    """
     from scipy.optimize import brentq
 
     heights = corners[:, :, 2]
     low, high = float(heights.min()), float(heights.max())
-    found: float = brentq(lambda level: displaced(corners, level).volume - volume, low, high, xtol=1e-5 * (high - low))
+    found: float = brentq(lambda level: displaced(corners, level).volume - volume, low, high, xtol=share * (high - low))
     return float(found)
 
 
-def _below(corners: FloatArray, level: float) -> FloatArray:
+def below(corners: FloatArray, level: float) -> FloatArray:
     """The parts of triangles below a level, as triangles that turn the same way."""
     wet = corners[:, :, 2] < level
     count = wet.sum(axis=1)
@@ -188,7 +195,7 @@ def derived_floats(boat: Boat, density: float, stations: int) -> Derived:
     length = float(np.ptp(corners[:, :, 0]))
     floats, lift = _floats(wet, level, wanted, max(whole, wanted), stations, HIGHEST_LIFT * length)
     values = floats | {"boat_length": length} | _resistance(length)
-    return Derived(values, rest, (*notes, *rest_notes(wet, body)), (0.0, 0.0, lift))
+    return Derived(values, rest, (*notes, *rest_notes(wet, body.center)), (0.0, 0.0, lift))
 
 
 def _floats(
@@ -227,9 +234,12 @@ def _section(share: float) -> float:
     return math.acos(1.0 - share) - (1.0 - share) * math.sqrt(share * (2.0 - share))
 
 
-def rest_notes(wet: Displaced, body: MassProperties) -> list[str]:
-    """Remarks about how it floats at rest: from the metacentric heights follows how far it heels and trims."""
-    ahead, left, up = (float(value) for value in body.center - wet.center)
+def rest_notes(wet: Displaced, center: FloatArray, given: str = "the <inertial> of its links") -> list[str]:
+    """Remarks about how it floats at rest: from the metacentric heights follows how far it heels and trims.
+
+    `center` (3,) is that of mass [m], and `given` what gives it.
+    """
+    ahead, left, up = (float(value) for value in center - wet.center)
     trim, heel = (float(spread) / wet.volume - up for spread in wet.spread)
     if min(trim, heel) <= 0.0:
         height = f"{up:.3g} m above its centre of buoyancy"
@@ -243,7 +253,7 @@ def rest_notes(wet: Displaced, body: MassProperties) -> list[str]:
             end = ends[0] if angle > 0.0 else ends[1]
             notes.append(
                 f"it floats about {math.degrees(abs(angle)):.0f} degrees down at the {end}: its centre of mass is "
-                f"{offset:.3g} m from its centre of buoyancy; check the <inertial> of its links"
+                f"{offset:.3g} m from its centre of buoyancy; check {given}"
             )
     return notes
 

@@ -143,7 +143,7 @@ def _stiffness(vessel: Vessel, body: MassProperties, density: float) -> tuple[Fl
     weight, up = density * GRAVITY, float(wet.center[2] - body.center[2])
     trim, heel = (max(weight * (float(spread) + wet.volume * up), 0.0) for spread in wet.spread)
     own = np.diag([0.0, 0.0, weight * wet.area, heel, trim, 0.0])
-    return about_origin(own, np.array([wet.center[0], wet.center[1], body.center[2]])), rest_notes(wet, body)
+    return about_origin(own, np.array([wet.center[0], wet.center[1], body.center[2]])), rest_notes(wet, body.center)
 
 
 def _rates(inertia: FloatArray, stiffness: FloatArray, vessel: Vessel) -> npt.NDArray[np.complex128]:

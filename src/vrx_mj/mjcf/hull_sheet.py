@@ -1,7 +1,6 @@
 """The hydrostatics of a hull's mesh: displacement, centres, stiffness and righting arms.
 
-Axes are the mesh's own, x forward, y left, z up. The figures come from the pressure on the mesh (`physics.panels`), the
-same function that moves a boat; derivatives are central differences of it.
+Axes are the mesh's own, x forward, y left, z up. The figures follow from Archimedes' principle over its faces, exactly.
 """
 
 import math
@@ -13,16 +12,13 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import VrxError
 from vrx_mj.frames import rotation
+from vrx_mj.mjcf.derive import displaced, floating_level
 from vrx_mj.mjcf.hull_checks import MOST_LIFT
-from vrx_mj.physics.panel_mesh import panels_of
-from vrx_mj.physics.panels import wrench_of_still_water
 
 __all__ = ["HullSheet", "hull_sheet"]
 
 HEELS = tuple(range(0, 181, 10))
 """Angles of heel of the righting arms [degrees]."""
-STEP = 1e-4
-"""Of central differences [m], [rad]."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +46,7 @@ class HullSheet:
     center_of_flotation: float
     """x of the waterplane's middle [m]."""
     stiffness: tuple[float, float, float]
-    """C33 [N/m], C44 and C55 [N m/rad] about the centre of mass."""
+    """C33 [N/m], C44 and C55 [N m/rad] about the waterplane's middle, at the same displacement."""
     righting_arms: tuple[tuple[float, float], ...]
     """Angle of heel to starboard [degrees] and righting arm GZ [m], at the same displacement and without trim."""
 
@@ -82,27 +78,10 @@ class HullSheet:
         return self.density * self.waterplane_area / 1e5
 
 
-class _Hull:
-    """A mesh about its centre of mass, in water of a weight [N/m3]."""
-
-    def __init__(self, corners: FloatArray, center: Sequence[float], weight: float) -> None:
-        self._vertices = np.ascontiguousarray(corners.reshape(-1, 3) - np.asarray(center, np.float64))
-        self._panels = panels_of(self._vertices, np.arange(len(self._vertices)).reshape(-1, 3))
-        self._weight = weight
-
-    def wrench(self, height: float, roll: float = 0.0, pitch: float = 0.0) -> FloatArray:
-        """Force [N] and torque [N m] (6,) of the water about the centre, which is `height` [m] over it; world axes."""
-        turn = rotation(roll, pitch, 0.0)
-        found = wrench_of_still_water(self._panels, turn[2], height, self._weight)
-        return np.concatenate((np.array(turn) @ found[:3], np.array(turn) @ found[3:]))
-
-    def height(self, load: float, roll: float = 0.0) -> float:
-        """The height [m] at which the water carries a load [N]."""
-        from scipy.optimize import brentq
-
-        vertical = self._vertices @ np.array(rotation(roll, 0.0, 0.0))[2]
-        low, high = -float(vertical.max()), -float(vertical.min())
-        return float(brentq(lambda height: self.wrench(height, roll)[2] - load, low, high, xtol=1e-10))
+def _arm(corners: FloatArray, volume: float, heel: float) -> float:
+    """Righting arm [m] at a heel to starboard [rad] of triangles about the centre of mass that displace a volume."""
+    turned = corners @ np.array(rotation(heel, 0.0, 0.0)).T
+    return -float(displaced(turned, floating_level(turned, volume, 1e-10)).center[1])
 
 
 def hull_sheet(
@@ -131,43 +110,22 @@ def hull_sheet(
             f"it hardly touches the water: {mass:g} kg, its volume of {whole:.4g} m3 carries {whole * density:.4g} kg; "
             "check the mesh's unit (m): --scale 0.001 takes one in mm"
         )
-    hull, load = _Hull(corners, center, density * gravity), mass * gravity
-    height = hull.height(load)
-    upright = hull.wrench(height)
-    waterline, keel = center[2] - height, float(corners[..., 2].min())
-    area = (hull.wrench(height - STEP)[2] - hull.wrench(height + STEP)[2]) / (2.0 * STEP * density * gravity)
-    lever = (hull.wrench(height - STEP)[4] - hull.wrench(height + STEP)[4]) / (2.0 * STEP * density * gravity)
-    slopes = [
-        -(hull.wrench(height, *(STEP * axis))[index] - hull.wrench(height, *(-STEP * axis))[index]) / (2.0 * STEP)
-        for index, axis in ((3, np.array([1.0, 0.0])), (4, np.array([0.0, 1.0])))
-    ]
+    volume, weight, own = mass / density, mass * gravity, corners - np.asarray(center, np.float64)
+    waterline = floating_level(corners, volume, 1e-10)
+    wet = displaced(corners, waterline)
+    x, y, z = wet.center.tolist()
+    trim, heel = (weight * (float(spread) / volume + z - center[2]) for spread in wet.spread)
     return HullSheet(
         mass=mass,
         center_of_mass=(float(center[0]), float(center[1]), float(center[2])),
         density=density,
         gravity=gravity,
         waterline=waterline,
-        draft=waterline - keel,
-        volume=mass / density,
-        center_of_buoyancy=_buoyancy(corners, waterline, upright, load, center),
-        waterplane_area=area,
-        center_of_flotation=center[0] - lever / area,
-        stiffness=(density * gravity * area, slopes[0], slopes[1]),
-        righting_arms=tuple((float(heel), _arm(hull, load, math.radians(heel))) for heel in HEELS),
+        draft=waterline - float(corners[..., 2].min()),
+        volume=volume,
+        center_of_buoyancy=(x, y, z),
+        waterplane_area=wet.area,
+        center_of_flotation=wet.middle,
+        stiffness=(density * gravity * wet.area, heel, trim),
+        righting_arms=tuple((float(heel), _arm(own, volume, math.radians(heel))) for heel in HEELS),
     )
-
-
-def _buoyancy(
-    corners: FloatArray, waterline: float, upright: FloatArray, load: float, center: Sequence[float]
-) -> tuple[float, float, float]:
-    """The centre of buoyancy [m]; its height is that of the wet volume."""
-    from vrx_mj.mjcf.derive import displaced
-
-    x, y = center[0] - upright[4] / load, center[1] + upright[3] / load
-    return float(x), float(y), float(displaced(corners, waterline).center[2])
-
-
-def _arm(hull: _Hull, load: float, heel: float) -> float:
-    """Righting arm [m] at an angle of heel to starboard [rad]: how far buoyancy is to starboard of the weight."""
-    torque = hull.wrench(hull.height(load, heel), heel)[3]
-    return float(-torque / load)

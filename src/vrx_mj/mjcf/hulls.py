@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.hull import CrossFlowConfig, MarineHullConfig
+from vrx_mj.config.hull import CrossFlowConfig, MarineHullConfig, SkegConfig
 from vrx_mj.config.hydro import read_hydro
 from vrx_mj.config.solids import solid
 from vrx_mj.errors import VrxError, VrxWarning
@@ -21,6 +21,7 @@ from vrx_mj.mjcf.surfaces import checked_surface
 from vrx_mj.model.boats import MOST_TRIANGLES, Strip, Vessel
 from vrx_mj.model.kinds import Six
 from vrx_mj.physics.tables import MATRIX, MESH
+from vrx_mj.physics.thrust import normal_slope
 
 __all__ = ["vessel_of"]
 
@@ -56,7 +57,7 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
         munk=1 if config.munk else 0,
         damping=_six(moved(config.damping_linear, water.drag_linear)),
         damping_quadratic=_quadratic(config, water.drag_quadratic),
-        strips=_strips(config.crossflow, level, density) if config.crossflow else (),
+        strips=(*_strips(config.crossflow, level, density), *(_skeg(each, density) for each in config.skegs)),
         memory=memory_of(hydro, density) if hydro else (),
         diffraction=diffraction_of(hydro, density) if hydro and config.diffraction else None,
         **carried,
@@ -73,8 +74,15 @@ def _quadratic(config: MarineHullConfig, derived: Six) -> Six:
     return surge, 0.0, heave, roll, pitch, 0.0
 
 
-def _strips(config: CrossFlowConfig, level: float, density: float) -> tuple[Strip, ...]:
+def _skeg(config: SkegConfig, density: float) -> Strip:
+    lift = 0.5 * density * config.area * normal_slope(config.aspect_ratio)
+    return Strip(x=config.x, z=config.z, drag=0.0, lift=lift)
+
+
+def _strips(config: CrossFlowConfig | None, level: float, density: float) -> tuple[Strip, ...]:
     """Strips along a hull that floats with the water at a `level` [m], by the middle of each."""
+    if config is None:
+        return ()
     length = (config.bow - config.stern) / config.strips
     share = (np.arange(config.strips) + 0.5) / config.strips
     draft, coefficient = (np.interp(share, np.linspace(0.0, 1.0, len(values)), values)

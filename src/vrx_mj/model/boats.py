@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.config.hull import MOST_STRIPS
+from vrx_mj.config.hull import MOST_SKEGS, MOST_STRIPS
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.model.kinds import (
     LEFT_OUT,
@@ -71,15 +71,17 @@ class Windage:
 
 @dataclass(frozen=True, kw_only=True)
 class Strip:
-    """A piece of a hull's lateral area, in body axes."""
+    """A piece of a hull's lateral area, or a skeg, in body axes."""
 
     __pydantic_config__ = STRICT
     x: Real
     """Of its middle [m]."""
     z: Real
-    """Height at which its drag acts [m]."""
+    """Height at which its force acts [m]."""
     drag: NonNegative
     """Force over the square of its velocity across the water [N s2/m2]."""
+    lift: NonNegative = field(default=0.0, metadata=LEFT_OUT)
+    """Force over the product of its speed and its velocity across the water [N s2/m2]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,8 +146,10 @@ class Vessel:
     """Centre of buoyancy at rest, where the water's motion counts [m]; with a matrix, where that mass is carried."""
     spread: tuple[NonNegative, NonNegative]
     """Second moments of the waterplane over its area, about its middle, along and across [m2]."""
-    strips: Annotated[tuple[Strip, ...], Field(max_length=MOST_STRIPS)] = field(default=(), metadata=LEFT_OUT)
-    """Lateral area by strips, on which the flow across the hull acts."""
+    strips: Annotated[tuple[Strip, ...], Field(max_length=MOST_STRIPS + MOST_SKEGS)] = field(
+        default=(), metadata=LEFT_OUT
+    )
+    """Lateral area by strips, on which the flow across the hull acts, and skegs."""
     memory: Annotated[tuple[Memory, ...], Field(max_length=500)] = field(default=(), metadata=LEFT_OUT)
     """Memory of the waves that it makes."""
     diffraction: Diffraction | None = field(default=None, metadata=LEFT_OUT)

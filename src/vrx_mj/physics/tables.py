@@ -174,6 +174,7 @@ STRIP = np.dtype(
         ("x", _f),  # of its middle, body axes [m]
         ("z", _f),  # where its drag acts [m]
         ("drag", _f),  # rho / 2 C_d T dx [N s2/m2]
+        ("lift", _f),  # rho / 2 A f of a skeg [N s2/m2]
     ],
     align=True,
 )

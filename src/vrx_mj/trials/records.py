@@ -75,6 +75,8 @@ class Trial:
     """Names and units of the chart's axes."""
     track: Track
     """States of the vessel."""
+    remarks: tuple[str, ...] = ()
+    """Why figures are missing, or are not what they seem."""
 
 
 def crossing(x: FloatArray, y: FloatArray, level: float) -> float:

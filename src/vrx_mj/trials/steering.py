@@ -5,10 +5,11 @@ from collections.abc import Callable
 
 import numpy as np
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.trials.records import Figure, Track, Trial, crossing, track_of
 from vrx_mj.trials.vessel import Vessel, VesselState
 
-__all__ = ["approach", "pull_out", "sailed", "spiral", "turning", "zigzag"]
+__all__ = ["approach", "approach_remarks", "pull_out", "sailed", "spiral", "turning", "zigzag"]
 
 STEP = 0.02
 """Time between two states of a track [s]."""
@@ -16,8 +17,12 @@ SETTLED = 1e-3
 """Relative change of a speed over `WATCH` at which it counts as steady."""
 WATCH = 5.0
 """[s]"""
+STRAIGHT = math.radians(0.5)
+"""Rate of turn up to which an approach counts as straight [rad/s]."""
 LONGEST = 600.0
 """Longest time of a part of a trial [s]."""
+FULL = 3.0 * math.pi
+"""Change of heading of a turning circle [rad]."""
 STEPS = 8
 """Helm settings of a spiral between midships and full helm."""
 
@@ -46,48 +51,65 @@ def _settled(value: Callable[[VesselState], float], least: float) -> Callable[[l
     return steady
 
 
-def approach(vessel: Vessel, power: float) -> VesselState:
-    """Sail straight ahead until the speed is steady."""
-    return sailed(vessel, power, 0.0, _settled(lambda state: state.surge, 1e-4))[-1]
+def approach(vessel: Vessel, power: float) -> list[VesselState]:
+    """States of sailing straight ahead until the speed is steady."""
+    return sailed(vessel, power, 0.0, _settled(lambda state: state.surge, 1e-4))
+
+
+def approach_remarks(states: list[VesselState]) -> tuple[str, ...]:
+    """What is wrong with the end of an approach: the vessel turns with its helm midships."""
+    rate = float(np.mean([state.yaw_rate for state in states[-round(WATCH / STEP) :]]))
+    if abs(rate) <= STRAIGHT:
+        return ()
+    turns = f"turns to {'port' if rate > 0.0 else 'starboard'} at {math.degrees(abs(rate)):.3g} deg/s"
+    return (f"it does not keep a straight course: with the helm midships it {turns}",)
 
 
 def turning(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
-    """Turning circle: helm over at steady speed until the heading has changed by 540 degrees.
+    """Turning circle: helm over at steady speed until the heading has changed by 540 degrees to its side.
+
+    After an approach that was not straight there are figures of the steady turn alone, and none of it before that.
 
     Args:
         vessel: what is tried.
         power: of the approach, 0 to 1, kept in the turn.
         helm: -1 to 1, positive to port.
     """
-    speed = approach(vessel, power).surge
-    turned = _Turned()
-    states = sailed(vessel, power, helm, lambda seen: turned.by(seen[-1]) >= 3.0 * math.pi)
-    track = track_of(states, [helm] * len(states))
-    side = math.copysign(1.0, helm)
-    heading, across = side * track.heading, side * track.y
+    begun, side, turned = approach(vessel, power), math.copysign(1.0, helm), _Turned()
+    states = sailed(vessel, power, helm, lambda seen: side * turned.by(seen[-1]) >= FULL)
+    track, remarks = track_of(states, [helm] * len(states)), approach_remarks(begun)
+    speed, heading, across = begun[-1].surge, side * track.heading, side * track.y
     last = track.heading * side >= heading[-1] - 2.0 * math.pi
-    rate = float(np.mean(side * track.yaw_rate[last]))
-    velocity = float(np.mean(np.hypot(track.surge, track.sway)[last]))
+    straight, steady = math.nan if remarks else 1.0, 1.0 if side * turned.angle >= FULL else math.nan
+    if math.isnan(steady):
+        remarks += (f"no steady turn: {math.degrees(heading[-1]):.3g} degrees with the helm in {track.time[-1]:.4g} s",)
+    rate = steady * float(np.mean(side * track.yaw_rate[last]))
+    velocity = steady * float(np.mean(np.hypot(track.surge, track.sway)[last]))
+    drift = steady * float(np.mean(np.arctan2(-side * track.sway, track.surge)[last]))
+
+    def at(values: FloatArray, angle: float) -> float:
+        return straight * crossing(values, heading, angle)
+
     figures = {
         "speed": Figure(speed, "m/s", "speed of the approach"),
-        "advance": Figure(crossing(track.x, heading, 0.5 * math.pi), "m", "way ahead at 90 degrees"),
-        "transfer": Figure(crossing(across, heading, 0.5 * math.pi), "m", "way aside at 90 degrees"),
-        "tactical_diameter": Figure(crossing(across, heading, math.pi), "m", "way aside at 180 degrees"),
-        "time_90": Figure(crossing(track.time, heading, 0.5 * math.pi), "s", "time to 90 degrees"),
-        "time_180": Figure(crossing(track.time, heading, math.pi), "s", "time to 180 degrees"),
+        "advance": Figure(at(track.x, 0.5 * math.pi), "m", "way ahead at 90 degrees"),
+        "transfer": Figure(at(across, 0.5 * math.pi), "m", "way aside at 90 degrees"),
+        "tactical_diameter": Figure(at(across, math.pi), "m", "way aside at 180 degrees"),
+        "time_90": Figure(at(track.time, 0.5 * math.pi), "s", "time to 90 degrees"),
+        "time_180": Figure(at(track.time, math.pi), "s", "time to 180 degrees"),
         "steady_radius": Figure(velocity / rate if rate > 0.0 else math.nan, "m", "radius of the last full turn"),
         "steady_rate": Figure(math.degrees(rate), "deg/s", "rate of turn in it"),
         "drift_angle": Figure(
-            math.degrees(float(np.mean(np.arctan2(-side * track.sway, track.surge)[last]))), "deg",
-            "angle of the bow inside of the track, at the vessel's origin",
+            math.degrees(drift), "deg", "angle of the bow inside of the track, at the vessel's origin"
         ),
-        "speed_kept": Figure(velocity / speed, "", "speed in the turn over that of the approach"),
+        "speed_kept": Figure(straight * velocity / speed, "", "speed in the turn over that of the approach"),
     }  # fmt: skip
-    return Trial("turning", figures, {"track": (track.x, track.y)}, ("way ahead [m]", "way to port [m]"), track)
+    curves, axes = {"track": (track.x, track.y)}, ("way ahead [m]", "way to port [m]")
+    return Trial("turning", figures, curves, axes, track, remarks)
 
 
 class _Turned:
-    """How far a vessel has turned since the first time it was asked for, either way [rad]."""
+    """How far a vessel has turned since the first time it was asked for [rad], positive to port."""
 
     def __init__(self) -> None:
         self._last: float | None = None
@@ -97,7 +119,7 @@ class _Turned:
         if self._last is not None:
             self.angle += math.remainder(state.heading - self._last, 2.0 * math.pi)
         self._last = state.heading
-        return abs(self.angle)
+        return self.angle
 
 
 def zigzag(vessel: Vessel, *, power: float = 1.0, helm: float = 0.5, angle: float = 20.0) -> Trial:
@@ -109,7 +131,7 @@ def zigzag(vessel: Vessel, *, power: float = 1.0, helm: float = 0.5, angle: floa
         helm: share of full helm, above 0 to 1.
         angle: change of heading at which the helm is turned over [degrees].
     """
-    approach(vessel, power)
+    begun = approach(vessel, power)
     bound, states, helms = math.radians(angle), [vessel.state], [helm]
     turns: list[int] = []
     side, turned = 1.0, _Turned()
@@ -138,7 +160,8 @@ def zigzag(vessel: Vessel, *, power: float = 1.0, helm: float = 0.5, angle: floa
         "period": Figure(times[2] - times[0], "s", "time between the first and the third turning of the helm"),
     }
     curves = {"heading": (track.time, degrees), "helm, full is 35": (track.time, 35.0 * track.helm)}
-    return Trial("zigzag", figures, curves, ("time [s]", "angle [degrees]"), track)
+    axes = "time [s]", "angle [degrees]"
+    return Trial("zigzag", figures, curves, axes, track, approach_remarks(begun))
 
 
 def _reach(track: Track, turns: list[int]) -> float:

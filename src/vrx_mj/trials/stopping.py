@@ -3,7 +3,7 @@
 import numpy as np
 
 from vrx_mj.trials.records import Figure, Trial, track_of
-from vrx_mj.trials.steering import approach, sailed
+from vrx_mj.trials.steering import approach, approach_remarks, sailed
 from vrx_mj.trials.vessel import Vessel
 
 __all__ = ["crash_stop"]
@@ -17,7 +17,7 @@ def crash_stop(vessel: Vessel, *, power: float = 1.0, astern: float = 1.0) -> Tr
         power: of the approach, 0 to 1.
         astern: power astern, 0 to 1.
     """
-    speed = approach(vessel, power).surge
+    begun = approach(vessel, power)
     states = sailed(vessel, -astern, 0.0, lambda seen: seen[-1].surge <= 0.0)
     track = track_of(states, [0.0] * len(states))
     share = 1.0
@@ -29,10 +29,11 @@ def crash_stop(vessel: Vessel, *, power: float = 1.0, astern: float = 1.0) -> Tr
     way = float(pieces[:-1].sum() + share * pieces[-1])
     nan = float("nan")
     figures = {
-        "speed": Figure(speed, "m/s", "speed of the approach"),
+        "speed": Figure(begun[-1].surge, "m/s", "speed of the approach"),
         "stopping_time": Figure(end[0] if stopped else nan, "s", "time until it is dead in the water"),
         "track_reach": Figure(way if stopped else nan, "m", "way along the track"),
         "head_reach": Figure(end[1] if stopped else nan, "m", "way ahead"),
         "lateral_deviation": Figure(end[2] if stopped else nan, "m", "way to port"),
     }
-    return Trial("crash-stop", figures, {"speed": (track.time, track.surge)}, ("time [s]", "speed ahead [m/s]"), track)
+    curves, axes = {"speed": (track.time, track.surge)}, ("time [s]", "speed ahead [m/s]")
+    return Trial("crash-stop", figures, curves, axes, track, approach_remarks(begun))

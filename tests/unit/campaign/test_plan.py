@@ -54,6 +54,8 @@ def worlds(tmp_path, monkeypatch):
         (["mine/a?", "*1"], ("mine/a1", "mine/a2", "mine/sub/b1")),
         (["mine/sub/b1", "mine/[!b]2"], ("mine/sub/b1", "mine/a2")),
         (["one.yaml", "one.yaml#3"], ("one.yaml", "one.yaml#3")),
+        (["worlds/mine/*.yaml"], ("worlds/mine/a1.yaml", "worlds/mine/a2.yaml")),
+        (["worlds/**/?1.yaml#2"], ("worlds/mine/a1.yaml#2", "worlds/mine/sub/b1.yaml#2")),
     ],
 )
 def test_worlds_by_name_pattern_and_path(worlds, patterns, chosen):
@@ -64,6 +66,11 @@ def test_a_pattern_that_matches_nothing(worlds):
     with pytest.raises(CommandError) as raised:
         choose_worlds(["vrx2022/*"])
     assert str(raised.value) == "--worlds 'vrx2022/*' matches none of 3 worlds; folders of worlds: mine/*"
+
+
+def test_a_pattern_of_files_that_matches_nothing(worlds):
+    with pytest.raises(CommandError, match=r"^--worlds 'seas/\*\.yaml': no file 'seas/\*\.yaml'$"):
+        choose_worlds(["seas/*.yaml"])
 
 
 def test_worlds_that_are_not_there(worlds):

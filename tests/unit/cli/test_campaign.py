@@ -34,3 +34,17 @@ def test_wrong_words_are_told_before_anything_is_sailed(cli, folder, words, mess
     assert (said.code, said.out) == (2, "")
     assert said.err.startswith(message)
     assert not (folder / "never").exists()
+
+
+def test_worlds_that_cannot_be_read_are_told_once(cli, folder):
+    (folder / "crew.py").write_text(CREW, encoding="utf-8")
+    (folder / "seas").mkdir()
+    for name, text in (("a", "extends: ocean\n"), ("b", "extends: ocean\ngravity: 9\n"), ("c", "sea: {gain: high}\n")):
+        (folder / "seas" / f"{name}.yaml").write_text(text, encoding="utf-8")
+    said = cli("campaign", "crew:steady", "--worlds", "seas/*.yaml", "--seeds", "0..19", "-o", "never")
+    assert (said.code, said.out) == (2, "")
+    (problem,) = said.err.splitlines()
+    assert problem.startswith("seas/b.yaml:2:1: gravity: ")
+    said = cli("campaign", "crew:steady", "--worlds", "ocean", "--fleet", "seas/b.yaml", "-o", "never")
+    assert (said.code, said.err.count("seas/b.yaml")) == (2, 1)
+    assert not (folder / "never").exists()

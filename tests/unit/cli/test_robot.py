@@ -1,5 +1,6 @@
 import json
 import re
+import sys
 import xml.etree.ElementTree as ET
 
 import mujoco
@@ -7,6 +8,7 @@ import pytest
 
 from vrx_mj.config.parts.catalogue import TYPES
 from vrx_mj.config.parts.compliance import rule_sets
+from vrx_mj.packages import needs_extra
 
 COMPONENTS = "wamv_camera: [{name: front, x: 0.75}]\nwamv_gps: [{name: gps_wamv, x: -0.85}]\n"
 THRUSTERS = "engine: [{prefix: left, position: -2.373776 1.027135 0.318237}]\n"
@@ -163,11 +165,13 @@ def test_new_robot_copies_files_that_pass(cli, folder):
     said = cli("new", "robot", "mine")
     assert (said.code, said.err) == (0, "")
     assert said.out == (
-        "mine: edit its thruster_config.yaml and component_config.yaml, then\n"
+        "mine: edit its robot.yaml, thruster_config.yaml, component_config.yaml, then\n"
         "vrx-mj robot check --thrusters 'mine/thruster_config.yaml' --components 'mine/component_config.yaml'\n"
+        "vrx-mj run ocean --fleet './mine'\n"
     )
     assert sorted(file.name for file in (folder / "mine").iterdir()) == [
         "component_config.yaml",
+        "robot.yaml",
         "thruster_config.yaml",
     ]
     files = ("--thrusters", "mine/thruster_config.yaml", "--components", "mine/component_config.yaml")
@@ -288,8 +292,29 @@ def test_the_sheet_of_a_hull(cli, folder):
     assert "metacentric height  GM 0.4167 m, longitudinal 2.4167 m\n" in said.out
     assert "  0:  0.0000    10:  0.0742    20:  0.1576" in said.out
     assert json.loads((folder / "sheet.json").read_text(encoding="utf-8"))["draft"] == pytest.approx(0.5)
-    said = cli("robot", "hydro", "barge.obj", "--mass", "4100", "--center", "0,0,1.2")
-    assert said.out.endswith("it capsizes from upright: GM is not above 0; lower the centre of mass\n")
+
+
+@pytest.mark.filterwarnings("always")
+def test_a_weight_beside_the_buoyancy_trims_and_leaves_the_metacentres(cli, folder):
+    (folder / "barge.obj").write_text(BARGE, encoding="utf-8")
+    level, ahead = (cli("robot", "hydro", "barge.obj", "--mass", "4100", "--center", f"{x},0,0.5") for x in (0, 0.7))
+    assert (level.err, ahead.err) == (
+        "",
+        (
+            "warning: mesh barge.obj: it floats about 16 degrees down at the bow: its centre of mass is 0.7 m from its "
+            "centre of buoyancy; check --center\n"
+        ),
+    )
+    assert cli("robot", "hydro", "barge.obj", "--mass", "4100", "--center", "0,0,1.2").err == (
+        "warning: mesh barge.obj: its centre of mass is 0.95 m above its centre of buoyancy: the metacentric height is "
+        "-0.283 m, and it capsizes\n"
+    )
+    assert [re.findall(r"^metacentric .*", said.out, re.MULTILINE) for said in (level, ahead)] == 2 * [
+        [
+            f"metacentric {name} m"
+            for name in ("radius  BM 0.6667 m, longitudinal 2.6667", "height  GM 0.4167 m, longitudinal 2.4167")
+        ]
+    ]
 
 
 @pytest.mark.filterwarnings("always")
@@ -371,6 +396,14 @@ def test_sheets_that_cannot_be(cli, folder, words, message):
     (folder / "barge.obj").write_text(BARGE, encoding="utf-8")
     said = cli("robot", "hydro", "barge.obj", *words)
     assert (said.code, said.out, said.err) == (2, "", f"{message}\n")
+
+
+def test_radiation_without_its_extra_names_it_in_one_line(cli, folder, monkeypatch):
+    monkeypatch.setitem(sys.modules, "capytaine", None)
+    (folder / "barge.obj").write_text(BARGE, encoding="utf-8")
+    said = cli("robot", "hydro", "barge.obj", "--mass", "4100", "--center", "0,0,0.5", "--bem", "hull.json")
+    assert (said.code, said.err) == (2, needs_extra("the radiation of a hull", "Capytaine", "hydro") + "\n")
+    assert not (folder / "hull.json").exists()
 
 
 def test_a_mesh_that_is_none(cli, folder):

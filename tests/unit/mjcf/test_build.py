@@ -1,5 +1,7 @@
 """From what a fleet orders to a boat: files, arguments, layouts, suites, sensors, messages."""
 
+import re
+import shutil
 import warnings
 from pathlib import Path
 
@@ -14,6 +16,7 @@ from vrx_mj.config.search import PACKAGE_PATH
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning
 from vrx_mj.mjcf.build import build_boat, robot_urdf
 from vrx_mj.model.world import tree_of
+from vrx_mj.resources import root
 
 PUSHER = (link("left_propeller"), joint("shaft", "left_propeller", xyz="-2 0 0", kind="continuous"), thruster("left"))
 DYNAMICS = '<plugin name="water" filename="libusv_gazebo_dynamics_plugin.so"><hullRadius>0.2</hullRadius></plugin>'
@@ -338,6 +341,36 @@ def test_what_the_yaml_says_about_the_water_is_not_derived(folder):
     boat, (text,) = warned("boat.urdf")
     assert (boat.hydrodynamics.hull_radius, boat.hydrodynamics.boat_length) == (0.5, 3)
     assert text.startswith("robot boat.urdf: derived from its shapes and mass: boat_width 0.577, added_mass")
+
+
+@pytest.mark.parametrize(
+    ("hull", "guessed"),
+    [
+        (
+            "added_mass: [1, 2, 3, 4, 5, 6], damping_linear: [1, 2, 3, 4, 5, 6], damping_quadratic: [1, 2, 3, 4, 5, 6]",
+            (),
+        ),
+        ("hydro: hydro.json, damping_linear: [1, 2, 3, 4, 5, 6]", ("drag_quadratic",)),
+        ("hydro: hydro.json", ("drag_linear", "drag_quadratic")),
+        ("munk: true", ("added_mass", "drag_linear", "drag_quadratic")),
+    ],
+)
+def test_what_a_hull_gives_is_not_said_to_be_derived(folder, hull, guessed):
+    shutil.copy(root() / "assets" / "robots" / "sphere" / "hydro.json", folder)
+    write(folder, boat_urdf=robot(*PUSHER), boat_yaml=f"hull: {{{hull}}}\n")
+    _, said = warned("boat.urdf", profile="marine")
+    assert len(said) == bool(guessed)
+    for text in said:
+        begins, _, listed = text.partition("Froude's law: ")
+        assert begins == "robot boat.urdf: not in its `hull`, and so a WAM-V's of its length by "
+        assert tuple(re.findall(r"[a-z_]+(?= \[)", listed)) == guessed
+    assert "derived from its shapes" in warned("boat.urdf")[1][0]
+
+
+def test_floats_of_the_shapes_are_no_guess_where_the_drag_is_given(folder):
+    drag = "added_mass: [1, 2, 3, 4, 5, 6], drag_linear: [1, 2, 3, 4, 5, 6], drag_quadratic: [1, 2, 3, 4, 5, 6]"
+    write(folder, boat_urdf=robot(*PUSHER), boat_yaml=f"hydrodynamics: {{{drag}}}\n")
+    assert warned("boat.urdf")[1] == []
 
 
 def test_equal_orders_of_a_users_file_are_read_anew(folder):

@@ -39,7 +39,19 @@ def test_a_shifted_weight_does_not_move_the_buoyancy():
     one, other = hull_sheet(BARGE, 2000.0, (0.0, 0.0, 0.5)), hull_sheet(BARGE, 2000.0, (0.3, -0.2, 0.7))
     assert one.center_of_buoyancy == pytest.approx(other.center_of_buoyancy, abs=1e-9)
     assert one.center_of_flotation == pytest.approx(other.center_of_flotation, abs=1e-6)
-    assert hull_sheet(BARGE, 2000.0, (0.0, 0.0, 0.7)).gm[0] == pytest.approx(one.gm[0] - 0.2, abs=1e-6)
+    assert other.bm == pytest.approx(one.bm, rel=1e-6)
+    assert other.gm == pytest.approx((one.gm[0] - 0.2, one.gm[1] - 0.2), rel=1e-6)
+
+
+def test_the_metacentric_radii_of_a_wedge_are_those_of_its_waterplane():
+    """A hull that is deeper aft: BM = I / V about the waterplane's middle, wherever its weight is."""
+    wedge = BARGE.copy()
+    wedge[..., 2] += np.where(wedge[..., 2] < 0.1, 0.2 * (wedge[..., 0] + 2.0), 0.0)
+    for x in (-0.4, 0.0, 0.7):
+        sheet = hull_sheet(wedge, 6000.0, (x, 0.0, 0.5))
+        area, volume = 8.0, 6000.0 / 1025.0
+        assert sheet.waterplane_area == pytest.approx(area)
+        assert sheet.bm == pytest.approx((area * 2.0**2 / 12.0 / volume, area * 4.0**2 / 12.0 / volume), rel=1e-6)
 
 
 def test_a_sphere_has_its_metacentre_in_its_middle():

@@ -21,7 +21,7 @@ def strips(count=400, stern=-2.0, height=0.0):
     """A plate of `LENGTH` m, whose strips are equal."""
     middles = stern + LENGTH * (np.arange(count) + 0.5) / count
     drag = 0.5 * RHO * CD * DRAFT * LENGTH / count
-    return tables.table(STRIP, [{"x": x, "z": height, "drag": drag} for x in middles.tolist()])
+    return tables.table(STRIP, [{"x": x, "z": height, "drag": drag, "lift": 0.0} for x in middles.tolist()])
 
 
 def test_sway_is_the_drag_of_the_lateral_area():
@@ -55,13 +55,18 @@ def test_roll_feels_drag_below_the_origin():
 def test_against_a_second_implementation_and_energy_is_only_lost():
     draw = default_rng(3)
     table = tables.table(
-        STRIP, [{"x": x, "z": z, "drag": k} for x, z, k in draw.uniform((-3, -1, 0), (3, 1, 80), (9, 3))]
+        STRIP,
+        [
+            {"x": x, "z": z, "drag": k, "lift": lift}
+            for x, z, k, lift in draw.uniform((-3, -1, 0, -20), (3, 1, 80, 20), (9, 4)).clip((-3, -1, 0, 0)).tolist()
+        ],
     )
     for u, v, w, p, q, r in draw.normal(size=(200, 6)):
         found = np.array(crossflow_drag(table, moving(u=u, v=v, w=w, p=p, q=q, r=r)))
         places = np.stack([table["x"], np.zeros(9), table["z"]], axis=1)
         across = ((v * np.array([0, 1, 0]) + np.cross((p, 0, r), places)) * (0, 1, 0)).sum(axis=1)
-        forces = np.outer(-table["drag"] * np.abs(across) * across, (0, 1, 0))
+        speed = np.hypot(u + q * table["z"], across)
+        forces = np.outer(-(table["drag"] * np.abs(across) + table["lift"] * speed) * across, (0, 1, 0))
         assert found == pytest.approx([*forces.sum(axis=0), *np.cross(places, forces).sum(axis=0)], abs=1e-9)
         assert found @ (u, v, w, p, q, r) <= 1e-12
         mirrored = crossflow_drag(table, moving(u=u, v=-v, w=w, p=-p, q=q, r=-r))

@@ -111,6 +111,14 @@ class TestMesh:
         assert sim.data.qvel[1] == pytest.approx(1.2 / (1.0 + k * 1.2 * 5.0 / 7100.0), rel=2e-3)
         assert sim.data.qvel[[0, 5]] == pytest.approx(0.0, abs=1e-9)
 
+    def test_a_skeg_is_a_wing_in_the_stream(self, tmp_path):
+        """A boat held in 0.5 m/s from the quarter: rho / 2 A 6.13 L / (L + 2.25) U2 sin at 45 degrees, at its place."""
+        hull = f"{{damping_linear: {NONE}, skegs: [{{x: -1.5, z: -0.3, area: 0.2, aspect_ratio: 0.5}}]}}"
+        sim = Simulation(world_of(barge(tmp_path, hull), current={"speed": 0.5, "direction": 45.0}))
+        found = loads(sim, (0, 0, 0, 0, 0, 0), ("drag",))
+        force = 0.5 * RHO * 0.2 * 6.13 * 0.5 / 2.75 * 0.25 * math.sqrt(0.5)
+        assert (found[1], found[5]) == pytest.approx((force, -1.5 * force))
+
     def test_drag_across_takes_the_current_and_its_place_in_the_water(self, tmp_path):
         """A boat held in a current of 0.5 m/s from the side; at half the draft under the water at rest by default."""
         across = "crossflow: {stern: -1, bow: 2, draft: [0.2, 0.4], coefficient: [1.0, 2.0, 1.0]}"

@@ -69,6 +69,35 @@ def test_a_turning_circle_is_that_of_the_model(helm):
     assert (found["drift_angle"], found["speed_kept"]) == pytest.approx((0.0, 1.0), abs=2e-3)
 
 
+def test_a_boat_that_turns_by_itself_has_a_steady_turn_alone_and_is_said():
+    """r' T = K helm + r - 20 r^3 turns at sqrt(1 / 20) rad/s midships; the helm turns it back."""
+    boat = Nomoto(n1=-1.0, n3=20.0)
+    boat.r = -0.1
+    trial = turning(boat)
+    own = math.degrees(math.sqrt(1.0 / 20.0))
+    (remark,) = trial.remarks
+    begins, _, rest = remark.partition(" at ")
+    assert begins == "it does not keep a straight course: with the helm midships it turns to starboard"
+    assert float(rest.removesuffix(" deg/s")) == pytest.approx(own, rel=0.1)  # it has not settled yet
+    found = values(trial)
+    known = {"speed", "steady_radius", "steady_rate", "drift_angle"}
+    assert {name for name, value in found.items() if not math.isnan(value)} == known
+    rate = math.radians(found["steady_rate"])
+    assert K + rate - 20.0 * rate**3 == pytest.approx(0.0, abs=2e-2)
+
+
+def test_a_boat_that_does_not_follow_its_helm_has_no_circle():
+    boat = Nomoto(n1=-1.0, n3=20.0, gain=0.01)
+    boat.r = -0.1
+    trial = turning(boat)
+    assert trial.remarks[-1].startswith("no steady turn: -")
+    assert all(math.isnan(value) for name, value in values(trial).items() if name != "speed")
+
+
+def test_a_straight_boat_has_no_remarks():
+    assert (turning(Nomoto()).remarks, zigzag(Nomoto()).remarks) == ((), ())
+
+
 def zigzag_by_events(helm, angle):
     """Overshoots, and times of the turnings of the helm, by integration that stops at events."""
     t, state, side, overshoots, times = 0.0, [0.0, 0.0], 1.0, [], []

@@ -27,6 +27,7 @@ from vrx_mj.frames import Pose, compose
 __all__ = [
     "NO_MODEL",
     "PATHS",
+    "ROBOT",
     "SCHEME",
     "buoyancy_of",
     "file_in_folder",
@@ -46,6 +47,8 @@ __all__ = [
 SCHEME = "model://"
 SUFFIXES = (".sdf", ".world", ".world.xacro", ".sdf.xacro", ".sdf.erb")
 """How the files that models are in end."""
+ROBOT = "robot.yaml"
+"""What a folder that is a robot has."""
 TEMPLATE = "model.sdf.erb"
 """What VRX makes the model of a dock from."""
 PATHS = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH")
@@ -117,16 +120,20 @@ def model_file(text: str, near: Path | None) -> Path:
 
 
 def file_in_folder(text: object, near: Path | None = None) -> Path | None:
-    """The file of the model in a folder that a path leads to; None: it leads to no folder of a model.
+    """The file of the robot or model in a folder that a path leads to; None: it leads to no folder of one.
 
     In a file the folder must be inside that of the file, `near`; on the command line it may be anywhere.
     """
     if not isinstance(text, str | Path) or "/" not in str(text):
         return None
     folder = (near or Path.cwd()) / text
-    if not os.path.isdir(folder) or not _is_model(folder):  # noqa: PTH112 - too long a name raises
+    if os.path.isfile(folder / ROBOT):  # noqa: PTH113 - too long a name raises
+        main = _within(folder, ROBOT)
+    elif os.path.isdir(folder) and _is_model(folder):  # noqa: PTH112
+        main = _main_file(folder)
+    else:
         return None
-    return folder / _main_file(folder) if near is None or _is_inside(folder, near) else None
+    return folder / main if near is None or _is_inside(folder, near) else None
 
 
 def model_section(file: Path, report: Report | None = None) -> Section:

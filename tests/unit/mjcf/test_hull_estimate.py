@@ -1,0 +1,91 @@
+"""Estimates of hulls: closed forms of Lewis sections and ellipsoids, and Capytaine's figures of four boats."""
+
+import math
+
+import numpy as np
+import pytest
+import trimesh
+
+from vrx_mj.mjcf.hull_estimate import DENSITY, added_mass_of_sections, estimated_hull, shares_of_strips
+from vrx_mj.resources import root
+
+
+@pytest.mark.parametrize("draft", [0.2, 0.5, 1.5])
+def test_sections_of_ellipses_have_the_added_mass_of_half_a_plate(draft):
+    """Sway rho pi / 2 T2 and heave rho pi / 8 B2, whatever the other axis is."""
+    breadth, area = np.array([1.0]), np.array([math.pi / 4.0 * draft])
+    sway, heave = added_mass_of_sections(breadth, np.array([draft]), area)
+    assert sway == pytest.approx(0.5 * math.pi * DENSITY * draft**2)
+    assert heave == pytest.approx(0.125 * math.pi * DENSITY)
+
+
+def test_a_square_section_has_more():
+    """Half of 4.754 rho a2 of a square with edges 2 a (Newman 1977, table 4.3); a Lewis form has round corners."""
+    sway, heave = added_mass_of_sections(*(np.array([value]) for value in (2.0, 1.0, 2.0)))
+    assert sway == pytest.approx(heave)
+    assert sway / (0.5 * DENSITY) == pytest.approx(4.754, rel=0.06)
+
+
+def test_an_ellipsoid_has_the_added_mass_of_a_sphere_and_of_strips():
+    assert shares_of_strips(2.0, 2.0, 1.0)[:2] == pytest.approx([0.5, 0.5], rel=2e-3)
+    assert shares_of_strips(1000.0, 1.0, 0.3) == pytest.approx(np.ones(4), rel=1e-3)
+
+
+def twins(robot, side):
+    hull = trimesh.load_mesh(root() / "assets" / "robots" / robot / "meshes" / "water.obj", process=False)
+    return np.concatenate([hull.triangles + np.array([0.0, y, 0.0]) for y in (side, -side)])
+
+
+CAPYTAINE = {  # of the files of robots, surge, sway, heave, pitch, yaw
+    "barge_4m": (trimesh.creation.box((4, 2, 1)).triangles, 4100.0, (1007, 2302, 5478, 5446, 2126)),
+    "barge_10m": (trimesh.creation.box((10, 4, 2)).triangles, 41000.0, (8299, 24486, 56077, 385180, 145616)),
+    "blueboat": (twins("blueboat", 0.365), 17.5, (1.3, 26, 12, 0.9, 2.1)),
+    "heron": (twins("heron", 0.39), 35.0, (3, 51, 19, 1.6, 5.4)),
+}
+
+
+def test_added_mass_is_near_another_program_s():
+    """As the files that are written say: 17 of 20 figures within 25 %, the worst within 42 %."""
+    ratios = []
+    for corners, mass, theirs in CAPYTAINE.values():
+        own = np.diag(estimated_hull(np.asarray(corners), mass, 2).added_mass)[[0, 1, 2, 4, 5]]
+        ratios.append(own / theirs)
+    off = np.abs(np.array(ratios) - 1.0)
+    assert (int((off < 0.25).sum()), float(off.max()) < 0.42) == (17, True)
+
+
+def test_a_box_by_hand():
+    box = np.asarray(trimesh.creation.box((4, 2, 1.2)).triangles) + np.array([7.0, 3.0, 0.6])
+    boat = estimated_hull(box, 4100.0, 2)
+    assert (boat.hulls, boat.length, boat.beam, boat.sheet.draft) == pytest.approx((1, 4.0, 2.0, 0.5))
+    assert boat.sheet.center_of_mass == pytest.approx((0.0, 0.0, 0.1), abs=1e-9)
+    assert boat.inertia == pytest.approx((4100.0 * 0.75**2, 4100.0, 4100.0))
+    assert boat.windage == pytest.approx((1.4, 2.8, 0.35))
+    speed = 0.4 * math.sqrt(9.80665 * 4.0)
+    friction = 0.075 / (math.log10(speed * 4.0 / 1.19e-6) - 2.0) ** 2
+    form = 1.0 + 25.6 / (4.0 * 2.0) - 0.095
+    wanted = 0.5 * DENSITY * ((8.0 + 4.0 + 2.0) * friction * form + 0.8 + 0.2)
+    assert boat.surge_drag == pytest.approx(wanted, rel=1e-6)
+    assert boat.thrust * 2.0 == pytest.approx(wanted * speed**2)
+
+
+def test_hulls_side_by_side_are_told_apart_and_damp_each_other_s_turn():
+    corners, mass, _ = CAPYTAINE["heron"]
+    boat = estimated_hull(corners, mass, 2)
+    assert (boat.hulls, [y for _, y, _ in boat.engines]) == (2, pytest.approx([0.3626, -0.3626], abs=1e-3))
+    assert boat.damping[5] == pytest.approx(2.0 * boat.surge_drag * boat.speed * 0.39**2, rel=1e-3)
+
+
+def test_the_criterion_is_zero_with_the_skeg_that_is_advised():
+    """The lift of a skeg without reserve makes C = Yv (Nr - m xg U) - Nv (Yr - m U) vanish."""
+    barge, mass, _ = CAPYTAINE["barge_4m"]
+    boat = estimated_hull(np.asarray(barge), mass, 2)
+    x, _, area, aspect = boat.stern
+    slope, fin = 6.13 * aspect / (aspect + 2.25), 6.13 / 3.25
+    criterion, growth, _, skeg = boat.course
+    lift = 0.5 * DENSITY * (area * slope + skeg / 1.25 * fin)
+    a, iz = boat.added_mass, boat.damping[5]
+    yv, yr = -lift, -(mass + a[0, 0] + lift * x)
+    nv, nr = -(a[1, 1] - a[0, 0] + lift * x), -(a[1, 5] + lift * x**2 + iz / boat.speed)
+    assert criterion < 0.0 < growth
+    assert yv * nr - nv * yr == pytest.approx(0.0, abs=1e-6 * abs(yv * nr))
