@@ -30,7 +30,7 @@ WORKED = ("first_run", "first_world", "first_fleet", "first_controller", "first_
 EVERYDAY = {"first_run", "first_world", "fleets", "series"}
 FOLLOWED = {"tutorial_one_boat", "tutorial_many_boats"}
 """Pages that tests/integration/test_ros_tutorials.py follows."""
-COMMAND = re.compile(r"^vrx-mj (.*)$", re.M)
+COMMAND = re.compile(r"^(vrx-mj|python) (.*)$", re.M)
 
 
 def tool(name, monkeypatch):
@@ -52,10 +52,10 @@ def quicker(block: Block) -> str:
 
 def typed(block: Block, monkeypatch) -> None:
     """The commands of a block, run by this process."""
-    for command in COMMAND.findall(quicker(block)):
-        monkeypatch.setattr(sys, "argv", ["vrx-mj", *shlex.split(command, comments=True)])
+    for program, words in COMMAND.findall(quicker(block)):
+        monkeypatch.setattr(sys, "argv", [program, *shlex.split(words, comments=True)])
         with contextlib.suppress(SystemExit):
-            main()
+            main() if program == "vrx-mj" else runpy.run_path(sys.argv[1], run_name="__main__")
 
 
 def executed(block: Block, _monkeypatch) -> None:

@@ -110,6 +110,7 @@ def sea(name):
     row = SEAS[name]
     keys = {"scale": "scale", "angle": "angle_rad", "steepness": "steepness", "amplitude": "amplitude_m",
             "period": "period_s", "tau": "tau_s", "gain": "gain"}  # fmt: skip
+    del keys["amplitude" if row["model"] == "PMS" else "gain"]
     numbers = {key: float(row[column]) for key, column in keys.items()}
     direction = [float(row["dir_x"]), float(row["dir_y"])]
     return {"model": row["model"].lower(), "number": int(row["number"]), "direction": direction, **numbers}

@@ -225,7 +225,7 @@ def test_2_wind_blows_where_the_file_says():
 
 def test_3_fog_and_light_are_those_of_the_file():
     scene = load_world(world()).scene
-    assert (scene.fog.start, scene.fog.end, scene.fog.density) == (5.0, 60.0, 0.1)
+    assert (scene.fog.type, scene.fog.start, scene.fog.end) == ("linear", 5.0, 60.0)
     assert scene.ambient[:3] == (0.3, 0.3, 0.3)
     assert load_world(world(("<end>60</end>", "<end>30</end>"))).scene.fog.end == 30.0
 

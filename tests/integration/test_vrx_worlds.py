@@ -30,7 +30,8 @@ def golden() -> dict[str, Facts]:
     for file in GOLDEN.glob("worlds_*.csv"):
         lines = [line for line in file.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
         for row in csv.DictReader(lines):
-            found[row["world"]][row["fact"]].append(row["value"])
+            fog = row["fact"] == "fog"  # of a linear one the density, which VRX's files have, does nothing
+            found[row["world"]][row["fact"]].append(row["value"].split()[0] if fog else row["value"])
     return found
 
 
@@ -51,7 +52,7 @@ def surroundings(world: WorldConfig) -> Iterator[tuple[str, tuple]]:
     yield "ambient", scene.ambient[:1]
     if scene.fog:
         assert (scene.fog.type, scene.fog.start, scene.fog.end) == ("linear", 1.0, 100.0)
-        yield "fog", (scene.fog.color[0], scene.fog.density)
+        yield "fog", scene.fog.color[:1]
     if world.task:
         task = world.task
         yield "durations", (task.initial_state_duration, task.ready_state_duration, task.running_state_duration)

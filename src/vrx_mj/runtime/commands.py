@@ -75,7 +75,7 @@ def clipped_commands(world: World, boat: str, commands: Mapping[str, float]) -> 
         if thruster is None:
             continue
         least, most = (-thruster.max_angle, thruster.max_angle) if angle else thruster.command_limits
-        if not least - 1e-6 <= value <= most + 1e-6:
+        if value < least - 1e-6 or value > most + 1e-6:
             yield name, f"{name} of {boat} is {_clipped(value, thruster, angle=angle)}"
 
 

@@ -59,7 +59,10 @@ MESSAGES = {
     "run ocean --thrust left=1 --control a:b": "--control and --thrust both command the boats: give one of them",
     "run ocean --control nope": "invalid controller 'nope': module:function is needed, as in my_boat:controller",
     "run ocean --control nope:f": "no module named 'nope' for the controller 'nope:f'",
-    "run ocean --control json:nope": "the module 'json' has no attribute 'nope'",
+    "run ocean --control json:nope": (
+        "no controller in the module json named 'nope'; known: JSONDecodeError, JSONDecoder, JSONEncoder, "
+        "detect_encoding, dump, dumps, load, loads"
+    ),
     "run ocean --duration 1 --record no/run.rrd": "cannot write the recording 'no/run.rrd': No such file or directory",
     "run ocean --summary .": "cannot write the summary '.': Is a directory",
     "run ocean --record .": "cannot write the recording '.': Is a directory",
@@ -79,7 +82,7 @@ MESSAGES = {
     ),
     "serve ocean --rate fast": ("invalid --rate 'fast': a number above 0 is needed, 1 for real time, or max"),
     "teleop --url foo": "invalid --url 'foo': ws://HOST:PORT is needed, as in ws://127.0.0.1:9090",
-    "run ocean --fleet zzz": "no fleet named 'zzz'; known: none, trio, usv_config",
+    "run ocean --fleet zzz": "no fleet named 'zzz'; known: none, single, trio, usv_config",
     "run ocean --summary no/s.json": "cannot write the summary 'no/s.json': No such file or directory",
     "replay no.rrd": "no recording 'no.rrd'",
     "replay no.rrd --video run.mp4": "no recording 'no.rrd'",

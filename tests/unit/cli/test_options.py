@@ -47,11 +47,11 @@ def test_a_port_may_be_left_out(words, expected):
 
 
 def test_a_summary_has_headings_in_degrees(capsys):
-    boat = SimpleNamespace(position=(1.0, 2.0, 0.1), heading=math.pi / 3, distance=7.5)
+    boat = SimpleNamespace(robot="wamv", position=(1.0, 2.0, 0.1), heading=math.pi / 3, distance=7.5)
     boat.heading_compass, boat.course_compass = 30.0, 123.45
     summary = SimpleNamespace(
         world="bay", fleet="one", seed=3, interrupted=False, boats={"wamv": boat}, task=None, sim_time=60.0,
-        wall_time=2.0, real_time_factor=30.0, steps=6000, state_sha256="abc", warnings=(),
+        wall_time=2.0, real_time_factor=30.0, steps=6000, state_sha256="abc", warnings=(), touches=(),
     )  # fmt: skip
     print_summary(summary)
     line = next(line for line in capsys.readouterr().out.splitlines() if "wamv" in line)

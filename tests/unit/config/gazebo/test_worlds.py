@@ -217,7 +217,7 @@ def test_a_geodetic_goal_keeps_its_yaw_from_x_in_a_turned_world(task, heading):
     written = said(body).section["task"]
     (place,) = written["waypoints"] if task == "wayfinding" else [written["goal"]]
     assert place == pytest.approx((-33.7, 150.6, 1.0 + math.radians(heading)))
-    ((_, _, yaw),) = vrx_mj.compile_world("bay.world").parameters.waypoints
+    ((_, _, yaw),) = vrx_mj.compile_world("bay.world", fleet="single").parameters.waypoints
     assert yaw == pytest.approx(1.0)
 
 
