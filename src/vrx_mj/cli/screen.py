@@ -97,9 +97,9 @@ def print_summary(summary: "Summary") -> None:
         table.add_column(Text(name), justify="right")
     for name, boat in summary.boats.items():
         angles = math.degrees(boat.heading), boat.heading_compass, boat.course_compass
-        metres = [f"{value:.2f}" for value in boat.position]
+        metres = [f"{value:z.2f}" for value in boat.position]
         label = Text(boat_label(name, boat.robot))
-        table.add_row(label, *metres, *(f"{angle:.1f}" for angle in angles), f"{boat.distance:.1f}")
+        table.add_row(label, *metres, *(f"{angle:z.1f}" for angle in angles), f"{boat.distance:.1f}")
     out = Console()
     out.print(table)
     out.print(

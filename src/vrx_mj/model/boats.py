@@ -380,8 +380,9 @@ class Boat:
 
 def boat_label(name: str, robot: str) -> str:
     """A boat's name in tables and pictures, with the kind of boat where the name says another: `wamv (skiff)`."""
-    kind = PurePath(robot).stem
-    return f"{name} ({kind})" if name.startswith("wamv") and "wamv" not in kind else name
+    path = PurePath(robot)
+    kind = path.parent.name if path.name == "robot.yaml" else path.stem
+    return f"{name} ({kind})" if kind and name.startswith("wamv") and "wamv" not in kind else name
 
 
 @dataclass(frozen=True, kw_only=True)
