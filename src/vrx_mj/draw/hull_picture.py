@@ -17,6 +17,7 @@ def draw_hull(corners: FloatArray, center: Sequence[float], engines: Sequence[Se
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(15, 5), dpi=DPI, layout="constrained")
+    figure.suptitle("cross: centre of mass; dots: engines; blue: waterline", y=0.02, va="bottom", fontsize=10)
     for axes, view in zip(figure.subplots(1, 3), (TOP, SIDE, FRONT), strict=True):
         draw_surfaces(axes, view, [(corners, 0.8)])
         axes.plot(*np.take(center, [view.right, view.up]), "+", color="#c8242b", markersize=12)
