@@ -1,7 +1,7 @@
 """`vrx-mj campaign`: controllers on worlds with seeds, in parallel, to a table and a page."""
 
 import math
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -241,13 +241,9 @@ def _scores(campaign: "Campaign") -> "Table":
         for controller in plan.controllers:
             own = [each for each in results if each.cell.world == world and each.cell.controller == controller]
             cells.append(_mean(mean_of(own), len(own), has_task=task is not None))
-        rows.append((world, _unit(task) if task else "", *cells))
+        rows.append((world, f"{'↑' if task['better'] == 'higher' else '↓'} {task['unit']}" if task else "", *cells))
     title = "scores: mean ± standard deviation over the seeds; ↓ lower is better, ↑ higher"
     return text_table(title, ("world", "unit"), plan.controllers, rows)
-
-
-def _unit(task: Mapping[str, str]) -> str:
-    return f"{'↑' if task['better'] == 'higher' else '↓'} {task['unit']}"
 
 
 def _mean(mean: "Mean", count: int, *, has_task: bool) -> str:

@@ -393,7 +393,10 @@ class DockLookout:
         free, wide = standing_free(points, high=4.0, widest=TOWER, apart=OFFSHORE)
         for cluster in free:
             self._note_tower(cluster, seen)
-        self._drop_towers(wide, seen)
+        for tower in self._towers:
+            east, north = tower.place[0] - seen.x, tower.place[1] - seen.y
+            if len(wide) and float(np.hypot(wide[:, 0] - east, wide[:, 1] - north).min()) < OFFSHORE:
+                tower.seen = max(1, tower.seen - 1)
         if self._picture_pause.is_over(t):
             self._read(boat, seen, t)
 
@@ -431,13 +434,6 @@ class DockLookout:
             cell for cell in self._banks if math.dist(here, (cell[0] * BANK_CELL, cell[1] * BANK_CELL)) < BANK_REACH
         }
         self._banks = {cell: when for cell, when in self._banks.items() if cell in near and t - when < BANK_MEMORY}
-
-    def _drop_towers(self, wide: FloatArray, seen: Estimate) -> None:
-        """Doubt the towers that turn out to be on, or beside, something wide."""
-        for tower in self._towers:
-            east, north = tower.place[0] - seen.x, tower.place[1] - seen.y
-            if len(wide) and float(np.hypot(wide[:, 0] - east, wide[:, 1] - north).min()) < OFFSHORE:
-                tower.seen = max(1, tower.seen - 1)
 
     def _read(self, boat: "BoatObservation", seen: Estimate, t: float) -> None:
         """Read the symbols that can be read from here, and see which towers are lit."""

@@ -73,12 +73,7 @@ def unpack_rows(blob: bytes | memoryview) -> FloatArray:
     bits = ((small >> 1) & FLIP) ^ -(small & 1)
     for order in reversed(range(min(ORDER, count - 1))):
         bits[:, order:] = np.cumsum(bits[:, order:], axis=1)
-    return np.ascontiguousarray(_ordered(bits).view("<f8").T)
-
-
-def _ordered(bits: IntArray) -> IntArray:
-    """Bit patterns of float64 as integers that sort like the numbers; its own inverse."""
-    return np.where(bits < 0, bits ^ FLIP, bits)
+    return np.ascontiguousarray(np.where(bits < 0, bits ^ FLIP, bits).view("<f8").T)
 
 
 EPOCH = (2020, 1, 1, 0, 0, 0)

@@ -338,7 +338,8 @@ class Helmsman:
             self._send()
         self._bridge.listen(LOOK)
         self._meet()
-        self._note_loss()
+        if not self._bridge.is_open:
+            self._say(f"the connection to {self._url} is lost: trying again")
 
     def status(self) -> tuple[tuple[str, str], ...]:
         """Names and values of the line."""
@@ -429,10 +430,6 @@ class Helmsman:
                 raise NetworkError(
                     f"the server at {self._url} is not `vrx-mj serve`: it has no {WORLD} or no boats' topics"
                 )
-
-    def _note_loss(self) -> None:
-        if not self._bridge.is_open:
-            self._say(f"the connection to {self._url} is lost: trying again")
 
     def _reconnect(self) -> None:
         """Try, if it is time; keys have to be pressed anew afterwards."""
