@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -28,6 +28,9 @@ from vrx_mj.cli.screen import pace_text, print_summary, program, score_line, to_
 from vrx_mj.errors import CommandError, RecordError, VrxError
 from vrx_mj.outputs import write_file, writing
 from vrx_mj.packages import shell_word
+
+if TYPE_CHECKING:
+    from vrx_mj.runtime.run import Summary
 
 DEMO_WORLD, DEMO_FLEET, DEMO_THRUST = "example_course", "trio", "left=0.5,right=0.4"
 DEMO_NAME = "vrx-mj-demo"
@@ -107,8 +110,7 @@ def run(
         follow=follow, nudge=nudge, bag=bag, topics=topic or (), arguments=given,
     )  # fmt: skip
     print_summary(result)
-    if summary is not None:
-        write_file(summary, json.dumps(result.as_dict(), indent=1) + "\n", "the summary")
+    _write_summary(summary, result)
     _print_files(record, bag)
     if result.interrupted:
         raise SystemExit(1)
@@ -116,15 +118,24 @@ def run(
 
 def _check_outputs(record: Path | None, summary: Path | None) -> None:
     """Check before the run that its files can be written: it must not fail after an hour of sailing."""
-    if record is not None and record.suffix.lower() not in {"", ".rrd"}:
-        advice = "; --bag FILE writes a bag" if record.suffix == ".bag" else ""
-        raise CommandError(f"invalid --record '{record}': a name that ends in .rrd is needed{advice}")
+    _check_recording(record)
     if summary is None:
         return
     with writing("the summary", summary):
         if summary.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
         summary.absolute().parent.stat()
+
+
+def _write_summary(file: Path | None, result: "Summary") -> None:
+    if file is not None:
+        write_file(file, json.dumps(result.as_dict(), indent=1) + "\n", "the summary")
+
+
+def _check_recording(file: Path | None) -> None:
+    if file is not None and file.suffix.lower() not in {"", ".rrd"}:
+        advice = "; --bag FILE writes a bag" if file.suffix == ".bag" else ""
+        raise CommandError(f"invalid --record '{file}': a name that ends in .rrd is needed{advice}")
 
 
 def _check_paired(needs: str, file: Path | None, options: Mapping[str, str | None]) -> None:

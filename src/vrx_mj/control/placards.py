@@ -133,7 +133,8 @@ def _face(points: FloatArray) -> Face | None:
         return None
     level = level[on_it]
     middle = level.mean(axis=0)
-    along, normal = _axes(level)
+    _, axes = np.linalg.eigh(np.cov((level - level.mean(axis=0)).T))
+    along, normal = axes[:, 1], axes[:, 0]
     spread = (level - middle) @ along
     width = float(spread.max() - spread.min())
     if not NARROW < width < WIDE:
@@ -161,12 +162,6 @@ def _on_a_line(level: FloatArray) -> BoolArray:
                 if close.sum() > best.sum():
                     best = close
     return best
-
-
-def _axes(level: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Directions along and across what points, (n, 2), make, unit vectors."""
-    _, axes = np.linalg.eigh(np.cov((level - level.mean(axis=0)).T))
-    return axes[:, 1], axes[:, 0]
 
 
 def vivid(pixels: npt.ArrayLike, *, lead: float = VIVID) -> npt.NDArray[np.int_]:

@@ -130,11 +130,12 @@ def map_of(world: World) -> MapScene:
     wind, sea = values.wind, values.sea
     toward = math.degrees(math.atan2(wind.direction[1], wind.direction[0])) % 360.0
     model = _model(world)
+    shown = world.parameters.objects if model is not None else ()  # the MJCF holds their colours and widths
     return MapScene(
         title=f"{values.name}{fleet}",
         shore=tuple(np.asarray(ring, dtype=np.float64) for ring in values.shoreline),
         docks=tuple(_dock(dock) for dock in values.docks),
-        objects=_objects(world, model),
+        objects=tuple(_object(model, item) for item in shown if item.model != BALL),
         boats=tuple(_boat(boat, i) for i, boat in enumerate(values.boats)),
         waypoints=values.waypoints,
         wind=MapWind(toward, wind.mean) if wind.mean > 0.0 else None,
@@ -165,12 +166,6 @@ def _boat(boat: Boat, index: int) -> MapBoat:
     x, y, *_, yaw = boat.pose
     color = boat.color[:3] if boat.color else BOAT_COLORS[index % len(BOAT_COLORS)]
     return MapBoat(boat_label(boat.name, boat.robot), x, y, yaw, color)
-
-
-def _objects(world: World, model: "mujoco.MjModel | None") -> tuple[MapObject, ...]:
-    """The objects with the colours and widths of what is seen of them, which the MJCF holds; no ball of a shooter."""
-    shown = world.parameters.objects if model is not None else ()
-    return tuple(_object(model, item) for item in shown if item.model != BALL)
 
 
 def _placards(world: World, model: "mujoco.MjModel | None") -> Iterator[MapPlacard]:

@@ -118,7 +118,10 @@ def _with_things(world: World, name: str, objects: Sequence[PlacedObject], docks
     old = world.parameters
     if len(old.objects) + len(objects) > MOST_OBJECTS:
         raise CommandError(f"no room for {name}: a world has at most {MOST_OBJECTS} objects")
-    _check_docks(old, docks)
+    for dock in docks:
+        other = next((other for other in old.docks if docks_overlap(other, dock)), None)
+        if other is not None:
+            raise CommandError(f"no place for {dock.name}: it would be on the dock '{other.name}'")
     wind, physics = _conditions(old)
     tables, rows, parts = Rows.of(old), Rows(), list[Part]()
     for dock in docks:
@@ -132,14 +135,6 @@ def _with_things(world: World, name: str, objects: Sequence[PlacedObject], docks
         rows.add(own)
         tables.add(own)
     return _joined(world, parts, rows, list(thing_touches(objects, docks)))
-
-
-def _check_docks(world: Parameters, docks: Sequence[PlacedDock]) -> None:
-    """Refuse a dock that lies on another one where that began."""
-    for dock in docks:
-        other = next((other for other in world.docks if docks_overlap(other, dock)), None)
-        if other is not None:
-            raise CommandError(f"no place for {dock.name}: it would be on the dock '{other.name}'")
 
 
 def _joined(

@@ -87,7 +87,11 @@ def launch_packages() -> dict[str, bytes]:
 """
         texts[f"{name}/{BUILT_IN}"] = "Files of vrx_mj never look in here: its own are used.\n"
         for node, script in NODES.get(name, {}).items():
-            texts[f"{name}/{script}"] = _script(node)
+            # the Python that wrote it runs it: a shell's variables have no say
+            python = shutil.which(sys.executable) or sys.executable
+            texts[f"{name}/{script}"] = f"""#!/bin/sh
+exec {quote(python)} -E -P -m vrx_mj.cli.nodes {node} "$@"
+"""
     for package in PACKAGES:
         for launch in stock_launches(package):
             texts[f"{package}/launch/{launch.name}"] = launch_text(launch)
@@ -145,11 +149,3 @@ def _defaults(launch: StockLaunch) -> Mapping[str, str]:
     }
     known = {**DEFAULTS, **own, **launch.own}
     return {name: known[name] for name in launch.arguments}
-
-
-def _script(node: str) -> str:
-    """A program that runs a node of ours with the Python that wrote it; a shell's variables have no say."""
-    python = shutil.which(sys.executable) or sys.executable
-    return f"""#!/bin/sh
-exec {quote(python)} -E -P -m vrx_mj.cli.nodes {node} "$@"
-"""

@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable, Mapping, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from typing import Any
 
 from vrx_mj.errors import CommandError
@@ -137,7 +137,8 @@ class HttpServer:
                 status = getattr(error, "status", "400 Bad Request")
                 await self._send(writer, status, str(error).encode("utf-8", "replace"), place, keep=False)
                 raise
-            goes_on = _keeps(words[2], fields)
+            wish = fields.get("connection", "").lower()
+            goes_on = wish != "close" if words[2] == "HTTP/1.1" else wish == "keep-alive"
             if fields.get("expect", "").lower() == "100-continue":
                 writer.write(b"HTTP/1.1 100 Continue\r\n\r\n")
             body = await self._body(reader, place, size)
@@ -234,8 +235,3 @@ def _calls(values: Sequence[object]) -> list[object]:
     if len(values) != 1 or not isinstance(values[0], list) or len(values[0]) > MOST_CALLS:
         raise CommandError(f"system.multicall needs one list of at most {MOST_CALLS} calls")
     return values[0]
-
-
-def _keeps(version: str, fields: Mapping[str, str]) -> bool:
-    wish = fields.get("connection", "").lower()
-    return wish != "close" if version == "HTTP/1.1" else wish == "keep-alive"

@@ -14,7 +14,6 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.map_scene import map_of
 from vrx_mj.drive.pilot import engines_of
-from vrx_mj.mjcf.world import World
 from vrx_mj.ros.cdr import kind
 from vrx_mj.ros.interface import BOTH, VRX3, Input, Output, Service
 from vrx_mj.ros.messages import Message, new, stamp
@@ -62,25 +61,21 @@ def _course(host: Host) -> tuple[Place, ...]:
 def _ground(host: Host) -> Row:
     """What boats that come and go do not change; drawn up once for a simulation, which takes a tenth of a second."""
     if host.sim not in _grounds:
-        _grounds[host.sim] = _still(host.sim.world)
+        scene = map_of(host.sim.world)
+        _grounds[host.sim] = {
+            "name": host.sim.world.name,
+            "x_from_east": host.sim.world.parameters.x_from_east,
+            "shore": [_points(ring) for ring in scene.shore],
+            "docks": [
+                {"name": dock.name, "cells": _points(dock.cells), "yaw": dock.yaw, "cell": dock.block}
+                for dock in scene.docks
+            ],
+            "objects": [
+                {"name": item.name, "x": item.x, "y": item.y, "color": _hex(item.color), "size": item.size}
+                for item in scene.objects
+            ],
+        }
     return {"cmd_vel": host.cmd_vel, **_grounds[host.sim]}
-
-
-def _still(world: World) -> Row:
-    scene = map_of(world)
-    return {
-        "name": world.name,
-        "x_from_east": world.parameters.x_from_east,
-        "shore": [_points(ring) for ring in scene.shore],
-        "docks": [
-            {"name": dock.name, "cells": _points(dock.cells), "yaw": dock.yaw, "cell": dock.block}
-            for dock in scene.docks
-        ],
-        "objects": [
-            {"name": item.name, "x": item.x, "y": item.y, "color": _hex(item.color), "size": item.size}
-            for item in scene.objects
-        ],
-    }
 
 
 def _points(points: Iterable[Sequence[float]] | FloatArray) -> list[list[float]]:

@@ -338,8 +338,7 @@ class Helmsman:
             self._send()
         self._bridge.listen(LOOK)
         self._meet()
-        if not self._bridge.is_open:
-            self._say(f"the connection to {self._url} is lost: trying again")
+        self._note_loss()
 
     def status(self) -> tuple[tuple[str, str], ...]:
         """Names and values of the line."""
@@ -430,6 +429,10 @@ class Helmsman:
                 raise NetworkError(
                     f"the server at {self._url} is not `vrx-mj serve`: it has no {WORLD} or no boats' topics"
                 )
+
+    def _note_loss(self) -> None:
+        if not self._bridge.is_open:
+            self._say(f"the connection to {self._url} is lost: trying again")
 
     def _reconnect(self) -> None:
         """Try, if it is time; keys have to be pressed anew afterwards."""
