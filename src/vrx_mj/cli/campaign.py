@@ -1,7 +1,7 @@
 """`vrx-mj campaign`: controllers on worlds with seeds, in parallel, to a table and a page."""
 
 import math
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Generator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -226,8 +226,18 @@ def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
     if len(campaign.manifest.plan.controllers) > 1:
         out.print(_leaderboard(campaign))
     if comparison is not None:
-        out.print(_changes(comparison))
-    _print_failures(campaign, out.print)
+        title = f"since {comparison.earlier}: {comparison.common} trials in both, {comparison.same} went the same way"
+        rows = []
+        for test in comparison.tests:
+            p = "-" if test.adjusted is None or math.isnan(test.adjusted) else f"{test.adjusted:.3g}"
+            counts = (str(test.pairs), str(test.better), str(test.worse), f"{test.gain:+.3g} {test.unit}", p)
+            rows.append((test.controller, test.task.replace("_", " "), *counts, test.verdict))
+        out.print(text_table(title, ("controller", "task"), ("pairs", "better", "worse", "gain", "p", "verdict"), rows))
+    failed = [result for result in campaign.results.values() if result.failed]
+    for result in failed[:SHOWN_FAILURES]:
+        out.print(f"{result.cell}: {result.error}", style="red", markup=False, highlight=False, soft_wrap=True)
+    if len(failed) > SHOWN_FAILURES:
+        out.print(f"and {len(failed) - SHOWN_FAILURES} more failures: the page has them all", style="red")
 
 
 def _scores(campaign: "Campaign") -> "Table":
@@ -264,24 +274,6 @@ def _leaderboard(campaign: "Campaign") -> "Table":
     ]
     names = ("sum", *(kind.replace("_", " ") for kind in kinds))
     return text_table("leaderboard: rank in each task, and their sum", ("controller",), names, rows)
-
-
-def _changes(comparison: "Comparison") -> "Table":
-    title = f"since {comparison.earlier}: {comparison.common} trials in both, {comparison.same} went the same way"
-    rows = []
-    for test in comparison.tests:
-        p = "-" if test.adjusted is None or math.isnan(test.adjusted) else f"{test.adjusted:.3g}"
-        counts = (str(test.pairs), str(test.better), str(test.worse), f"{test.gain:+.3g} {test.unit}", p)
-        rows.append((test.controller, test.task.replace("_", " "), *counts, test.verdict))
-    return text_table(title, ("controller", "task"), ("pairs", "better", "worse", "gain", "p", "verdict"), rows)
-
-
-def _print_failures(campaign: "Campaign", show: Callable[..., None]) -> None:
-    failed = [result for result in campaign.results.values() if result.failed]
-    for result in failed[:SHOWN_FAILURES]:
-        show(f"{result.cell}: {result.error}", style="red", markup=False, highlight=False, soft_wrap=True)
-    if len(failed) > SHOWN_FAILURES:
-        show(f"and {len(failed) - SHOWN_FAILURES} more failures: the page has them all", style="red")
 
 
 def _outcome(result: "Result") -> str:

@@ -259,25 +259,13 @@ def _contact(host: Host) -> Message | None:
     return None
 
 
-def _no_outputs(_host: Host) -> Iterator[Output]:
-    return iter(())
-
-
-def _no_inputs(_host: Host) -> Iterator[Input]:
-    return iter(())
-
-
-def _no_services(_host: Host) -> Iterator[Service]:
-    return iter(())
-
-
 @dataclass(frozen=True)
 class TaskTopics:
     """The topics and services of a type of task, besides the info and the contacts that all have."""
 
-    outputs: Callable[[Host], Iterator[Output]] = _no_outputs
-    inputs: Callable[[Host], Iterator[Input]] = _no_inputs
-    services: Callable[[Host], Iterator[Service]] = _no_services
+    outputs: Callable[[Host], Iterator[Output]] = lambda _host: iter(())
+    inputs: Callable[[Host], Iterator[Input]] = lambda _host: iter(())
+    services: Callable[[Host], Iterator[Service]] = lambda _host: iter(())
 
 
 _DOCKING = TaskTopics(_placard_symbol, _vrx3_color_sequence, _color_sequence)
