@@ -29,9 +29,7 @@ __all__ = [
     "begin",
     "code_version",
     "controller_hash",
-    "controller_hashes",
     "is_ours",
-    "program_hashes",
     "read_campaign",
 ]
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from vrx_mj.campaign.scores import Comparison, Mean
     from vrx_mj.campaign.trial import Trial
 
-__all__ = ["CampaignProgress", "campaign", "print_tables"]
+__all__ = ["campaign"]
 
 Worlds = Annotated[
     list[str],

@@ -32,8 +32,6 @@ __all__ = [
     "PANELS",
     "Command",
     "Entry",
-    "Group",
-    "UsageError",
     "app",
     "description",
     "example",

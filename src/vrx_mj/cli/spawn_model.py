@@ -41,6 +41,7 @@ def spawn_model(words: Sequence[str], folder: Path) -> int:
         NetworkError: no world is served.
     """
     given = _options(words)
+    from vrx_mj.ros.messages import new
     from vrx_mj.ros.ros1.client import Client
 
     client = Client("spawn_model")
@@ -56,12 +57,8 @@ def spawn_model(words: Sequence[str], folder: Path) -> int:
         raise CommandError(f"{model} cannot join: {answer.status_message}")
     show(answer.status_message)
     if "unpause" in given:
-        from vrx_mj.ros.messages import new
-
         client.call(f"{gazebo}/unpause_physics", "std_srvs/Empty", new("std_srvs/EmptyRequest"))
     if "b" in given:
-        from vrx_mj.ros.messages import new
-
         await_end()
         request = new("gazebo_msgs/DeleteModelRequest", model_name=model)
         show(client.call(f"{gazebo}/delete_model", "gazebo_msgs/DeleteModel", request).status_message)

@@ -54,7 +54,6 @@ __all__ = [
     "Loc",
     "Located",
     "Order",
-    "Slot",
     "joining_boat",
     "room_faults",
     "slots",

@@ -19,7 +19,7 @@ from vrx_mj.config.base import (
 )
 from vrx_mj.config.wording import shown
 
-__all__ = ["CloudsConfig", "FogConfig", "MarkersConfig", "SceneConfig", "SkyConfig"]
+__all__ = ["FogConfig", "MarkersConfig", "SceneConfig", "SkyConfig"]
 
 Place = Annotated[tuple[Coordinate, Coordinate, float], numbers("x y yaw")]
 Scaling = Annotated[tuple[Positive, Positive, Positive], numbers("x y z")]

@@ -17,7 +17,6 @@ from vrx_mj.control.skipper import Commands, Skipper
 __all__ = [
     "BeaconFollower",
     "BeaconSeeker",
-    "Heard",
     "MovingBeacon",
     "Roam",
     "StillBeacon",

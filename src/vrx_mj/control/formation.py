@@ -28,7 +28,6 @@ __all__ = [
     "SHAPES",
     "BoatLeader",
     "Formation",
-    "Muster",
     "PathLeader",
     "apart_velocity",
     "assigned",

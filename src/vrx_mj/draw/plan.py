@@ -22,8 +22,6 @@ __all__ = [
     "Box",
     "Row",
     "course_rows",
-    "course_things",
-    "draw_course",
     "draw_plan",
     "ground",
     "nice_length",

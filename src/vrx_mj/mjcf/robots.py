@@ -52,13 +52,11 @@ from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER
 from vrx_mj.physics.thrust import normal_slope
 
 __all__ = [
-    "Fitted",
     "boat_rows",
     "fitted",
     "hull_row",
     "robot_piece",
     "save_robot",
-    "sensor_rows",
     "station_rows",
     "stiffness",
     "thruster_rows",

@@ -38,7 +38,6 @@ __all__ = [
     "Touch",
     "listed",
     "lock_of",
-    "model_of",
     "named_things",
     "task_parameters",
     "thing_touches",

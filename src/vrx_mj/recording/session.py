@@ -26,7 +26,7 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
 from vrx_mj.sensors.readings import Reading
 
-__all__ = ["ALL", "POSE_RATE", "chosen", "open_viewer", "reading_recorder", "record", "resume", "sensor_rates"]
+__all__ = ["ALL", "chosen", "open_viewer", "record", "resume"]
 
 POSE_RATE = 20.0
 """Rows per simulated second [Hz]."""

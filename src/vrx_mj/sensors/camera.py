@@ -24,7 +24,6 @@ from vrx_mj.sensors.view import View, focal_length, half_heights, intrinsics
 
 __all__ = [
     "Cameras",
-    "copy_flipped",
     "grain_table",
     "with_grain",
 ]

@@ -22,9 +22,7 @@ from vrx_mj.sensors.view import View
 __all__ = [
     "BACKENDS",
     "Canvas",
-    "check_process",
     "choose_backend",
-    "is_forked",
     "new_context",
     "problem_of",
 ]

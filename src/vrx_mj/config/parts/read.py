@@ -32,11 +32,9 @@ from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning, shortened
 
 __all__ = [
-    "LIDAR_TYPES",
     "has_expression",
     "load_parts",
     "meant",
-    "name_key",
     "name_of",
     "place_of",
     "triple_of",

@@ -13,7 +13,7 @@ from vrx_mj.ros.network import Notices
 from vrx_mj.ros.parameters import value_size
 from vrx_mj.ros.ros1.xmlrpc import LARGEST_HEAD, Fault, answer_bytes, checked_size, fault_bytes, read, read_head
 
-__all__ = ["Answerer", "HttpServer"]
+__all__ = ["HttpServer"]
 
 Answerer = Callable[[str, Sequence[Any], str], Awaitable[Any]]
 """Takes a method, its values and the caller's address; gives a value, or raises CommandError or Fault."""
