@@ -2,9 +2,9 @@
 
 import colorsys
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,7 +27,10 @@ __all__ = [
     "MapScene",
     "MapWave",
     "MapWind",
+    "ground_of",
+    "hex_color",
     "map_of",
+    "rounded",
 ]
 
 Rgb = tuple[float, float, float]
@@ -203,3 +206,21 @@ def _look(model: "mujoco.MjModel", body: int) -> tuple[Rgb, float]:
         )
         width = max(width, 2.0 * float(sorted(half)[1]))
     return max(shares, key=lambda color: shares[color], default=(0.5, 0.5, 0.5)), width
+
+
+def ground_of(scene: MapScene) -> dict[str, Any]:
+    """The shore and the docks for JSON."""
+    docks = [
+        {"name": dock.name, "cells": rounded(dock.cells), "yaw": dock.yaw, "cell": dock.block} for dock in scene.docks
+    ]
+    return {"shore": [rounded(ring) for ring in scene.shore], "docks": docks}
+
+
+def rounded(points: Iterable[Sequence[float]] | FloatArray) -> list[list[float]]:
+    """Points [m] to a centimetre."""
+    return [[round(float(x), 2), round(float(y), 2)] for x, y in points]
+
+
+def hex_color(color: Sequence[float]) -> str:
+    """A colour as `#rrggbb`."""
+    return "#" + "".join(f"{round(255 * min(max(share, 0.0), 1.0)):02x}" for share in color)
