@@ -77,9 +77,7 @@ def hydro_of_hull(
         VrxError: no part of the hull is wet, its mesh is too fine, or its radiation is not that of a hull.
         ModuleNotFoundError: Capytaine is not installed.
     """
-    fewest, most = FREQUENCIES
-    if not fewest <= frequencies <= most:
-        raise CommandError(f"invalid frequencies {frequencies}: {fewest} to {most} are needed")
+    _check_number(frequencies)
     with importing("the radiation of a hull", "capytaine", "hydro"):
         import capytaine
 
@@ -115,6 +113,12 @@ def _over(
         added[index], damping[index] = solver.radiation(omega)
         scattered.append(solver.diffraction(omega, angles))
     return added, damping, scattered
+
+
+def _check_number(frequencies: int) -> None:
+    fewest, most = FREQUENCIES
+    if not fewest <= frequencies <= most:
+        raise CommandError(f"invalid frequencies {frequencies}: {fewest} to {most} are needed")
 
 
 def _wet_mesh(package: Any, corners: FloatArray, panels: int) -> tuple[Any, float]:
