@@ -13,18 +13,6 @@ from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Frame, Pose, TaskStatus
 from vrx_mj.tasks.rules import PlainRules, TaskContext
 
-__all__ = [
-    "FAILURE",
-    "FollowPath",
-    "Gate",
-    "NavigationCourse",
-    "Side",
-    "gate_between",
-    "marker_names",
-    "passage",
-    "side_of",
-]
-
 Side = Literal["outside", "before", "after"]
 Passage = Literal["forwards", "backwards"]
 GateFate = Literal["ahead", "crossed", "missed", "backwards"]

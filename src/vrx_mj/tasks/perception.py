@@ -11,8 +11,6 @@ from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Count, Frame, Pose, TaskStatus
 from vrx_mj.tasks.rules import Outputs, PlaceObject, PlainRules, TaskContext
 
-__all__ = ["Perception", "ahead_of"]
-
 MISSED = 10.0
 """The error of an object that nobody reported [m]."""
 MOST = 2.0
