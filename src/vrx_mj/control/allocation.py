@@ -14,8 +14,6 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 
-__all__ = ["Allocation", "Propeller", "Thrust"]
-
 STEERING = math.radians(60.0)
 """A thruster that turns this far either way can push across the hull."""
 IDLE = 2.0

@@ -11,8 +11,6 @@ from vrx_mj.control.guidance import Point, clear_course, wrapped
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.skipper import Commands, Skipper
 
-__all__ = ["WIDEST", "Channel", "Gate", "Gymkhana", "gate_of", "next_gate", "opening", "paired", "side_of", "wall"]
-
 NARROWEST, WIDEST = 5.0, 32.0
 """Of gates [m]: VRX's are 8 to 29."""
 TURNING = 8.0

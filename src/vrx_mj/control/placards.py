@@ -17,8 +17,6 @@ from vrx_mj.control.navigation import Estimate, sensor_named
 from vrx_mj.control.pictures import camera_ahead, cutout, middle_part, mounting
 from vrx_mj.runtime.timing import Pause
 
-__all__ = ["OFF", "DockLookout", "Face", "FaceMap", "Tower", "faces", "lamp_color", "sequence", "symbol_in", "vivid"]
-
 COLORS = ("red", "green", "blue", "yellow")
 LOW, HIGH = 0.9, 3.8
 """From what height above the boat's origin [m] a panel is seen free of docks and buoys, and what it does not exceed."""
