@@ -144,7 +144,7 @@ class MovingChunks:
                 yield from flights(self._paths[body.name], rows[:, 0], pose[:, :3])
             else:
                 yield transforms(self._paths[body.name], rows[:, 0], pose[:, :3], pose[:, [4, 5, 6, 3]])
-        for part in self._scene.parts:
+        for part in self._scene.parts:  # relative to what they hang on
             if part.joints:
                 position, turn = part_poses(part, rows[:, self._layout.qpos])
                 yield transforms(part.path, rows[:, 0], position, turn[:, [1, 2, 3, 0]])

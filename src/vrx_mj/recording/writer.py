@@ -65,7 +65,7 @@ class RecordWriter:
     def __init__(self, path: str | Path, scene: RecordScene) -> None:
         self._path = as_path("path", path)
         self._scene, self._width = scene, scene.layout().width
-        try:
+        try:  # fail now, not in the thread
             with self._path.open("wb"):
                 pass
         except OSError as error:
