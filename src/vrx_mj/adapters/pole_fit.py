@@ -100,11 +100,6 @@ def _realised(poles: ComplexArray) -> tuple[FloatArray, FloatArray]:
     return state, start
 
 
-def _start_poles(count: int, frequencies: FloatArray) -> ComplexArray:
-    spread = np.linspace(frequencies[0], frequencies[-1], count // 2 + 1)[1:] * 0.8
-    return -0.3 * spread + 1j * spread
-
-
 def fitted_memory(frequencies: FloatArray, added: FloatArray, damping: FloatArray, infinite: FloatArray) -> Memory:
     """The memory of a hull's radiation; motions that are not coupled have poles of their own.
 
@@ -172,7 +167,8 @@ def _best_fit(
     samples = np.stack([normal[:, i, j] for i, j in entries], axis=1)
     size, least, best = np.linalg.norm(samples), np.inf, None
     for order in ORDERS:
-        poles = _start_poles(order, frequencies)
+        spread = np.linspace(frequencies[0], frequencies[-1], order // 2 + 1)[1:] * 0.8
+        poles = -0.3 * spread + 1j * spread
         for _ in range(ROUNDS):
             poles = _relocated(poles, samples, frequencies)
         residues = _residues(poles, samples, frequencies, entries)

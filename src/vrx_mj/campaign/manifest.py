@@ -34,9 +34,7 @@ __all__ = [
     "check_files",
     "code_version",
     "controller_hash",
-    "controller_hashes",
     "is_ours",
-    "program_hashes",
     "read_campaign",
 ]
 
@@ -100,7 +98,11 @@ def begin(folder: Path, plan: Plan, *, restart: bool = False) -> Campaign:
     for name in MADE:
         check_inside(folder, name, WHAT)
     if restart:
-        _forget(folder)
+        for name in MADE:
+            if (folder / name).is_dir():
+                shutil.rmtree(folder / name)
+            else:
+                (folder / name).unlink(missing_ok=True)
     results = read_results(folder, plan.cells)
     if (folder / MANIFEST).is_file():
         _check_fits(folder, [*_differences(_read_manifest(folder), manifest), *_changed_worlds(plan, results)])
@@ -172,15 +174,6 @@ def _pilots(serving: Serving | None) -> str:
     rate = "max" if serving.rate is None else f"{serving.rate:g}"
     waits = "" if serving.lockstep is None else f" --lockstep {','.join(serving.lockstep) or 'step'}"
     return f"--exec --rate {rate}{waits}{' --rosbridge' if serving.rosbridge else ''}"
-
-
-def _forget(folder: Path) -> None:
-    """Remove what a campaign has written, and nothing else."""
-    for name in MADE:
-        if (folder / name).is_dir():
-            shutil.rmtree(folder / name)
-        else:
-            (folder / name).unlink(missing_ok=True)
 
 
 def _write_manifest(folder: Path, manifest: Manifest) -> None:

@@ -9,7 +9,7 @@ from shapely.geometry.base import BaseGeometry
 
 from vrx_mj.campaign.results import Result
 from vrx_mj.draw.course import Bay, Course
-from vrx_mj.draw.map_scene import map_of
+from vrx_mj.draw.map_scene import ground_of, hex_color, map_of, rounded
 from vrx_mj.draw.plan import nice_length
 from vrx_mj.mjcf.world import World
 
@@ -150,13 +150,9 @@ def sketch_of(world: World) -> Row:
         "name": world.name,
         "description": world.parameters.description,
         "task": None if task is None else {"type": task.type, "name": task.name},
-        "shore": [_points(ring) for ring in scene.shore],
-        "docks": [
-            {"name": dock.name, "cells": _points(dock.cells), "yaw": dock.yaw, "cell": dock.block}
-            for dock in scene.docks
-        ],
+        **ground_of(scene),
         "objects": [
-            {"name": item.name, "spot": list(spots[item.name]), "color": _hex(item.color), "size": item.size}
+            {"name": item.name, "spot": list(spots[item.name]), "color": hex_color(item.color), "size": item.size}
             for item in scene.objects
         ],
         "boats": [{"name": boat.name, "x": boat.x, "y": boat.y, "yaw": boat.yaw} for boat in scene.boats],
@@ -172,7 +168,7 @@ def _laid_out(course: Course) -> Row:
         "gates": [{"left": list(gate.left), "right": list(gate.right), "yaw": gate.yaw} for gate in course.gates],
         "bays": [_bay(bay) for bay in course.bays],
         "paths": [
-            _points([path.start, *path.points, *(path.points[:1] if path.closed else ())]) for path in course.paths
+            rounded([path.start, *path.points, *(path.points[:1] if path.closed else ())]) for path in course.paths
         ],
         "circles": [_circle(*row) for row in animals + beacons if row[2] > 0.0],
         "beacons": [[item.x, item.y] for item in course.beacons],
@@ -181,16 +177,8 @@ def _laid_out(course: Course) -> Row:
 
 def _bay(bay: Bay) -> Row:
     title = f"{bay.name}: {bay.symbol or 'no symbol'}".replace("_", " ")
-    return {"corners": _points(bay.internal[:, :2]), "allowed": bay.right, "title": title}
+    return {"corners": rounded(bay.internal[:, :2]), "allowed": bay.right, "title": title}
 
 
 def _circle(x: float, y: float, radius: float, title: str) -> Row:
     return {"x": x, "y": y, "radius": radius, "title": title.replace("_", " ")}
-
-
-def _points(points: Any) -> list[list[float]]:
-    return [[round(float(x), 2), round(float(y), 2)] for x, y in points]
-
-
-def _hex(color: tuple[float, float, float]) -> str:
-    return "#" + "".join(f"{round(255 * min(max(share, 0.0), 1.0)):02x}" for share in color)

@@ -15,7 +15,7 @@ import psutil
 
 from vrx_mj.errors import VrxError
 
-__all__ = ["ENDING", "SIGNAL_TIMEOUTS", "Program", "adopt_orphans"]
+__all__ = ["ENDING", "Program", "adopt_orphans"]
 
 SIGNAL_TIMEOUTS = {"SIGINT": 6.0, "SIGTERM": 4.0, "SIGKILL": 2.0}
 """How a program is ended: after each signal it has so long [s]."""

@@ -12,7 +12,6 @@ from multiprocessing.connection import wait
 from pathlib import Path
 from typing import Any
 
-from vrx_mj.campaign.plan import Cell
 from vrx_mj.campaign.process import TrialProcess, start_server
 from vrx_mj.campaign.results import WHAT, Result, read_result, sketch_file, write_result
 from vrx_mj.campaign.trial import Trial
@@ -109,13 +108,8 @@ def _brought(ray: Any, reference: Any, trial: Trial, root: Path) -> Result:
         result = Result(cell, error=f"Ray lost the trial: {str(error).strip().splitlines()[0]}")
         write_result(root / cell.folder, result)
         return result
-    _keep(files, cell, root)
-    return read_result(root / cell.folder) or Result(cell, error="Ray returned no result")
-
-
-def _keep(files: Files, cell: Cell, root: Path) -> None:
-    """Write the files, the result last; a world's sketch only if it is missing."""
     sketch = sketch_file(root, cell.world)
     for name, content in sorted(files.items(), key=lambda item: item[0].endswith("result.json")):
         if root / name != sketch or not sketch.is_file():
             write_files(root, {name: content}, WHAT)
+    return read_result(root / cell.folder) or Result(cell, error="Ray returned no result")

@@ -12,7 +12,11 @@ __all__ = ["main"]
 def main() -> None:
     """Run the command line on the packages that are installed, whatever PYTHONPATH names."""
     gc.set_threshold(10_000)  # packages make much and drop little: Python's 700 cost a twentieth of a short run
-    _check_folder()
+    try:
+        Path.cwd()
+    except OSError as error:
+        sys.stderr.write(f"the current folder cannot be used: {error.strerror}; change to another\n")
+        raise SystemExit(2) from None
     installed_first()
     try:
         from vrx_mj.cli.program import main as start
@@ -27,15 +31,6 @@ def main() -> None:
         if line is None:
             raise
         sys.stderr.write(f"{line}\n")
-        raise SystemExit(2) from None
-
-
-def _check_folder() -> None:
-    """End in one line where the current folder was deleted, or must not be read: relative paths start there."""
-    try:
-        Path.cwd()
-    except OSError as error:
-        sys.stderr.write(f"the current folder cannot be used: {error.strerror}; change to another\n")
         raise SystemExit(2) from None
 
 

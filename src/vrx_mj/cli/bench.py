@@ -123,7 +123,8 @@ def _measured() -> Iterator[Row]:
     yield _row("list_s", processor_seconds("list", "worlds"), "s of processor time", 0.5)
     yield _row("compile_100_s", compile_seconds(100), "s", 3.0)
     yield _row("lidar_scans", lidar_scans(30), "scans/s", 100.0, at_least=True)
-    yield _row("rss_3_mb", resident_megabytes(), "MB", 350.0)
+    done = subprocess.run([sys.executable, "-c", MEMORY_CODE], capture_output=True, check=True)
+    yield _row("rss_3_mb", float(done.stdout), "MB", 350.0)
     yield _row("rtf_1", real_time_factor(), "x real time", None)
 
 
@@ -319,12 +320,6 @@ sim = vrx_mj.Simulation(vrx_mj.compile_world("example_course", fleet="trio"))
 sim.step(duration=1.0)
 print(process_memory() / 1e6)
 """
-
-
-def resident_megabytes() -> float:
-    """Memory of a process that sails three boats, without cameras [MB]."""
-    done = subprocess.run([sys.executable, "-c", MEMORY_CODE], capture_output=True, check=True)
-    return float(done.stdout)
 
 
 def real_time_factor() -> float:

@@ -20,7 +20,7 @@ from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.batch import Batch
 from vrx_mj.runtime.limits import process_memory
 
-__all__ = ["FLEETS", "fleet_row", "fleet_table", "in_worlds_of", "print_fleet_table", "weigh_fleet"]
+__all__ = ["FLEETS", "fleet_row", "fleet_table", "in_worlds_of", "print_fleet_table"]
 
 FLEETS = (1, 2, 3, 10, 100, 1000, 3000)
 IN_ONE_WORLD = 100

@@ -1,7 +1,7 @@
 """`vrx-mj campaign`: controllers on worlds with seeds, in parallel, to a table and a page."""
 
 import math
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Generator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from vrx_mj.campaign.scores import Comparison, Mean
     from vrx_mj.campaign.trial import Trial
 
-__all__ = ["CampaignProgress", "campaign", "print_tables"]
+__all__ = ["campaign"]
 
 Worlds = Annotated[
     list[str],
@@ -229,8 +229,18 @@ def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
     if len(campaign.manifest.plan.controllers) > 1:
         out.print(_leaderboard(campaign))
     if comparison is not None:
-        out.print(_changes(comparison))
-    _print_failures(campaign, out.print)
+        title = f"since {comparison.earlier}: {comparison.common} trials in both, {comparison.same} went the same way"
+        rows = []
+        for test in comparison.tests:
+            p = "-" if test.adjusted is None or math.isnan(test.adjusted) else f"{test.adjusted:.3g}"
+            counts = (str(test.pairs), str(test.better), str(test.worse), f"{test.gain:+.3g} {test.unit}", p)
+            rows.append((test.controller, test.task.replace("_", " "), *counts, test.verdict))
+        out.print(text_table(title, ("controller", "task"), ("pairs", "better", "worse", "gain", "p", "verdict"), rows))
+    failed = [result for result in campaign.results.values() if result.failed]
+    for result in failed[:SHOWN_FAILURES]:
+        out.print(f"{result.cell}: {result.error}", style="red", markup=False, highlight=False, soft_wrap=True)
+    if len(failed) > SHOWN_FAILURES:
+        out.print(f"and {len(failed) - SHOWN_FAILURES} more failures: the page has them all", style="red")
 
 
 def _scores(campaign: "Campaign") -> "Table":
@@ -244,13 +254,9 @@ def _scores(campaign: "Campaign") -> "Table":
         for controller in plan.controllers:
             own = [each for each in results if each.cell.world == world and each.cell.controller == controller]
             cells.append(_mean(mean_of(own), len(own), has_task=task is not None))
-        rows.append((world, _unit(task) if task else "", *cells))
+        rows.append((world, f"{'↑' if task['better'] == 'higher' else '↓'} {task['unit']}" if task else "", *cells))
     title = "scores: mean ± standard deviation over the seeds; ↓ lower is better, ↑ higher"
     return text_table(title, ("world", "unit"), plan.controllers, rows)
-
-
-def _unit(task: Mapping[str, str]) -> str:
-    return f"{'↑' if task['better'] == 'higher' else '↓'} {task['unit']}"
 
 
 def _mean(mean: "Mean", count: int, *, has_task: bool) -> str:
@@ -271,24 +277,6 @@ def _leaderboard(campaign: "Campaign") -> "Table":
     ]
     names = ("sum", *(kind.replace("_", " ") for kind in kinds))
     return text_table("leaderboard: rank in each task, and their sum", ("controller",), names, rows)
-
-
-def _changes(comparison: "Comparison") -> "Table":
-    title = f"since {comparison.earlier}: {comparison.common} trials in both, {comparison.same} went the same way"
-    rows = []
-    for test in comparison.tests:
-        p = "-" if test.adjusted is None or math.isnan(test.adjusted) else f"{test.adjusted:.3g}"
-        counts = (str(test.pairs), str(test.better), str(test.worse), f"{test.gain:+.3g} {test.unit}", p)
-        rows.append((test.controller, test.task.replace("_", " "), *counts, test.verdict))
-    return text_table(title, ("controller", "task"), ("pairs", "better", "worse", "gain", "p", "verdict"), rows)
-
-
-def _print_failures(campaign: "Campaign", show: Callable[..., None]) -> None:
-    failed = [result for result in campaign.results.values() if result.failed]
-    for result in failed[:SHOWN_FAILURES]:
-        show(f"{result.cell}: {result.error}", style="red", markup=False, highlight=False, soft_wrap=True)
-    if len(failed) > SHOWN_FAILURES:
-        show(f"and {len(failed) - SHOWN_FAILURES} more failures: the page has them all", style="red")
 
 
 def _outcome(result: "Result") -> str:

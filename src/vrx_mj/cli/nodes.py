@@ -110,11 +110,6 @@ def _joydrive(words: Sequence[str], _: Path) -> list[Words]:
     return [["teleop", "--boat", given["namespace"], "--url", given["url"], "--web", given["port"]]]
 
 
-def _playback(words: Sequence[str], folder: Path) -> list[Words]:
-    """A recording in the viewer."""
-    return [["replay", _absolute(_given(words)["log_file"], folder)]]
-
-
 def _missing(words: Sequence[str], _: Path) -> int:
     """A launch file of VRX that is not there; a line says what to do instead."""
     show_error(f"{words[0]} is not supported: {' '.join(words[1:])}")
@@ -209,7 +204,7 @@ COMMANDS: Mapping[str, Callable[[Sequence[str], Path], list[Words]]] = {
     "keydrive": _keydrive,
     "teleop_twist_keyboard.py": _twist_keyboard,
     "joydrive": _joydrive,
-    "playback": _playback,
+    "playback": lambda words, folder: [["replay", _absolute(_given(words)["log_file"], folder)]],
 }
 """What makes command lines of `vrx-mj` of the arguments of a node, by its type."""
 

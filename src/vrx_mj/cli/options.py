@@ -11,7 +11,6 @@ from vrx_mj.errors import CommandError
 
 __all__ = [
     "DEFAULT_PORT",
-    "DEFAULT_WEB_PORT",
     "Arguments",
     "Fleet",
     "Json",

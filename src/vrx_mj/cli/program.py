@@ -33,8 +33,6 @@ __all__ = [
     "PANELS",
     "Command",
     "Entry",
-    "Group",
-    "UsageError",
     "app",
     "description",
     "example",

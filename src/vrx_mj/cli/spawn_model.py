@@ -41,6 +41,7 @@ def spawn_model(words: Sequence[str], folder: Path) -> int:
         NetworkError: no world is served.
     """
     given = _options(words)
+    from vrx_mj.ros.messages import new
     from vrx_mj.ros.ros1.client import Client
 
     client = Client("spawn_model")
@@ -56,11 +57,11 @@ def spawn_model(words: Sequence[str], folder: Path) -> int:
         raise CommandError(f"{model} cannot join: {answer.status_message}")
     show(answer.status_message)
     if "unpause" in given:
-        from vrx_mj.ros.messages import new
-
         client.call(f"{gazebo}/unpause_physics", "std_srvs/Empty", new("std_srvs/EmptyRequest"))
     if "b" in given:
-        _stay(client, gazebo, model)
+        await_end()
+        request = new("gazebo_msgs/DeleteModelRequest", model_name=model)
+        show(client.call(f"{gazebo}/delete_model", "gazebo_msgs/DeleteModel", request).status_message)
     return 0
 
 
@@ -102,7 +103,10 @@ def _description(given: Mapping[str, str], client: "Client", folder: Path) -> st
     elif "file" in given:
         file = folder / given["file"]
         if file.suffix == ".xacro":
-            return _expanded(file)
+            from vrx_mj.config.search import package_paths
+            from vrx_mj.config.urdf.expand import expand
+
+            return expand(file, package_paths=package_paths())
         try:
             text = file.read_bytes()[:MOST_CHARACTERS].decode("utf-8", "replace")
         except OSError as error:
@@ -112,14 +116,6 @@ def _description(given: Mapping[str, str], client: "Client", folder: Path) -> st
     if not text.strip():
         raise CommandError(f"the description of {given['model']} is empty")
     return text
-
-
-def _expanded(file: Path) -> str:
-    """The URDF of a xacro file, without arguments."""
-    from vrx_mj.config.search import package_paths
-    from vrx_mj.config.urdf.expand import expand
-
-    return expand(file, package_paths=package_paths())
 
 
 def _name(given: Mapping[str, str], text: str) -> str:
@@ -180,12 +176,3 @@ def _wait_for(client: "Client", gazebo: str, model: str) -> None:
         if time.monotonic() > end:
             raise NetworkError(f"the model '{model}' of -wait did not come within {PATIENCE:g} s")
         time.sleep(0.2)
-
-
-def _stay(client: "Client", gazebo: str, model: str) -> None:
-    """Wait for Ctrl-C or SIGTERM, and delete the model."""
-    from vrx_mj.ros.messages import new
-
-    await_end()
-    request = new("gazebo_msgs/DeleteModelRequest", model_name=model)
-    show(client.call(f"{gazebo}/delete_model", "gazebo_msgs/DeleteModel", request).status_message)

@@ -41,17 +41,13 @@ from vrx_mj.config.yaml_text import find_lookalikes, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError
 
 __all__ = [
-    "MAX_BLOCKS",
     "Berth",
     "Berths",
     "DockLayout",
     "DockPlacement",
     "Placed",
-    "berth_faults",
     "berths",
-    "dock_faults",
     "drawn",
-    "is_drawing",
     "load_dock",
     "neighbours",
 ]

@@ -54,8 +54,6 @@ __all__ = [
     "Loc",
     "Located",
     "Order",
-    "Slot",
-    "fleet_faults",
     "joining_boat",
     "room_faults",
     "slots",
@@ -294,7 +292,7 @@ class FleetConfig(_Built, FromFile):
 
     @model_validator(mode="after")
     def _goes_together(self) -> Self:
-        found = fleet_faults(self)
+        found = list(_count_faults(self)) or _entry_faults(self)
         if found:
             raise faults(*found)
         return self
@@ -489,11 +487,6 @@ def _slot_of(entry: BoatEntry, index: int, count: int) -> int | None:
     if entry.name and entry.name.startswith("wamv") and number.isdecimal() and 1 <= int(number) <= count:
         return int(number) - 1
     return index if index < count and (entry.name is None or entry.pose is None) else None
-
-
-def fleet_faults(fleet: FleetConfig) -> list[Fault]:
-    """What does not go together in a fleet's file."""
-    return [*_count_faults(fleet)] or _entry_faults(fleet)
 
 
 def _count_faults(fleet: FleetConfig) -> Iterator[Fault]:

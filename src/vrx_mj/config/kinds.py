@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["FORMATS", "MARKS", "USES", "FileKind", "kind_of", "other_kind", "wrong_kind"]
+__all__ = ["FORMATS", "MARKS", "USES", "kind_of", "other_kind", "wrong_kind"]
 
 HEAD = 4000
 """Bytes of a file that are looked into."""

@@ -20,7 +20,7 @@ from vrx_mj.config.wording import shown
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError, shortened
 
-__all__ = ["SIGNALS", "CommandsConfig", "MeasuredCaseConfig", "Measurements", "read_case", "read_measurements"]
+__all__ = ["SIGNALS", "MeasuredCaseConfig", "Measurements", "read_case", "read_measurements"]
 
 SignalName = Literal[
     "x", "y", "z", "roll_deg", "pitch_deg", "heading_deg", "surge", "sway", "heave_speed", "roll_rate_deg",

@@ -40,10 +40,7 @@ from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 from vrx_mj.frames import rotation
 
 __all__ = [
-    "CirclePath",
     "FieldConfig",
-    "FieldKind",
-    "LinePath",
     "ObjectConfig",
     "PathConfig",
     "Placement",

@@ -38,7 +38,6 @@ from vrx_mj.errors import UnknownNameError, VrxError
 
 __all__ = [
     "Arguments",
-    "HydrodynamicsEntry",
     "ProfileEntry",
     "RobotConfig",
     "RudderEntry",

@@ -19,7 +19,7 @@ from vrx_mj.config.base import (
 )
 from vrx_mj.config.wording import shown
 
-__all__ = ["CloudsConfig", "FogConfig", "MarkersConfig", "SceneConfig", "SkyConfig"]
+__all__ = ["FogConfig", "MarkersConfig", "SceneConfig", "SkyConfig"]
 
 Place = Annotated[tuple[Coordinate, Coordinate, float], numbers("x y yaw")]
 Scaling = Annotated[tuple[Positive, Positive, Positive], numbers("x y z")]
@@ -105,10 +105,6 @@ class FogConfig(Config):
         return self
 
 
-def _sky_kind(value: object) -> str:
-    return "switch" if isinstance(value, bool) else "sky"
-
-
 def _sky(value: object) -> object:
     if isinstance(value, str):
         value = {"yes": True, "on": True, "no": False, "off": False}.get(value.lower(), value)
@@ -119,7 +115,7 @@ def _sky(value: object) -> object:
 
 Sky = Annotated[
     Annotated[bool, Tag("switch")] | Annotated[SkyConfig, Tag("sky")],
-    Discriminator(_sky_kind),
+    Discriminator(lambda value: "switch" if isinstance(value, bool) else "sky"),
     BeforeValidator(_sky),
 ]
 

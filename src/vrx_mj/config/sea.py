@@ -16,7 +16,7 @@ from vrx_mj.constants import SEA_WATER_DENSITY
 from vrx_mj.errors import VrxError
 from vrx_mj.linear_waves import SEA_STATES, Site, breaking_height, developed_period, steepest_sea
 
-__all__ = ["REGULAR", "SPECTRA", "SeaConfig", "SpectrumTable", "read_spectrum"]
+__all__ = ["REGULAR", "SPECTRA", "SeaConfig", "read_spectrum"]
 
 VRX_SEAS = ("pms", "cwr")
 """Models of VRX's wave fields."""

@@ -29,7 +29,6 @@ __all__ = [
     "enclosing_packages",
     "find",
     "find_terrain",
-    "foreign_file",
     "is_built_in",
     "is_path",
     "near_names",

@@ -12,7 +12,7 @@ from vrx_mj.config.search import contained
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.urdf.meshes import read_mesh
 
-__all__ = ["Solid", "solid", "solid_of_mesh"]
+__all__ = ["solid", "solid_of_mesh"]
 
 
 SEGMENTS = 64

@@ -32,13 +32,10 @@ __all__ = [
     "AcousticPerceptionTask",
     "AcousticTrackingTask",
     "AnimalConfig",
-    "BaySign",
-    "Cartesian",
     "ChannelConfig",
     "DockTask",
     "FollowPathTask",
     "Geodetic",
-    "GymkhanaChannel",
     "GymkhanaTask",
     "NavigationTask",
     "PerceptionTask",
@@ -391,16 +388,12 @@ def read_task(value: object, info: ValidationInfo) -> object:
     kind = value["type"]
     model = TASKS.get(ALIASES.get(kind, kind)) if isinstance(kind, str) else None
     if model is None:
-        raise faults((("type",), _unknown(kind)))
+        close = nearest(kind, TASKS) if isinstance(kind, str) else None
+        hint = f"did you mean '{close}'?" if close else f"known: {', '.join(TASKS)}"
+        raise faults((("type",), f"unknown task type {shown(kind)}; {hint}"))
     task = model.model_validate(value, context=info.context)
     task._section = value if isinstance(value, Section) else None
     return task
-
-
-def _unknown(kind: object) -> str:
-    close = nearest(kind, TASKS) if isinstance(kind, str) else None
-    hint = f"did you mean '{close}'?" if close else f"known: {', '.join(TASKS)}"
-    return f"unknown task type {shown(kind)}; {hint}"
 
 
 def _one_of(task: TaskConfig, geodetic: str, cartesian: str) -> None:

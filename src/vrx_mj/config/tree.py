@@ -106,7 +106,13 @@ def merged(base: Section, over: Section, appended: Sequence[str] = APPENDED) -> 
 
     A task of another type replaces that of the base; keys of a base about its robot do not hold for another one.
     """
-    base = _without_dependent(base, over)
+    gone = {
+        key
+        for owner, keys in ASSEMBLED.items()
+        if owner in over and over[owner] != base.get(owner, USUAL[owner])
+        for key in keys
+    }
+    base = Section({key: value for key, value in base.items() if key not in gone}, base.place, base.entries)
     inherited = {key: entry._replace(depth=entry.depth + 1) for key, entry in base.entries.items()}
     values, entries = {**base, **over}, {**inherited, **over.entries}
     for key in base.keys() & over.keys():
@@ -118,17 +124,6 @@ def merged(base: Section, over: Section, appended: Sequence[str] = APPENDED) -> 
         elif key in appended and isinstance(old, Items) and isinstance(new, Items):
             values[key] = Items.of((*old, *new), (*old.places, *new.places), (*old.numbers, *new.numbers))
     return Section(values, over.place, entries)
-
-
-def _without_dependent(base: Section, over: Section) -> Section:
-    """The base without the keys that depend on a value which `over` replaces by another."""
-    gone = {
-        key
-        for owner, keys in ASSEMBLED.items()
-        if owner in over and over[owner] != base.get(owner, USUAL[owner])
-        for key in keys
-    }
-    return Section({key: value for key, value in base.items() if key not in gone}, base.place, base.entries)
 
 
 def _differ(old: Section, new: Section) -> bool:

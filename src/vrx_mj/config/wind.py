@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 
 from vrx_mj.config.base import Config, NonNegative, Only, Positive, Seed, Vec3, faults
 
-__all__ = ["WindConfig", "WindObject"]
+__all__ = ["WindConfig"]
 
 MOST_GUSTS = 500
 """Components of gusts, at most."""

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 
 from vrx_mj.config.base import Config, NonNegative, Positive, faults, numbers
 
-__all__ = ["IsherwoodConfig", "WindageConfig"]
+__all__ = ["WindageConfig"]
 
 Vessel = Literal[
     "car_carrier", "cargo_vessel", "cargo_vessel_containers", "container_ship", "destroyer", "diving_support_vessel",

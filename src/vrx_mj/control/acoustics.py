@@ -14,17 +14,6 @@ from vrx_mj.control.navigation import Estimate, sensor_named
 from vrx_mj.control.pilot import POSITION_RATE
 from vrx_mj.control.skipper import Commands, Skipper
 
-__all__ = [
-    "BeaconFollower",
-    "BeaconSeeker",
-    "Heard",
-    "MovingBeacon",
-    "Roam",
-    "StillBeacon",
-    "heard",
-    "in_a_row",
-]
-
 LEGS = ((50.0, 0.0), (100.0, 0.0), (100.0, 0.7), (150.0, 0.35), (100.0, -0.7), (150.0, -0.35))
 """Where to look: distances [m] and angles [rad] from where the search began. A lidar sees things at 60 to 110 m."""
 SEARCH_TIME = 40.0

@@ -14,8 +14,6 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 
-__all__ = ["Allocation", "Propeller", "Thrust", "pushes_every_way"]
-
 STEERING = math.radians(60.0)
 """A thruster that turns this far either way can push across the hull."""
 IDLE = 2.0
@@ -103,7 +101,14 @@ class Allocation:
         turning = turning * self._share(np.zeros_like(turning), turning)
         forces = turning + pushing * self._share(turning, pushing)
         given = self._matrix @ forces
-        return Thrust(self._commands(forces), float(given[0]), float(given[1]), float(given[2]))
+        commands = {}
+        for name, own in self._slices:
+            thruster, (along, *across) = self._thrusters[name], forces[own].tolist()
+            if across:
+                angle, along = _turned(along, across[0], thruster.max_angle)
+                commands[f"{name}_angle"] = angle
+            commands[name] = thruster.command(along)
+        return Thrust(commands, float(given[0]), float(given[1]), float(given[2]))
 
     def _share(self, base: FloatArray, more: FloatArray) -> float:
         """How much of `more` the thrusters can give besides `base`, 0 to 1."""
@@ -117,16 +122,6 @@ class Allocation:
 
     def _can(self, forces: FloatArray) -> bool:
         return all(_within(forces[own].tolist(), self._thrusters[name]) for name, own in self._slices)
-
-    def _commands(self, forces: FloatArray) -> dict[str, float]:
-        commands = {}
-        for name, own in self._slices:
-            thruster, (along, *across) = self._thrusters[name], forces[own].tolist()
-            if across:
-                angle, along = _turned(along, across[0], thruster.max_angle)
-                commands[f"{name}_angle"] = angle
-            commands[name] = thruster.command(along)
-        return commands
 
 
 def pushes_every_way(matrix: FloatArray) -> bool:

@@ -20,20 +20,6 @@ from vrx_mj.control.navigation import Estimate, sensor_named
 from vrx_mj.control.pictures import Look, camera_ahead, intrinsics, look_at, mounting, project
 from vrx_mj.runtime.timing import Pause
 
-__all__ = [
-    "WIDEST",
-    "Buoy",
-    "BuoyMap",
-    "Cluster",
-    "Lookout",
-    "banks",
-    "clusters",
-    "grouped",
-    "kind_of",
-    "leveled",
-    "standing_free",
-]
-
 Bank = tuple[float, float]
 """A place that something solid is at [m]."""
 CELL = 0.5

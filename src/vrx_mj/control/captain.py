@@ -15,8 +15,6 @@ from vrx_mj.control.wildlife import WildlifeCircler
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import Observation
 
-__all__ = ["SKIPPERS", "Captain"]
-
 SKIPPERS: dict[str, Callable[[], Skipper]] = {
     "acoustic_perception": BeaconSeeker,
     "acoustic_tracking": BeaconFollower,

@@ -11,8 +11,6 @@ from vrx_mj.control.guidance import Point, clear_course, wrapped
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.skipper import Commands, Skipper
 
-__all__ = ["WIDEST", "Channel", "Gate", "Gymkhana", "gate_of", "next_gate", "opening", "paired", "side_of", "wall"]
-
 NARROWEST, WIDEST = 5.0, 32.0
 """Of gates [m]: VRX's are 8 to 29."""
 TURNING = 8.0
@@ -217,16 +215,12 @@ class Channel(Skipper):
         if self._gate is None:
             return self._search(seen, t)
         gate = self._gate
-        self._give_up(gate, t)
-        return self._cross(gate, seen, t)
-
-    def _give_up(self, gate: Gate, t: float) -> None:
-        """Leave a gate that could not be crossed for long: it may be one that was to come earlier, or none at all."""
         if math.dist(gate.middle, self._aim[0]) > OLD:
             self._aim = gate.middle, t
         elif t - self._aim[1] > GATE_PATIENCE:
             self._done.append(gate)
             self._gate, self._since, self._aim = self._choose(t), t, (gate.middle, t)
+        return self._cross(gate, seen, t)
 
     # Which gate
 

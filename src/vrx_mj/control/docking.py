@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
     from vrx_mj.runtime.task_runner import TaskObservation
 
-__all__ = ["Docking"]
-
 BERTH = 4.9
 """How far before the placard to stay [m]: the middle of the zones of 2018, well inside of those of 2022 and 2023."""
 LINE_UP = 15.0

@@ -24,18 +24,6 @@ from vrx_mj.control.pilot import Pilot
 from vrx_mj.control.velocity import VelocityKeeper, craft_of
 from vrx_mj.errors import SensorError, UnknownNameError, VrxError
 
-__all__ = [
-    "SHAPES",
-    "BoatLeader",
-    "Formation",
-    "Muster",
-    "PathLeader",
-    "apart_velocity",
-    "assigned",
-    "pursuit",
-    "slots",
-]
-
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation, Observation
 

@@ -10,21 +10,6 @@ from vrx_mj.control.allocation import Allocation, Propeller
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.velocity import Craft
 
-__all__ = [
-    "Course",
-    "Point",
-    "Spot",
-    "Track",
-    "approach_speed",
-    "around",
-    "best_order",
-    "clear_course",
-    "clear_of",
-    "orbit",
-    "rounded",
-    "wrapped",
-]
-
 Point = tuple[float, float]
 """East and north [m]."""
 BRUTE = 7

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
     from vrx_mj.sensors.readings import Reading
 
-__all__ = ["Estimate", "Navigator", "TangentPlane", "sensor_named", "true_estimate"]
-
 ECCENTRICITY2 = FLATTENING * (2.0 - FLATTENING)
 """Square of the Earth's first eccentricity."""
 ABOVE_WATER = 0.7

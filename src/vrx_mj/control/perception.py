@@ -15,8 +15,6 @@ from vrx_mj.control.pictures import camera_ahead, intrinsics, mounting, project
 from vrx_mj.control.skipper import Commands, Skipper
 from vrx_mj.runtime.timing import Pause
 
-__all__ = ["OLD", "SYDNEY", "Blob", "Kind", "Perceiver", "Sight", "blobs", "catalogue_of", "kind_of"]
-
 STEP = 2
 """Every so many pixels one is looked at; a ball of 0.5 m at 15 m is 25 pixels wide."""
 COLORED = 0.45

@@ -12,18 +12,6 @@ import numpy.typing as npt
 from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
 from vrx_mj.control.navigation import Estimate, sensor_named
 
-__all__ = [
-    "Look",
-    "camera_ahead",
-    "color_of",
-    "cutout",
-    "intrinsics",
-    "look_at",
-    "middle_part",
-    "mounting",
-    "project",
-]
-
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
     from vrx_mj.sensors.readings import Reading

@@ -14,8 +14,6 @@ from vrx_mj.control.guidance import Course, approach_speed, wrapped
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.velocity import Craft, wamv_of
 
-__all__ = ["Pilot"]
-
 VELOCITY_RATE = 1.8
 """How fast an error of velocity dies [1/s]: crossover of the speed loop, a fifth of what calls at 10 Hz would allow."""
 POSITION_RATE = 0.7

@@ -17,8 +17,6 @@ from vrx_mj.control.navigation import Estimate, sensor_named
 from vrx_mj.control.pictures import camera_ahead, cutout, middle_part, mounting
 from vrx_mj.runtime.timing import Pause
 
-__all__ = ["OFF", "DockLookout", "Face", "FaceMap", "Tower", "faces", "lamp_color", "sequence", "symbol_in", "vivid"]
-
 COLORS = ("red", "green", "blue", "yellow")
 LOW, HIGH = 0.9, 3.8
 """From what height above the boat's origin [m] a panel is seen free of docks and buoys, and what it does not exceed."""
@@ -133,7 +131,8 @@ def _face(points: FloatArray) -> Face | None:
         return None
     level = level[on_it]
     middle = level.mean(axis=0)
-    along, normal = _axes(level)
+    _, axes = np.linalg.eigh(np.cov((level - level.mean(axis=0)).T))
+    along, normal = axes[:, 1], axes[:, 0]
     spread = (level - middle) @ along
     width = float(spread.max() - spread.min())
     if not NARROW < width < WIDE:
@@ -161,12 +160,6 @@ def _on_a_line(level: FloatArray) -> BoolArray:
                 if close.sum() > best.sum():
                     best = close
     return best
-
-
-def _axes(level: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Directions along and across what points, (n, 2), make, unit vectors."""
-    _, axes = np.linalg.eigh(np.cov((level - level.mean(axis=0)).T))
-    return axes[:, 1], axes[:, 0]
 
 
 def vivid(pixels: npt.ArrayLike, *, lead: float = VIVID) -> npt.NDArray[np.int_]:
@@ -393,7 +386,10 @@ class DockLookout:
         free, wide = standing_free(points, high=4.0, widest=TOWER, apart=OFFSHORE)
         for cluster in free:
             self._note_tower(cluster, seen)
-        self._drop_towers(wide, seen)
+        for tower in self._towers:
+            east, north = tower.place[0] - seen.x, tower.place[1] - seen.y
+            if len(wide) and float(np.hypot(wide[:, 0] - east, wide[:, 1] - north).min()) < OFFSHORE:
+                tower.seen = max(1, tower.seen - 1)
         if self._picture_pause.is_over(t):
             self._read(boat, seen, t)
 
@@ -431,13 +427,6 @@ class DockLookout:
             cell for cell in self._banks if math.dist(here, (cell[0] * BANK_CELL, cell[1] * BANK_CELL)) < BANK_REACH
         }
         self._banks = {cell: when for cell, when in self._banks.items() if cell in near and t - when < BANK_MEMORY}
-
-    def _drop_towers(self, wide: FloatArray, seen: Estimate) -> None:
-        """Doubt the towers that turn out to be on, or beside, something wide."""
-        for tower in self._towers:
-            east, north = tower.place[0] - seen.x, tower.place[1] - seen.y
-            if len(wide) and float(np.hypot(wide[:, 0] - east, wide[:, 1] - north).min()) < OFFSHORE:
-                tower.seen = max(1, tower.seen - 1)
 
     def _read(self, boat: "BoatObservation", seen: Estimate, t: float) -> None:
         """Read the symbols that can be read from here, and see which towers are lit."""

@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation, Observation
     from vrx_mj.runtime.task_runner import TaskObservation
 
-__all__ = ["Commands", "Skipper", "task_of"]
-
 Commands = dict[str, Any]
 """Of one boat, by thruster."""
 

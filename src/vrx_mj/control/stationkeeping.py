@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
     from vrx_mj.runtime.task_runner import TaskObservation
 
-__all__ = ["Berth", "StationKeeper"]
-
 NEAR = 6.0
 """Within this distance [m] of its place a boat turns to the heading that it is to have, beyond it goes there bow first.
 

@@ -14,8 +14,6 @@ from typing import TYPE_CHECKING
 from vrx_mj.control.allocation import Allocation, Propeller, Thrust
 from vrx_mj.control.navigation import Estimate
 
-__all__ = ["WAMV", "WAMV_VRX3", "Craft", "VelocityKeeper", "craft_of", "wamv_of"]
-
 if TYPE_CHECKING:
     from vrx_mj.runtime.hull import Hull, Rudder
     from vrx_mj.runtime.observation import BoatObservation

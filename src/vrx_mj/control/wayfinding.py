@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
     from vrx_mj.runtime.task_runner import TaskObservation
 
-__all__ = ["WaypointFollower", "waypoint_error"]
-
 GOOD = 0.08
 """An error [m] good enough to go on to the next waypoint: 5 cm and 2 degrees."""
 FAIR = 0.25

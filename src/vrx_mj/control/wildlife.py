@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
     from vrx_mj.runtime.task_runner import TaskObservation
 
-__all__ = ["WildlifeCircler"]
-
 SENSES = {"platypus": -1.0, "turtle": 1.0}
 """Of the circles: clockwise and counter-clockwise."""
 RADIUS = 5.5

@@ -2,9 +2,9 @@
 
 import colorsys
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,7 +27,10 @@ __all__ = [
     "MapScene",
     "MapWave",
     "MapWind",
+    "ground_of",
+    "hex_color",
     "map_of",
+    "rounded",
 ]
 
 Rgb = tuple[float, float, float]
@@ -130,11 +133,12 @@ def map_of(world: World) -> MapScene:
     wind, sea = values.wind, values.sea
     toward = math.degrees(math.atan2(wind.direction[1], wind.direction[0])) % 360.0
     model = _model(world)
+    shown = world.parameters.objects if model is not None else ()  # the MJCF holds their colours and widths
     return MapScene(
         title=f"{values.name}{fleet}",
         shore=tuple(np.asarray(ring, dtype=np.float64) for ring in values.shoreline),
         docks=tuple(_dock(dock) for dock in values.docks),
-        objects=_objects(world, model),
+        objects=tuple(_object(model, item) for item in shown if item.model != BALL),
         boats=tuple(_boat(boat, i) for i, boat in enumerate(values.boats)),
         waypoints=values.waypoints,
         wind=MapWind(toward, wind.mean) if wind.mean > 0.0 else None,
@@ -165,12 +169,6 @@ def _boat(boat: Boat, index: int) -> MapBoat:
     x, y, *_, yaw = boat.pose
     color = boat.color[:3] if boat.color else BOAT_COLORS[index % len(BOAT_COLORS)]
     return MapBoat(boat_label(boat.name, boat.robot), x, y, yaw, color)
-
-
-def _objects(world: World, model: "mujoco.MjModel | None") -> tuple[MapObject, ...]:
-    """The objects with the colours and widths of what is seen of them, which the MJCF holds; no ball of a shooter."""
-    shown = world.parameters.objects if model is not None else ()
-    return tuple(_object(model, item) for item in shown if item.model != BALL)
 
 
 def _placards(world: World, model: "mujoco.MjModel | None") -> Iterator[MapPlacard]:
@@ -208,3 +206,21 @@ def _look(model: "mujoco.MjModel", body: int) -> tuple[Rgb, float]:
         )
         width = max(width, 2.0 * float(sorted(half)[1]))
     return max(shares, key=lambda color: shares[color], default=(0.5, 0.5, 0.5)), width
+
+
+def ground_of(scene: MapScene) -> dict[str, Any]:
+    """The shore and the docks for JSON."""
+    docks = [
+        {"name": dock.name, "cells": rounded(dock.cells), "yaw": dock.yaw, "cell": dock.block} for dock in scene.docks
+    ]
+    return {"shore": [rounded(ring) for ring in scene.shore], "docks": docks}
+
+
+def rounded(points: Iterable[Sequence[float]] | FloatArray) -> list[list[float]]:
+    """Points [m] to a centimetre."""
+    return [[round(float(x), 2), round(float(y), 2)] for x, y in points]
+
+
+def hex_color(color: Sequence[float]) -> str:
+    """A colour as `#rrggbb`."""
+    return "#" + "".join(f"{round(255 * min(max(share, 0.0), 1.0)):02x}" for share in color)

@@ -22,8 +22,6 @@ __all__ = [
     "Box",
     "Row",
     "course_rows",
-    "course_things",
-    "draw_course",
     "draw_plan",
     "ground",
     "nice_length",
@@ -52,7 +50,7 @@ def view_of(scene: MapScene, aspect: float) -> Box:
     spots += [
         spot
         for i, spot in enumerate(objects)
-        if not spots or _has_neighbour(spot, objects[:i] + objects[i + 1 :] + spots)
+        if not spots or any(math.dist(spot, other) < LONELY for other in objects[:i] + objects[i + 1 :] + spots)
     ]
     spots = spots or [(x, y) for ring in scene.shore for x, y in ring.tolist()] or [(0.0, 0.0)]
     low, high = np.min(spots, axis=0), np.max(spots, axis=0)
@@ -60,11 +58,6 @@ def view_of(scene: MapScene, aspect: float) -> Box:
     width, height = np.maximum((high - low) * 1.16 + 8.0, 40.0)
     width, height = max(width, height * aspect), max(height, width / aspect)
     return (east - width / 2, north - height / 2, east + width / 2, north + height / 2)
-
-
-def _has_neighbour(spot: tuple[float, float], others: list[tuple[float, float]]) -> bool:
-    """Whether anything is near: an object that lies far from everything does not widen the plan."""
-    return any(math.dist(spot, other) < LONELY for other in others)
 
 
 def draw_plan(axes: "Axes", scene: MapScene, view: Box) -> None:

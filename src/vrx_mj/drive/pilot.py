@@ -193,16 +193,12 @@ def engine_commands(engines: Sequence[Engine], wheel: Wheel) -> dict[str, float]
         by_angle = engine.rudder or reach <= SHORT_ARM
         if not engine.rudder:
             turn = 0.0 if by_angle else wheel.turn * engine.arm / reach
-            share = _within(_sign(engine.forward) * wheel.power + turn, 1.0)
+            share = _within(math.copysign(1.0, engine.forward) * wheel.power + turn, 1.0)
             commands[engine.name] = share * (engine.ahead if share > 0.0 else engine.astern)
         if engine.max_angle > 0.0:
             steer = (-FULL_RUDDER if engine.aft else FULL_RUDDER) * wheel.turn if by_angle else 0.0
             commands[f"{engine.name}_angle"] = _within(steer + wheel.angle, engine.max_angle)
     return commands
-
-
-def _sign(value: float) -> float:
-    return math.copysign(1.0, value)
 
 
 def _within(value: float, limit: float) -> float:

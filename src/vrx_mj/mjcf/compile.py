@@ -29,7 +29,7 @@ from vrx_mj.mjcf.markers import marker_rows
 from vrx_mj.mjcf.objects import object_piece, object_rows, parked_balls
 from vrx_mj.mjcf.parameters import Rows, current_parameters, sea_parameters
 from vrx_mj.mjcf.pieces import Part, Piece, Pieces
-from vrx_mj.mjcf.placement import PlacedDock, PlacedObject, place_docks, place_fields, place_objects
+from vrx_mj.mjcf.placement import PlacedObject, place_docks, place_fields, place_objects
 from vrx_mj.mjcf.robots import boat_rows, fitted, stiffness
 from vrx_mj.mjcf.scene import scene_parameters, scene_values
 from vrx_mj.mjcf.tasks import Touch, lock_of, task_parameters, touch_sensor, touches_of, waypoints
@@ -113,23 +113,18 @@ class _Assembly:
         if self.config.terrain:
             self._place("terrain", terrain_piece(self.config.terrain, self.config.folder))
         for dock in self.docks:
-            self._add_dock(dock)
+            self._place(dock.name, dock_piece(dock), dock.pose)
+            self.rows.add(dock_rows(dock, self.config.wind, self.config.physics.gravity, self.rows))
         for item in self.objects:
             self._add_object(item)
         for boat in self.boats:
             self._add_boat(boat)
         self._check_wind()
-        self._add_balls()
+        self.balls = parked_balls(self.rows.shooters)  # out of the way until they are fired
+        for ball in self.balls:
+            self._add_object(ball, asleep=True)
         self._add_task()
         pieces = self._pieces()
-        self._check_mjcf(pieces)
-        try:
-            return joined_world(pieces, checked_parameters(self._parameters(seed)))
-        except ValidationError as error:
-            raise CompileError(f"invalid world {self.config.name}: {fault_text(error)}") from None
-
-    def _check_mjcf(self, pieces: Pieces) -> None:
-        """Refuse what MuJoCo does not compile, with its message about the whole."""
         try:
             pieces.first_of_each_kind().spec().compile()
         except ValueError:
@@ -137,6 +132,10 @@ class _Assembly:
                 pieces.spec().compile()
             except ValueError as error:
                 raise CompileError(f"MuJoCo cannot compile the world {self.config.name}: {error}") from error
+        try:
+            return joined_world(pieces, checked_parameters(self._parameters(seed)))
+        except ValidationError as error:
+            raise CompileError(f"invalid world {self.config.name}: {fault_text(error)}") from None
 
     def _pieces(self) -> Pieces:
         config = self.config
@@ -160,10 +159,6 @@ class _Assembly:
         touches = {touch.name: touch_sensor(touch, scored) for touch in self.touches}
         return Pieces.joined(Piece("world.xml.j2", values, {}), self.parts, touches)
 
-    def _add_dock(self, dock: PlacedDock) -> None:
-        self._place(dock.name, dock_piece(dock), dock.pose)
-        self.rows.add(dock_rows(dock, self.config.wind, self.config.physics.gravity, self.rows))
-
     def _add_object(self, item: PlacedObject, *, asleep: bool = False) -> None:
         kind = (item.model, item.config.folder, asleep)
         if kind not in self.kinds_of_objects:
@@ -180,12 +175,6 @@ class _Assembly:
         if fit.boat.name not in self.kinds_of_hulls:
             self.kinds_of_hulls.add(fit.boat.name)
             warn_if_uncovered(fit.boat.name, rows.hulls[0].vessel, self.sea)
-
-    def _add_balls(self) -> None:
-        """One ball for every ball shooter, out of the way until it is fired."""
-        self.balls = parked_balls(self.rows.shooters)
-        for ball in self.balls:
-            self._add_object(ball, asleep=True)
 
     def _add_task(self) -> None:
         """What the task of the world asks, what its boat may touch, and what holds the boat."""

@@ -63,7 +63,10 @@ def drawing_spec(world: World) -> mujoco.MjSpec:
     if plane is not None:
         level = float(plane.pos[2])
         spec.delete(plane)
-        _add_material(spec, sea_palette(*PALETTE, *colors, np.array(light.diffuse)))
+        texture = spec.add_texture(name=SEA, type=mujoco.mjtTexture.mjTEXTURE_2D)
+        _paint(texture, sea_palette(*PALETTE, *colors, np.array(light.diffuse)))
+        material = spec.add_material(name=SEA, rgba=[1.0, 1.0, 1.0, 1.0], emission=1.0, specular=0.0)
+        material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = SEA
         _add_sea(spec, level)
     _paint(sky, sky_cube(SKY_SIDE, *colors, -np.array(light.dir) / np.linalg.norm(light.dir), np.array(light.diffuse)))
     return spec
@@ -77,14 +80,6 @@ def add_signs(spec: mujoco.MjSpec, world: World) -> None:
         spec.add_material(name=LAMP, emission=1.0, specular=0.0)
     for name in chain.from_iterable(light.geoms for light in lights):
         spec.geom(name).material = LAMP
-
-
-def _add_material(spec: mujoco.MjSpec, palette: ByteArray) -> None:
-    """A material that shines by itself: the palette holds the light already."""
-    texture = spec.add_texture(name=SEA, type=mujoco.mjtTexture.mjTEXTURE_2D)
-    _paint(texture, palette)
-    material = spec.add_material(name=SEA, rgba=[1.0, 1.0, 1.0, 1.0], emission=1.0, specular=0.0)
-    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = SEA
 
 
 def _paint(texture: mujoco.MjsTexture, pixels: ByteArray) -> None:

@@ -33,7 +33,7 @@ from vrx_mj.mjcf.objects import object_piece, object_rows, spare_ball
 from vrx_mj.mjcf.parameters import Rows
 from vrx_mj.mjcf.pieces import Part
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject, place_docks, place_objects
-from vrx_mj.mjcf.robots import Fitted, boat_rows, fitted
+from vrx_mj.mjcf.robots import boat_rows, fitted
 from vrx_mj.mjcf.tasks import Touch, named_things, thing_touches, touch_sensor
 from vrx_mj.mjcf.wind import own_load, warn_if_unpushed
 from vrx_mj.mjcf.world import World, joined_world
@@ -81,7 +81,10 @@ def with_boat(world: World, entry: Mapping[str, object]) -> World:
         warnings.warn(note, VrxWarning, stacklevel=3)
     old = world.parameters
     fit = fitted(_built(boat, old.profile), boat.engines, boat.color)
-    _check_shore(old, boat, fit)
+    if old.shoreline and (depth := depth_in_land(fit.outline, boat.pose, old.shoreline)):
+        x, y, *_ = boat.pose
+        shore = f"{depth:.2f} m inside the shore of {old.terrain}"
+        raise CommandError(f"no place for {boat.name} at ({x:g}, {y:g}): it would be on land, {shore}")
     wind, physics = _conditions(old)
     rows = boat_rows(fit, boat, Rows.of(old), wind, physics, old.sea.density, old.lives.get(boat.name, 0))
     warn_if_uncovered(fit.boat.name, rows.hulls[0].vessel, old.sea)
@@ -115,7 +118,10 @@ def _with_things(world: World, name: str, objects: Sequence[PlacedObject], docks
     old = world.parameters
     if len(old.objects) + len(objects) > MOST_OBJECTS:
         raise CommandError(f"no room for {name}: a world has at most {MOST_OBJECTS} objects")
-    _check_docks(old, docks)
+    for dock in docks:
+        other = next((other for other in old.docks if docks_overlap(other, dock)), None)
+        if other is not None:
+            raise CommandError(f"no place for {dock.name}: it would be on the dock '{other.name}'")
     wind, physics = _conditions(old)
     tables, rows, parts = Rows.of(old), Rows(), list[Part]()
     for dock in docks:
@@ -129,14 +135,6 @@ def _with_things(world: World, name: str, objects: Sequence[PlacedObject], docks
         rows.add(own)
         tables.add(own)
     return _joined(world, parts, rows, list(thing_touches(objects, docks)))
-
-
-def _check_docks(world: Parameters, docks: Sequence[PlacedDock]) -> None:
-    """Refuse a dock that lies on another one where that began."""
-    for dock in docks:
-        other = next((other for other in world.docks if docks_overlap(other, dock)), None)
-        if other is not None:
-            raise CommandError(f"no place for {dock.name}: it would be on the dock '{other.name}'")
 
 
 def _joined(
@@ -220,13 +218,6 @@ def _conditions(world: Parameters) -> tuple[WindConfig, PhysicsConfig]:
     physics = {"profile": world.profile, "gravity": world.gravity, "quirks": world.spawn.quirks}
     wind = WindConfig.model_validate({"objects": tree_of(world.spawn.wind), **blowing})
     return wind, PhysicsConfig.model_validate(physics)
-
-
-def _check_shore(world: Parameters, boat: BoatConfig, fit: Fitted) -> None:
-    if world.shoreline and (depth := depth_in_land(fit.outline, boat.pose, world.shoreline)):
-        x, y, *_ = boat.pose
-        shore = f"{depth:.2f} m inside the shore of {world.terrain}"
-        raise CommandError(f"no place for {boat.name} at ({x:g}, {y:g}): it would be on land, {shore}")
 
 
 def _built(boat: BoatConfig, profile: str) -> boats.Boat:

@@ -8,7 +8,7 @@ looks. There are no actuators: the runtime's kernels thrust and steer. Boats of 
 import itertools
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import chain
@@ -52,13 +52,11 @@ from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER
 from vrx_mj.physics.thrust import normal_slope
 
 __all__ = [
-    "Fitted",
     "boat_rows",
     "fitted",
     "hull_row",
     "robot_piece",
     "save_robot",
-    "sensor_rows",
     "station_rows",
     "stiffness",
     "thruster_rows",
@@ -87,7 +85,9 @@ def robot_piece(boat: Boat, engines: Engines = "fixed", color: Color | None = No
     """
     parts = [*boat.parts, *chain.from_iterable(thruster.parts for thruster in boat.thrusters)]
     needed = meshes(shape for part in parts for shape in (*part.collisions, *part.visuals))
-    double = _doubles(parts)
+    names = Counter(shape.name for part in parts for shape in (*part.collisions, *part.visuals) if shape.name)
+    # names that several shapes have are distinguished by those of their links
+    double = frozenset(name for name, count in names.items() if count > 1)
     hinged, yields = engines == "hinged", _solref(boat.contact)
     thrusters = [_thruster_view(thruster, double, yields) for thruster in boat.thrusters if thruster.parts]
     turning = [thruster["body"] for thruster in thrusters if thruster["joint"]] if hinged else []
@@ -104,12 +104,6 @@ def robot_piece(boat: Boat, engines: Engines = "fixed", color: Color | None = No
         "pi": math.pi,
     }
     return Piece("robot.xml.j2", values, {item.file: item.content for item in needed})
-
-
-def _doubles(parts: Iterable[Part]) -> frozenset[str]:
-    """Names that several shapes of the boat have: these are distinguished by their links'."""
-    names = Counter(shape.name for part in parts for shape in (*part.collisions, *part.visuals) if shape.name)
-    return frozenset(name for name, count in names.items() if count > 1)
 
 
 def _solref(contact: ContactConfig) -> tuple[float, float]:

@@ -317,7 +317,14 @@ def _unlike(world: Parameters, contents: Contents) -> Iterator[str]:
         if row.body not in free:
             yield f"floats[{number}].body: '{row.body}' is not a free body"
     yield from _links(world, contents)
-    yield from _blocks(world, contents, free)
+    for number, block in enumerate(world.blocks):
+        if block.parent < 0:
+            right = block.body in free
+        else:
+            hinges = [kind for kind, _ in contents.joints.get(block.body, ())]
+            right = hinges == ["hinge"] and contents.parents[block.body] == world.blocks[block.parent].body
+        if not right:
+            yield f"blocks[{number}].body: '{block.body}' is neither a free body nor on a hinge of the one it hangs on"
     for kind, named, known in (("body", _bodies(world), contents.joints), ("geom", _geoms(world), contents.geoms)):
         yield from (f"{place}: the MJCF has no {kind} '{name}'" for place, name in named if name not in known)
     rivals = [f"{TOUCH}/{rival}" for rival in (world.task.rivals if world.task else ())]
@@ -343,17 +350,6 @@ def _turns(body: str, joint: str | None, hull: str, contents: Contents) -> bool:
     if joint is None:
         return body == hull
     return contents.parents.get(body) == hull and contents.joints[body] == (("hinge", joint),)
-
-
-def _blocks(world: Parameters, contents: Contents, free: set[str]) -> Iterator[str]:
-    for number, block in enumerate(world.blocks):
-        if block.parent < 0:
-            right = block.body in free
-        else:
-            hinges = [kind for kind, _ in contents.joints.get(block.body, ())]
-            right = hinges == ["hinge"] and contents.parents[block.body] == world.blocks[block.parent].body
-        if not right:
-            yield f"blocks[{number}].body: '{block.body}' is neither a free body nor on a hinge of the one it hangs on"
 
 
 def _links(world: Parameters, contents: Contents) -> Iterator[str]:

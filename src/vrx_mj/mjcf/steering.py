@@ -1,7 +1,7 @@
 """What steers a boat: which joint turns what, and all that hangs on it."""
 
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from vrx_mj.config.loading import problem_at
@@ -89,7 +89,10 @@ def read_hinges(tree: Tree, thrusters: Mapping[str, UrdfThruster], config: Robot
     for name in config.propellers:
         if name not in thrusters and not config.layouts:
             raise own_problem(urdf, f"propellers.{name}", str(UnknownNameError("thruster", name, thrusters)))
-    _check_commands(urdf, wanted)
+    for name in wanted:
+        if f"{name}_angle" in wanted:
+            message = f"duplicate name '{name}_angle': a thruster, and the command that steers the thruster '{name}'"
+            raise ConfigError([Problem(urdf.label or urdf.file.name, None, None, "", message)])
     hinges: dict[str, Joint] = {}
     notes: list[str] = []
     for name, joint in ((name, urdf.joints[joint]) for name, joint in wanted.items() if joint is not None):
@@ -151,14 +154,6 @@ def _check_rudder(urdf: Urdf, name: str, propeller: str | None, thrusters: Mappi
         raise own_problem(urdf, f"rudders.{name}", "duplicate name: it is the name of a thruster")
     if propeller is not None and propeller not in thrusters:
         raise own_problem(urdf, f"rudders.{name}.propeller", str(UnknownNameError("thruster", propeller, thrusters)))
-
-
-def _check_commands(urdf: Urdf, names: Collection[str]) -> None:
-    """The command that steers a thruster has its name and `_angle`."""
-    for name in names:
-        if f"{name}_angle" in names:
-            message = f"duplicate name '{name}_angle': a thruster, and the command that steers the thruster '{name}'"
-            raise ConfigError([Problem(urdf.label or urdf.file.name, None, None, "", message)])
 
 
 def _check_hinge(urdf: Urdf, name: str, joint: Joint, hinges: Mapping[str, Joint]) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.errors import VrxError
 
-__all__ = ["Overlap", "checked_surface", "crossings", "overlap"]
+__all__ = ["checked_surface", "crossings", "overlap"]
 
 MOST_TRIANGLES = 20_000
 """Triangles among which crossings are looked for."""

@@ -38,7 +38,6 @@ __all__ = [
     "Touch",
     "listed",
     "lock_of",
-    "model_of",
     "named_things",
     "task_parameters",
     "thing_touches",
@@ -272,6 +271,7 @@ def task_parameters(
         return None
     site = Site(config, boats, objects, docks)
     boat = site.boat()
+    still = {item.name: item.pose for item in objects if item.config.kind == "static"}
     common = {
         "type": "stationkeeping" if isinstance(task, tasks.StationkeepingTask) else task.type,
         "name": task.name or task.type,
@@ -281,7 +281,7 @@ def task_parameters(
         "collision_buffer": task.collision_buffer,
         "locked": task.locked,
         "held": isinstance(task, tasks.PerceptionTask),
-        "fixed": _fixed(objects, docks),
+        "fixed": still | {dock.name: dock.pose for dock in docks if not dock.config.dynamic},
         "rivals": (),
     }
     if isinstance(task, tasks.DockTask):
@@ -290,12 +290,6 @@ def task_parameters(
     resolved = kind(**common, **resolve(task, site))
     site.check()
     return resolved
-
-
-def _fixed(objects: Sequence[PlacedObject], docks: Sequence[PlacedDock]) -> dict[str, Pose]:
-    """Where objects and docks are that never move."""
-    still = {item.name: item.pose for item in objects if item.config.kind == "static"}
-    return still | {dock.name: dock.pose for dock in docks if not dock.config.dynamic}
 
 
 def waypoints(task: model.Task | None) -> tuple[tuple[float, float, float], ...]:

@@ -25,11 +25,9 @@ from vrx_mj.mjcf.pieces import Piece, hull_file
 from vrx_mj.model.site import Ring
 
 __all__ = [
-    "LandMesh",
     "area_of",
     "bank_blocks",
     "land_distance",
-    "land_meshes",
     "on_land",
     "shoreline",
     "terrain_piece",

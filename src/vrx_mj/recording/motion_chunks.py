@@ -138,34 +138,16 @@ class MovingChunks:
         """Chunks of (n, columns) rows, n > 0, the exact rows first; what is shown of them is finite."""
         yield exact_rows(rows, self.boat_set)
         rows = np.clip(np.nan_to_num(rows), -FARTHEST, FARTHEST)
-        yield from self._poses(rows)
-        yield from self._parts(rows)
-        yield from self._displays(rows)
-        if self._boats:
-            yield from self._fleet(rows)
-            yield from self._trails(rows[self._trail(rows[:, 0])])
-            yield from self._slow(rows[self._scalar(rows[:, 0])])
-            if self._scene.sea_height is not None:
-                yield from self._seas(rows[self._sea(rows[:, 0])])
-                yield from self._foam(rows[self._wake(rows[:, 0])])
-
-    def _poses(self, rows: FloatArray) -> Iterator[Chunk]:
         for body in self._layout.bodies:
             pose = rows[:, self._layout.pose(body)]
             if body.kind == "ball":
                 yield from flights(self._paths[body.name], rows[:, 0], pose[:, :3])
             else:
                 yield transforms(self._paths[body.name], rows[:, 0], pose[:, :3], pose[:, [4, 5, 6, 3]])
-
-    def _parts(self, rows: FloatArray) -> Iterator[Chunk]:
-        """Links of objects and blocks of docks, relative to those that they hang on."""
-        for part in self._scene.parts:
+        for part in self._scene.parts:  # relative to what they hang on
             if part.joints:
                 position, turn = part_poses(part, rows[:, self._layout.qpos])
                 yield transforms(part.path, rows[:, 0], position, turn[:, [1, 2, 3, 0]])
-
-    def _displays(self, rows: FloatArray) -> Iterator[Chunk]:
-        """Lights and placards where they changed."""
         for shown in self._scene.displays:
             name = shown.display.name
             codes = shown.display.codes(rows[:, self._layout.marks], rows[:, 0])
@@ -173,6 +155,13 @@ class MovingChunks:
             self._codes[name] = int(codes[-1])
             if changed.any():
                 yield from repainted(shown, rows[changed, 0], codes[changed])
+        if self._boats:
+            yield from self._fleet(rows)
+            yield from self._trails(rows[self._trail(rows[:, 0])])
+            yield from self._slow(rows[self._scalar(rows[:, 0])])
+            if self._scene.sea_height is not None:
+                yield from self._seas(rows[self._sea(rows[:, 0])])
+                yield from self._foam(rows[self._wake(rows[:, 0])])
 
     def _fleet(self, rows: FloatArray) -> Iterator[Chunk]:
         """The fleet's middle at the mean water level: what the camera follows."""

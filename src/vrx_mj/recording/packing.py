@@ -73,12 +73,7 @@ def unpack_rows(blob: bytes | memoryview) -> FloatArray:
     bits = ((small >> 1) & FLIP) ^ -(small & 1)
     for order in reversed(range(min(ORDER, count - 1))):
         bits[:, order:] = np.cumsum(bits[:, order:], axis=1)
-    return np.ascontiguousarray(_ordered(bits).view("<f8").T)
-
-
-def _ordered(bits: IntArray) -> IntArray:
-    """Bit patterns of float64 as integers that sort like the numbers; its own inverse."""
-    return np.where(bits < 0, bits ^ FLIP, bits)
+    return np.ascontiguousarray(np.where(bits < 0, bits ^ FLIP, bits).view("<f8").T)
 
 
 EPOCH = (2020, 1, 1, 0, 0, 0)
@@ -114,22 +109,18 @@ def unpacked(blob: bytes, most: int) -> dict[str, bytes]:
         raise RecordError(f"files: {count} files: at most {FILES}")
     try:
         with zipfile.ZipFile(io.BytesIO(blob)) as stored:
-            return _bounded(stored, most)
+            files: dict[str, bytes] = {}
+            left = most
+            for member in stored.infolist():
+                if member.compress_type != zipfile.ZIP_DEFLATED or member.flag_bits & ENCRYPTED:
+                    raise RecordError("files: the archive is damaged: it is compressed in another way, or encrypted")
+                if member.filename in files:
+                    raise RecordError("files: two of one name")
+                with stored.open(member) as content:
+                    files[member.filename] = content.read(left + 1)
+                left -= len(files[member.filename])
+                if left < 0:
+                    raise RecordError(f"files: more than {most >> 20} MiB")
+            return files
     except DAMAGE as error:
         raise RecordError(f"files: the archive is damaged: {error}") from None
-
-
-def _bounded(stored: zipfile.ZipFile, most: int) -> dict[str, bytes]:
-    files: dict[str, bytes] = {}
-    left = most
-    for member in stored.infolist():
-        if member.compress_type != zipfile.ZIP_DEFLATED or member.flag_bits & ENCRYPTED:
-            raise RecordError("files: the archive is damaged: it is compressed in another way, or encrypted")
-        if member.filename in files:
-            raise RecordError("files: two of one name")
-        with stored.open(member) as content:
-            files[member.filename] = content.read(left + 1)
-        left -= len(files[member.filename])
-        if left < 0:
-            raise RecordError(f"files: more than {most >> 20} MiB")
-    return files

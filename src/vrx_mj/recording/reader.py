@@ -46,7 +46,6 @@ __all__ = [
     "READING_COLUMNS",
     "Event",
     "Record",
-    "RecordedFrame",
     "RecordedReadings",
     "SavedState",
     "Track",

@@ -46,7 +46,9 @@ def main(arguments: Sequence[str]) -> None:
         else:
             whole, columns, *entities = rest
             write_chunks(output, reader, columns.split(","), entities, whole=whole == "whole")
-        write_block(output, {"end": {"footer": has_footer(file), "views": bool(reader.blueprints())}})
+        from rerun_bindings import check_for_rrd_footer
+
+        write_block(output, {"end": {"footer": bool(check_for_rrd_footer(file)), "views": bool(reader.blueprints())}})
     except BaseException as error:  # a panic of rerun's is one
         write_block(output, {"error": (str(error).strip().splitlines() or [type(error).__name__])[0]})
     output.close()
@@ -78,13 +80,6 @@ def limit(memory: int, seconds: int) -> None:
     for kind, most in limits.items():
         hard = resource.getrlimit(kind)[1]
         resource.setrlimit(kind, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
-
-
-def has_footer(file: str) -> bool:
-    """Whether the file was completed."""
-    from rerun_bindings import check_for_rrd_footer
-
-    return bool(check_for_rrd_footer(file))
 
 
 def write_chunks(

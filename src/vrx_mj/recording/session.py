@@ -26,7 +26,7 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
 from vrx_mj.sensors.readings import Reading
 
-__all__ = ["ALL", "POSE_RATE", "chosen", "open_viewer", "reading_recorder", "record", "resume", "sensor_rates"]
+__all__ = ["ALL", "chosen", "open_viewer", "record", "resume"]
 
 POSE_RATE = 20.0
 """Rows per simulated second [Hz]."""
@@ -164,7 +164,7 @@ def chosen(words: str | Sequence[str], rates: Rates) -> tuple[Choice, ...]:
         name, rate = _split(word.replace(" ", ""))
         boat, sensors = _meant(name, boat, rates)
         for one in sensors:
-            found[one] = _rate(one, rate, rates, several=_is_group(name, rates))
+            found[one] = _rate(one, rate, rates, several=name == ALL or name in rates or name.endswith(f":{ALL}"))
         if name == ALL:
             boat = None if len(rates) > 1 else boat
     return tuple(Choice(*one, rate) for one, rate in found.items())
@@ -191,10 +191,6 @@ def _split(word: str) -> tuple[str, float | None]:
             f"invalid rate '{rate}' in '{word}': readings per second above 0 are needed, as in lidar_wamv@5"
         )
     return name, value
-
-
-def _is_group(name: str, rates: Rates) -> bool:
-    return name == ALL or name in rates or name.endswith(f":{ALL}")
 
 
 def _meant(name: str, boat: str | None, rates: Rates) -> tuple[str | None, list[tuple[str, str]]]:

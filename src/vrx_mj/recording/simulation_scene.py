@@ -44,7 +44,7 @@ from vrx_mj.sensors.displays import displays_of
 if TYPE_CHECKING:
     import trimesh
 
-__all__ = ["Choice", "check_columns", "part_paths", "parts_of", "recorded_sensors", "scene_of"]
+__all__ = ["Choice", "check_columns", "parts_of", "scene_of"]
 
 Looks = dict[str, list[Surface]]
 """Surfaces by the name of the body that carries them."""

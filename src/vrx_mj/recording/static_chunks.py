@@ -29,10 +29,8 @@ from vrx_mj.recording.record_scene import (
 
 __all__ = [
     "boat_chunks",
-    "body_chunks",
     "change_chunks",
     "mesh",
-    "named_series",
     "pose",
     "shown",
     "static",

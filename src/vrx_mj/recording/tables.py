@@ -59,18 +59,12 @@ def read(recording: str | Path | Record) -> dict[str, pa.Table]:
     import pyarrow as pa
 
     recorded = recording if isinstance(recording, Record) else read_record(recording)
-    return {
-        name: pa.Table.from_pydict(
-            dict(columns),
-            pa.schema(
-                [
-                    pa.field(key, pa.float64() if unit else pa.string(), metadata={"unit": unit})
-                    for key, unit in UNITS[name].items()
-                ]
-            ),
-        )
-        for name, columns in _tables(recorded)
-    }
+    found = {}
+    for name, columns in _tables(recorded):
+        types = {unit: pa.float64() if unit else pa.string() for unit in UNITS[name].values()}
+        fields = [pa.field(key, types[unit], metadata={"unit": unit}) for key, unit in UNITS[name].items()]
+        found[name] = pa.Table.from_pydict(dict(columns), pa.schema(fields))
+    return found
 
 
 def _tables(recorded: Record) -> Iterator[tuple[str, Columns]]:
@@ -108,11 +102,14 @@ def _motion(time: FloatArray, track: Track, kind: str, place: Georeference | Non
     geodetic = [place.to_geodetic(*row)[:2] for row in position.tolist()] if place else [(None, None)] * len(position)
     latitude, longitude = np.array(geodetic, object).reshape(-1, 2).T
     motion = (position, quaternion, track.velocity[there], track.angular_velocity[there])
-    x, y, z, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz = np.concatenate(motion, axis=1).T
-    names = {"name": np.full(len(x), track.name, object), "kind": np.full(len(x), kind, object)}
-    pose = {"x": x, "y": y, "z": z, "qw": qw, "qx": qx, "qy": qy, "qz": qz, "roll": roll, "pitch": pitch, "yaw": yaw}
-    velocity = {"vx": vx, "vy": vy, "vz": vz, "wx": wx, "wy": wy, "wz": wz}
-    return {"time": time[there], **names, **pose, **velocity, "latitude": latitude, "longitude": longitude}
+    keys = ("x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz")
+    numbers = dict(zip(keys, np.concatenate(motion, axis=1).T, strict=True)) | {
+        "roll": roll,
+        "pitch": pitch,
+        "yaw": yaw,
+    }
+    names = {"name": np.full(len(yaw), track.name, object), "kind": np.full(len(yaw), kind, object)}
+    return {"time": time[there], **names, **numbers, "latitude": latitude, "longitude": longitude}
 
 
 def _thrusts(time: FloatArray, track: Track) -> Iterator[Columns]:

@@ -80,7 +80,11 @@ class Server:
         )
         self._pages: ThreadingHTTPServer | None = None
         try:
-            self._wait()
+            until = time.monotonic() + START_TIMEOUT
+            while not (_answers(self.data_port) and _answers(self._hidden_port)):
+                if not self.is_running() or time.monotonic() > until:
+                    raise RecordError(f"rerun's browser viewer does not start: {self._last_line()}")
+                time.sleep(0.05)
             self._serve_pages()
         except BaseException:
             self.close()
@@ -116,14 +120,6 @@ class Server:
             self._process.kill()
             self._process.wait()
         self._output.close()
-
-    def _wait(self) -> None:
-        """Until both ports answer."""
-        until = time.monotonic() + START_TIMEOUT
-        while not (_answers(self.data_port) and _answers(self._hidden_port)):
-            if not self.is_running() or time.monotonic() > until:
-                raise RecordError(f"rerun's browser viewer does not start: {self._last_line()}")
-            time.sleep(0.05)
 
     def _serve_pages(self) -> None:
         self.page_port = free_port(PAGE_PORT)

@@ -65,7 +65,11 @@ class RecordWriter:
     def __init__(self, path: str | Path, scene: RecordScene) -> None:
         self._path = as_path("path", path)
         self._scene, self._width = scene, scene.layout().width
-        check_writable(self._path)
+        try:  # fail now, not in the thread
+            with self._path.open("wb"):
+                pass
+        except OSError as error:
+            raise RecordError(f"cannot write the recording '{self._path}': {error.strerror}") from error
         self._work = Work(self._path, scene)
         self._finish = weakref.finalize(self, self._work.finish)
 
@@ -133,15 +137,6 @@ class RecordWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
-
-
-def check_writable(path: Path) -> None:
-    """Fail now, not in the thread."""
-    try:
-        with path.open("wb"):
-            pass
-    except OSError as error:
-        raise RecordError(f"cannot write the recording '{path}': {error.strerror}") from error
 
 
 def held_bytes(kind: str, value: Any) -> int:

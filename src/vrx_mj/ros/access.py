@@ -13,7 +13,6 @@ import psutil
 from vrx_mj.errors import CommandError
 
 __all__ = [
-    "ANY",
     "Names",
     "Origins",
     "addresses",
@@ -25,7 +24,6 @@ __all__ = [
     "is_address",
     "is_local",
     "is_loopback",
-    "is_wildcard",
     "own_names",
     "unreachable",
 ]

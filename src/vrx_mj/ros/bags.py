@@ -31,7 +31,7 @@ from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.run import Controller
 from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["HEAVY", "Bag", "BagFile", "bagged", "open_bag"]
+__all__ = ["HEAVY", "Bag", "BagFile", "bagged"]
 
 CALLER = "/vrx_mj"
 """The node that a ROS 1 bag names as the sender of its messages."""
@@ -81,7 +81,9 @@ def open_bag(path: Path) -> BagFile:
     if path.suffix:
         raise RecordError(f"invalid bag name '{path}'; allowed: {KINDS}")
     _clear(path)
-    return _rosbag2(path)
+    writer = Writer2(path, version=VERSION, storage_plugin=StoragePlugin.SQLITE3)
+    writer.open()
+    return Ros2File(writer)
 
 
 def _make_room(path: Path, magic: bytes) -> None:
@@ -222,13 +224,6 @@ def _compressed(raw: bytes) -> bytes:
     from lz4 import frame
 
     return bytes(frame.compress(raw, block_linked=False, content_checksum=True, store_size=False))
-
-
-def _rosbag2(path: Path) -> Ros2File:
-    """A folder with a database of SQLite."""
-    writer = Writer2(path, version=VERSION, storage_plugin=StoragePlugin.SQLITE3)
-    writer.open()
-    return Ros2File(writer)
 
 
 def _mcap(path: Path) -> Ros2File:

@@ -10,11 +10,12 @@ from functools import cache
 from pathlib import Path
 
 from rosbags.interfaces import Nodetype
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys import Stores
 from rosbags.typesys.store import Typestore
 
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.messages import LARGEST, FieldDesc, Message, full_name
+from vrx_mj.ros import messages
+from vrx_mj.ros.messages import FieldDesc, Message, full_name
 
 __all__ = ["decode", "encode", "fields", "is_known", "kind", "typestore"]
 
@@ -28,13 +29,7 @@ HEAD = 4
 @cache
 def typestore() -> Typestore:
     """Every type that is known, as ROS 2 Jazzy has it."""
-    store = get_typestore(Stores.ROS2_JAZZY)
-    store.max_sequence_length = LARGEST
-    types = {}
-    for file in sorted(DEFINITIONS.glob("*/*.msg")):
-        types.update(get_types_from_msg(file.read_text("utf-8"), f"{file.parent.name}/msg/{file.stem}"))
-    store.register(types)
-    return store
+    return messages.typestore(Stores.ROS2_JAZZY, DEFINITIONS)
 
 
 def is_known(type_name: str) -> bool:

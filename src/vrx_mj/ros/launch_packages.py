@@ -76,10 +76,22 @@ def launch_packages() -> dict[str, bytes]:
     own = root() / "assets"
     texts: dict[str, str] = {}
     for name in PACKAGE_NAMES:
-        texts[f"{name}/package.xml"] = _manifest(name)
+        texts[f"{name}/package.xml"] = f"""<?xml version="1.0"?>
+<package format="2">
+  <name>{name}</name>
+  <version>0.1.0</version>
+  <description>The launch files of {name} for vrx_mj, written by `vrx-mj ros packages`.</description>
+  <maintainer email="nobody@example.org">vrx_mj</maintainer>
+  <license>Apache-2.0</license>
+</package>
+"""
         texts[f"{name}/{BUILT_IN}"] = "Files of vrx_mj never look in here: its own are used.\n"
         for node, script in NODES.get(name, {}).items():
-            texts[f"{name}/{script}"] = _script(node)
+            # the Python that wrote it runs it: a shell's variables have no say
+            python = shutil.which(sys.executable) or sys.executable
+            texts[f"{name}/{script}"] = f"""#!/bin/sh
+exec {quote(python)} -E -P -m vrx_mj.cli.nodes {node} "$@"
+"""
     for package in PACKAGES:
         for launch in stock_launches(package):
             texts[f"{package}/launch/{launch.name}"] = launch_text(launch)
@@ -137,24 +149,3 @@ def _defaults(launch: StockLaunch) -> Mapping[str, str]:
     }
     known = {**DEFAULTS, **own, **launch.own}
     return {name: known[name] for name in launch.arguments}
-
-
-def _manifest(package: str) -> str:
-    """A package.xml."""
-    return f"""<?xml version="1.0"?>
-<package format="2">
-  <name>{package}</name>
-  <version>0.1.0</version>
-  <description>The launch files of {package} for vrx_mj, written by `vrx-mj ros packages`.</description>
-  <maintainer email="nobody@example.org">vrx_mj</maintainer>
-  <license>Apache-2.0</license>
-</package>
-"""
-
-
-def _script(node: str) -> str:
-    """A program that runs a node of ours with the Python that wrote it; a shell's variables have no say."""
-    python = shutil.which(sys.executable) or sys.executable
-    return f"""#!/bin/sh
-exec {quote(python)} -E -P -m vrx_mj.cli.nodes {node} "$@"
-"""

@@ -56,14 +56,14 @@ LARGEST = 1 << 26
 
 
 @cache
-def typestore() -> Typestore:
-    """Every type that is known."""
-    store = get_typestore(Stores.ROS1_NOETIC)
+def typestore(base: Stores = Stores.ROS1_NOETIC, definitions: Path = DEFINITIONS) -> Typestore:
+    """Every type that is known: those of a release of ROS, and of the files in a folder."""
+    store = get_typestore(base)
     store.max_sequence_length = LARGEST
     types = {}
-    for file in sorted(DEFINITIONS.glob("*/*.msg")):
+    for file in sorted(definitions.glob("*/*.msg")):
         types.update(get_types_from_msg(file.read_text("utf-8"), f"{file.parent.name}/msg/{file.stem}"))
-    for file in sorted(DEFINITIONS.glob("*/*.srv")):
+    for file in sorted(definitions.glob("*/*.srv")):
         halves = file.read_text("utf-8").split("---\n")
         for half, text in zip(("Request", "Response"), halves, strict=True):
             types.update(get_types_from_msg(text, f"{file.parent.name}/msg/{file.stem}{half}"))

@@ -12,7 +12,6 @@ from vrx_mj.errors import CommandError
 __all__ = [
     "LONGEST",
     "Parameters",
-    "Update",
     "is_legal",
     "is_type",
     "joined",

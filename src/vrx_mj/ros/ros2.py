@@ -180,7 +180,15 @@ class Node:
         if now - self._looked >= GRAPH_PERIOD:
             self._looked = now
             self._senders.clear()
-            self._look_around()
+            self.clients = max(0, len(self._node.get_node_names()) - 1)
+            if CLOCK in self._out and self._node.count_publishers(CLOCK) > 1:
+                others = ", ".join(self._publishing(CLOCK))
+                self._once(f"{CLOCK} has another publisher ({others}): give one of them another ROS_DOMAIN_ID")
+            for topic, types in self._node.get_topic_names_and_types():
+                if topic in self._out or topic in self._in or topic in OURS or self._node.count_subscribers(topic):
+                    continue
+                for sender in self._publishing(topic):
+                    self._inbox.unknown_publisher(topic, types[0].replace("/msg/", "/"), sender, "vrx3")
 
     def log(self, level: str, text: str) -> None:
         """A line on /rosout."""
@@ -222,17 +230,6 @@ class Node:
         self.wanted = frozenset(
             name for name, (_, publisher) in self._out.items() if publisher.get_subscription_count() > 0
         )
-
-    def _look_around(self) -> None:
-        self.clients = max(0, len(self._node.get_node_names()) - 1)
-        if CLOCK in self._out and self._node.count_publishers(CLOCK) > 1:
-            others = ", ".join(self._publishing(CLOCK))
-            self._once(f"{CLOCK} has another publisher ({others}): give one of them another ROS_DOMAIN_ID")
-        for topic, types in self._node.get_topic_names_and_types():
-            if topic in self._out or topic in self._in or topic in OURS or self._node.count_subscribers(topic):
-                continue
-            for sender in self._publishing(topic):
-                self._inbox.unknown_publisher(topic, types[0].replace("/msg/", "/"), sender, "vrx3")
 
     def _publisher(self, type_name: str, topic: str, *, latched: bool, depth: int | None = None) -> Any | None:
         found = self._class(type_name, topic)

@@ -26,7 +26,7 @@ from vrx_mj.runtime.state import integration_state, set_integration_state
 from vrx_mj.runtime.turns import Turn, in_turn
 from vrx_mj.runtime.views import ARRAYS, OWN, RUN, STATE, point, point_rows
 
-__all__ = ["SEPARATE", "RowTables", "allocating", "check_memory", "with_scaled_mass"]
+__all__ = ["SEPARATE", "RowTables", "allocating", "check_memory"]
 
 
 FIXED = 455_000

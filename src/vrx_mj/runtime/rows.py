@@ -155,7 +155,12 @@ class RowSeas:
         Raises:
             CommandError: the phases do not have the shape (waves,) or (rows, waves), or are not finite.
         """
-        self._check(given)
+        fixed = ("waves", *LENGTHS) if self._harmonic else () if self._deep else LENGTHS
+        for name in fixed:
+            if name in given and (given[name] != 1.0).any():
+                raise CommandError(
+                    f"{name} cannot be varied in {'a Stokes wave' if self._harmonic else 'shallow water'}"
+                )
         if phases is not None:
             own, shape = as_numbers("wave_phases", phases), (len(which), len(self._world))
             if own.shape not in {shape, shape[1:]} or not np.isfinite(own).all():
@@ -176,15 +181,6 @@ class RowSeas:
             if self.drawn[row]:
                 self._phases[row] = random_phases(seed, len(self._world))
         return self._of(which)
-
-    def _check(self, given: Mapping[str, FloatArray]) -> None:
-        """CommandError for what the sea's waves cannot do."""
-        fixed = ("waves", *LENGTHS) if self._harmonic else () if self._deep else LENGTHS
-        for name in fixed:
-            if name in given and (given[name] != 1.0).any():
-                raise CommandError(
-                    f"{name} cannot be varied in {'a Stokes wave' if self._harmonic else 'shallow water'}"
-                )
 
     def _of(self, which: IntArray) -> Table:
         waves = np.zeros((len(which), len(self._world)), WAVE)

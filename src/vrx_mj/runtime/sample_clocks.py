@@ -130,7 +130,7 @@ class SampleClocks:
         """
         start = self.device_state.nbytes
         count = int(np.frombuffer(block, np.int64, 1, start)[0]) if len(block) >= start + 8 else -1
-        needed = self._size(max(count, 0))
+        needed = 8 + max(count, 0) * (CLOCK.itemsize + 16 * self.latched.shape[2]) + self.device_state.nbytes
         if count < 0 or len(block) != needed:
             raise StateError(f"the state has {len(block)} bytes of sensors' moments instead of {needed}")
         device_state, clocks, latched = self.parts(block)
@@ -155,9 +155,6 @@ class SampleClocks:
         device_state, clocks, latched = self.parts(block)
         self.device_state[:] = device_state
         self.clocks, self.latched = clocks.copy(), latched.copy()
-
-    def _size(self, count: int) -> int:
-        return 8 + count * (CLOCK.itemsize + 16 * self.latched.shape[2]) + self.device_state.nbytes
 
     def _moment(self, index: int, time: float, row: FloatArray) -> Moment:
         end = self._nq + self._nv

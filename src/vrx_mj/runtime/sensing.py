@@ -37,7 +37,6 @@ from vrx_mj.sensors.readings import Image, PointCloud, Reading, Scan
 __all__ = [
     "Readings",
     "Sensing",
-    "Sights",
     "fire",
     "painted",
 ]

@@ -24,7 +24,6 @@ from vrx_mj.sensors.view import View, focal_length, half_heights, intrinsics
 
 __all__ = [
     "Cameras",
-    "copy_flipped",
     "grain_table",
     "with_grain",
 ]
@@ -113,7 +112,10 @@ class Cameras:
             RenderError: nothing can draw here, with what to install.
         """
         view = self.view(config, position, rotation)
-        self._prepare(config)
+        if self._canvas is None:
+            self._canvas = Canvas(self._model, width=config.width, height=config.height, fog=self._fog)
+        if self._drawn.shape[:2] != (config.height, config.width):
+            self._drawn = np.empty((config.height, config.width, 3), np.uint8)
         mujoco.mj_camlight(self._model, data)
         self._sea.move(view.position, self._sun(data), *view.horizontal_range(), time)
         assert self._canvas is not None
@@ -161,13 +163,6 @@ class Cameras:
             focal_length=focal_length(config),
             end=1.2 * HORIZON,
         )
-
-    def _prepare(self, config: CameraConfig) -> None:
-        """Make the canvas when it is first needed, and the room that a picture is read into."""
-        if self._canvas is None:
-            self._canvas = Canvas(self._model, width=config.width, height=config.height, fog=self._fog)
-        if self._drawn.shape[:2] != (config.height, config.width):
-            self._drawn = np.empty((config.height, config.width, 3), np.uint8)
 
     def _sun(self, data: mujoco.MjData) -> FloatArray:
         """Unit vector to the sun; straight up in a world without light."""

@@ -23,9 +23,7 @@ from vrx_mj.sensors.view import View
 __all__ = [
     "BACKENDS",
     "Canvas",
-    "check_process",
     "choose_backend",
-    "is_forked",
     "new_context",
     "problem_of",
 ]
@@ -238,7 +236,10 @@ class Canvas:
         check_process()
         self._gl.make_current()
         height, width = out.shape[:2]
-        self._grow(width, height)
+        wider, higher = max(width, self._size[0]), max(height, self._size[1])
+        if (wider, higher) != self._size:
+            self._size = (wider, higher)
+            mujoco.mjr_resizeOffscreen(wider, higher, self._context)
         self._collect(data, view)
         if sea.wet:
             self._pour(sea)
@@ -275,13 +276,6 @@ class Canvas:
                 gl.glTexParameteri(kind, gl.GL_TEXTURE_MIN_FILTER, gl.GL_NEAREST)
                 gl.glTexParameteri(kind, gl.GL_TEXTURE_MAG_FILTER, gl.GL_NEAREST)
                 gl.glBindTexture(kind, 0)
-
-    def _grow(self, width: int, height: int) -> None:
-        """Make room for a larger picture."""
-        wider, higher = max(width, self._size[0]), max(height, self._size[1])
-        if (wider, higher) != self._size:
-            self._size = (wider, higher)
-            mujoco.mjr_resizeOffscreen(wider, higher, self._context)
 
     def _collect(self, data: mujoco.MjData, view: View) -> None:
         """Fill the scene with what is in view."""

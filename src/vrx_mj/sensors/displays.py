@@ -14,7 +14,7 @@ from vrx_mj.model.site import Light, Placard
 from vrx_mj.model.world import Parameters
 
 __all__ = [
-    "Display", "check_display_marks", "display_marks", "displays_of", "light_codes", "new_pattern", "next_pattern",
+    "Display", "check_display_marks", "display_marks", "displays_of", "new_pattern", "next_pattern",
     "next_symbol", "symbol_mark",
 ]  # fmt: skip
 

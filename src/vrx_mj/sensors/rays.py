@@ -26,7 +26,6 @@ __all__ = [
     "angles",
     "cast",
     "grid",
-    "ray_count",
     "reflecting",
     "sample_window",
     "shapes_of",

@@ -11,8 +11,6 @@ from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Count, Frame, TaskStatus
 from vrx_mj.tasks.rules import Outputs, PlainRules, SetPinger, TaskContext
 
-__all__ = ["AcousticPerception", "AcousticTracking"]
-
 PINGER_PERIOD = 0.1
 """Between two messages of where the moving beacon is, at least [s]; VRX's."""
 

@@ -16,8 +16,6 @@ from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Frame, Phase, Place, Pose, TaskStatus
 from vrx_mj.tasks.rules import LightUp, Outputs, PlainRules, ShowSymbol, TaskContext
 
-__all__ = ["Box", "Docking", "Point", "relative"]
-
 TOPIC = "color_sequence"
 Point = tuple[float, float, float]
 

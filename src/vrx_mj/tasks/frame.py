@@ -9,22 +9,6 @@ from pydantic import Field
 
 from vrx_mj.model.tasks import TaskBase
 
-__all__ = [
-    "FRAME_RATE",
-    "Count",
-    "Frame",
-    "FrameLayout",
-    "Message",
-    "Phase",
-    "Place",
-    "Pose",
-    "TaskStatus",
-    "frame_stride",
-    "has_started",
-    "score_text",
-]
-
-
 Count = Annotated[int, Field(ge=0, le=1 << 53)]
 """A number of things."""
 Place = Annotated[list[float], Field(min_length=3, max_length=3)]

@@ -13,20 +13,6 @@ from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Frame, Pose, TaskStatus
 from vrx_mj.tasks.rules import PlainRules, TaskContext
 
-__all__ = [
-    "FAILURE",
-    "FollowPath",
-    "Gate",
-    "GateFate",
-    "NavigationCourse",
-    "Passage",
-    "Side",
-    "gate_between",
-    "marker_names",
-    "passage",
-    "side_of",
-]
-
 Side = Literal["outside", "before", "after"]
 Passage = Literal["forwards", "backwards"]
 GateFate = Literal["ahead", "crossed", "missed", "backwards"]
@@ -92,12 +78,10 @@ class GatesState:
     """Where the boat was in them at the frame before: see `Side`."""
 
 
-class NavigationCourse(PlainRules):
-    """The score is the time per gate [s] with penalties; a gate out of turn, or crossed backwards, is a failure."""
+class _GateRules(PlainRules):
+    """What both courses of gates have."""
 
-    title = "the navigation course"
-
-    def __init__(self, task: tasks.Navigation) -> None:
+    def __init__(self, task: tasks.Navigation | tasks.FollowPath) -> None:
         self._boat, self._gates, self._penalty = task.boat, task.gates, task.obstacle_penalty
         self.state = GatesState(["ahead"] * len(self._gates), ["outside"] * len(self._gates))
         self.watched = marker_names(self._gates)
@@ -106,6 +90,12 @@ class NavigationCourse(PlainRules):
     def progress(self) -> dict[str, object]:
         """What became of the gates."""
         return {"gates": self.state.gates}
+
+
+class NavigationCourse(_GateRules):
+    """The score is the time per gate [s] with penalties; a gate out of turn, or crossed backwards, is a failure."""
+
+    title = "the navigation course"
 
     def update(self, frame: Frame, context: TaskContext) -> None:
         """Look at the gates that are still ahead."""
@@ -145,21 +135,14 @@ class NavigationCourse(PlainRules):
         return False
 
 
-class FollowPath(PlainRules):
+class FollowPath(_GateRules):
     """The score is in points; none are lost when time is up."""
 
     title = "the path"
 
     def __init__(self, task: tasks.FollowPath) -> None:
-        self._boat, self._gates, self._penalty = task.boat, task.gates, task.obstacle_penalty
+        super().__init__(task)
         self._points, self._bonus = task.points_per_gate_crossed, task.bonus
-        self.state = GatesState(["ahead"] * len(self._gates), ["outside"] * len(self._gates))
-        self.watched = marker_names(self._gates)
-
-    @property
-    def progress(self) -> dict[str, object]:
-        """What became of the gates."""
-        return {"gates": self.state.gates}
 
     def update(self, frame: Frame, context: TaskContext) -> None:
         """Look at the gates that are still ahead.

@@ -15,8 +15,6 @@ from vrx_mj.tasks.referee import Referee
 from vrx_mj.tasks.rules import Outputs, PlainRules, SetPinger, TaskContext
 from vrx_mj.tasks.stationkeeping import distance
 
-__all__ = ["Gymkhana"]
-
 
 def channel_referee(task: tasks.Gymkhana) -> Referee:
     """The referee of the channel; points as in VRX 3, where a world cannot set them."""

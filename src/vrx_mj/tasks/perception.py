@@ -11,8 +11,6 @@ from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Count, Frame, Pose, TaskStatus
 from vrx_mj.tasks.rules import Outputs, PlaceObject, PlainRules, TaskContext
 
-__all__ = ["Perception", "ahead_of"]
-
 MISSED = 10.0
 """The error of an object that nobody reported [m]."""
 MOST = 2.0
@@ -81,7 +79,11 @@ class Perception(PlainRules):
             elif not own.shown[index] and EARLY < past < thing.duration:
                 self._show(index, frame, context)
         if own.gone == len(self._objects):
-            self._end(context)
+            context.set_score(self.state.total / len(self._objects))
+            if self._loops:
+                self.state = self._round(context.status.elapsed)
+            else:
+                context.finish()
 
     def outputs(self, status: TaskStatus) -> Outputs:
         """The types that reports name."""
@@ -142,14 +144,6 @@ class Perception(PlainRules):
         context.set_score(own.total)
         result = f"error {own.errors[index]:.2f} m" if own.found[index] else f"not found, {MISSED:g} m"
         context.log(f"landmark {thing.name} disappears: {result}")
-
-    def _end(self, context: TaskContext) -> None:
-        """The mean; then the end, or all of it again."""
-        context.set_score(self.state.total / len(self._objects))
-        if self._loops:
-            self.state = self._round(context.status.elapsed)
-        else:
-            context.finish()
 
 
 def _metres(key: str, value: object) -> float:

@@ -22,8 +22,6 @@ from vrx_mj.model.tasks import TaskBase
 from vrx_mj.tasks.frame import Frame, Message, Phase, TaskStatus
 from vrx_mj.tasks.rules import Action, Outputs, Release, Rules
 
-__all__ = ["Referee", "Verdict", "dead_time", "parsed_dump"]
-
 DUMP, STATUS = TypeAdapter[Any](dict[str, Any]), TypeAdapter[Any](TaskStatus)
 
 DEAD_TIME_VRX3 = 3.0

@@ -17,8 +17,6 @@ from vrx_mj.tasks.stationkeeping import Stationkeeping
 from vrx_mj.tasks.wayfinding import Wayfinding
 from vrx_mj.tasks.wildlife import Wildlife
 
-__all__ = ["TASK_KINDS", "TaskKind", "make_referee"]
-
 
 @dataclass(frozen=True)
 class TaskKind:

@@ -7,19 +7,6 @@ from typing import Any, Protocol
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.tasks.frame import Frame, Phase, TaskStatus
 
-__all__ = [
-    "Action",
-    "LightUp",
-    "Outputs",
-    "PlaceObject",
-    "PlainRules",
-    "Release",
-    "Rules",
-    "SetPinger",
-    "ShowSymbol",
-    "TaskContext",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class Release:

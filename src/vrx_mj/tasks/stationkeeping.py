@@ -8,8 +8,6 @@ from vrx_mj.model.world import tree_of
 from vrx_mj.tasks.frame import Count, Frame, Pose, TaskStatus
 from vrx_mj.tasks.rules import Outputs, PlainRules, TaskContext
 
-__all__ = ["Stationkeeping", "distance", "pose_error"]
-
 
 def pose_error(pose: Pose, goal: tasks.Goal, *, heading: bool = True) -> float:
     """Error of a pose [m]: e = d + 0.75^d h, with d the horizontal distance [m] and h that of the headings [rad].

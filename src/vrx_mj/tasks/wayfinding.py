@@ -9,8 +9,6 @@ from vrx_mj.tasks.frame import Frame, Phase, TaskStatus
 from vrx_mj.tasks.rules import Outputs, PlainRules, TaskContext
 from vrx_mj.tasks.stationkeeping import pose_error
 
-__all__ = ["Wayfinding"]
-
 
 @dataclass
 class WayfindingState:

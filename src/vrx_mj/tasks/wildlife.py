@@ -17,8 +17,6 @@ from vrx_mj.tasks.frame import Count, Frame, Pose, TaskStatus
 from vrx_mj.tasks.gates import Side
 from vrx_mj.tasks.rules import Outputs, PlainRules, TaskContext
 
-__all__ = ["Wildlife", "gate_side"]
-
 GATES = 8
 AXES = tuple((math.cos(math.tau * gate / GATES), math.sin(math.tau * gate / GATES)) for gate in range(GATES))
 """Of the gates: from the animal outwards."""

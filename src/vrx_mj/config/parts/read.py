@@ -32,11 +32,9 @@ from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning, shortened
 
 __all__ = [
-    "LIDAR_TYPES",
     "has_expression",
     "load_parts",
     "meant",
-    "name_key",
     "name_of",
     "place_of",
     "triple_of",
@@ -201,17 +199,6 @@ FULL_TURN = 2.0 * math.pi
 
 def _suspicious_values(instance: Instance) -> Iterator[tuple[str, str]]:
     """Warnings of parameters of a valid part that VRX accepts and that are hardly meant."""
-    yield from _angles(instance)
-    yield from _post(instance)
-    kind = instance.parameters.get("type", LIDAR_TYPES[0])
-    if instance.type == "lidar" and kind not in LIDAR_TYPES:
-        yield "type", f"VRX makes no lidar of type {shown(kind)}; known: {', '.join(LIDAR_TYPES)}"
-    if JAZZY_NAMES & instance.parameters.keys() and "position" in instance.parameters:
-        message = "VRX jazzy takes it for the beacon's place in the world; the receiver is at base_link's origin"
-        yield "position", message
-
-
-def _angles(instance: Instance) -> Iterator[tuple[str, str]]:
     for key, value in instance.parameters.items():
         parameter = TYPES[instance.type].parameter(key)
         if parameter is None or parameter.unit != "rad":
@@ -223,6 +210,13 @@ def _angles(instance: Instance) -> Iterator[tuple[str, str]]:
                     f"{angle:g} exceeds a full turn, {FULL_TURN:.4f}; angles are in radians: ${{radians({angle:g})}}",
                 )
                 break
+    yield from _post(instance)
+    kind = instance.parameters.get("type", LIDAR_TYPES[0])
+    if instance.type == "lidar" and kind not in LIDAR_TYPES:
+        yield "type", f"VRX makes no lidar of type {shown(kind)}; known: {', '.join(LIDAR_TYPES)}"
+    if JAZZY_NAMES & instance.parameters.keys() and "position" in instance.parameters:
+        message = "VRX jazzy takes it for the beacon's place in the world; the receiver is at base_link's origin"
+        yield "position", message
 
 
 def _post(instance: Instance) -> Iterator[tuple[str, str]]:

@@ -33,18 +33,15 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 __all__ = [
-    "ENCODERS",
     "VIEWS",
     "Film",
     "Shot",
     "clock_line",
     "draw_video",
     "encoder_of",
-    "name_boats",
     "parse_size",
     "project",
     "task_lines",
-    "write_lines",
     "write_video",
 ]
 

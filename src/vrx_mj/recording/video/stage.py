@@ -35,7 +35,6 @@ from vrx_mj.tasks.registry import TASK_KINDS
 
 __all__ = [
     "LASTS",
-    "PIECES_PER_SECOND",
     "Above",
     "Chase",
     "Eye",
@@ -44,10 +43,8 @@ __all__ = [
     "Stage",
     "TaskMoment",
     "Wake",
-    "add_triangles",
     "looking",
     "sterns",
-    "strip_of",
     "triangles_of",
     "view_of",
 ]

@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable, Mapping, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from typing import Any
 
 from vrx_mj.errors import CommandError
@@ -13,7 +13,7 @@ from vrx_mj.ros.network import Notices
 from vrx_mj.ros.parameters import value_size
 from vrx_mj.ros.ros1.xmlrpc import LARGEST_HEAD, Fault, answer_bytes, checked_size, fault_bytes, read, read_head
 
-__all__ = ["Answerer", "HttpServer"]
+__all__ = ["HttpServer"]
 
 Answerer = Callable[[str, Sequence[Any], str], Awaitable[Any]]
 """Takes a method, its values and the caller's address; gives a value, or raises CommandError or Fault."""
@@ -137,7 +137,8 @@ class HttpServer:
                 status = getattr(error, "status", "400 Bad Request")
                 await self._send(writer, status, str(error).encode("utf-8", "replace"), place, keep=False)
                 raise
-            goes_on = _keeps(words[2], fields)
+            wish = fields.get("connection", "").lower()
+            goes_on = wish != "close" if words[2] == "HTTP/1.1" else wish == "keep-alive"
             if fields.get("expect", "").lower() == "100-continue":
                 writer.write(b"HTTP/1.1 100 Continue\r\n\r\n")
             body = await self._body(reader, place, size)
@@ -234,8 +235,3 @@ def _calls(values: Sequence[object]) -> list[object]:
     if len(values) != 1 or not isinstance(values[0], list) or len(values[0]) > MOST_CALLS:
         raise CommandError(f"system.multicall needs one list of at most {MOST_CALLS} calls")
     return values[0]
-
-
-def _keeps(version: str, fields: Mapping[str, str]) -> bool:
-    wish = fields.get("connection", "").lower()
-    return wish != "close" if version == "HTTP/1.1" else wish == "keep-alive"

@@ -454,30 +454,21 @@ class Node:
 
     def _meet(self, header: Mapping[str, str], transport: asyncio.Transport, place: Place) -> Role | None:
         """Whoever has connected wants to subscribe or to call."""
-        if "topic" in header:
-            return self._meet_reader(header, transport)
-        service = self.provided.get(header.get("service", ""))
-        if service is None:
-            raise CommandError(f"[{self.graph.node}] is not a provider of [{header.get('service', '')[:100]}]")
-        why = service.refusal(header)
+        what, name = ("publisher", header["topic"]) if "topic" in header else ("provider", header.get("service", ""))
+        met = self.publications.get(name) if what == "publisher" else self.provided.get(name)
+        if met is None:
+            raise CommandError(f"[{self.graph.node}] is not a {what} of [{name[:100]}]")
+        why = met.refusal(header)
         if why is not None:
             raise CommandError(why)
-        transport.write(encode_header(service.reply()))
+        transport.write(encode_header(met.reply()))
+        if isinstance(met, Publication):
+            reader = Reader(met, transport, header)
+            met.join(reader)
+            return reader
         if header.get("probe") == "1":
             return None
-        return Caller(service, transport, header, self.graph.network, self.tcpros_listener.intake, place)
-
-    def _meet_reader(self, header: Mapping[str, str], transport: asyncio.Transport) -> Reader:
-        topic = self.publications.get(header["topic"])
-        if topic is None:
-            raise CommandError(f"[{self.graph.node}] is not a publisher of [{header['topic'][:100]}]")
-        why = topic.refusal(header)
-        if why is not None:
-            raise CommandError(why)
-        transport.write(encode_header(topic.reply()))
-        reader = Reader(topic, transport, header)
-        topic.join(reader)
-        return reader
+        return Caller(met, transport, header, self.graph.network, self.tcpros_listener.intake, place)
 
     def _changed(self) -> None:
         """Somebody has come or gone."""

@@ -33,7 +33,6 @@ __all__ = [
     "Role",
     "Stream",
     "TcprosListener",
-    "is_persistent",
     "keep_alive",
 ]
 

@@ -272,7 +272,10 @@ class Registrar:
                         return
                 else:
                     pause = SOONEST
-                self._found()
+                if self._is_lost:
+                    self.notices.forget("lost", self.uri)
+                    self.notices.write("INFO", "found", self.uri, f"the master at {self.uri} answers again")
+                self._is_lost = False
             except (*BROKEN, Fault) as error:
                 self._missed(error)
             with contextlib.suppress(TimeoutError):
@@ -370,12 +373,6 @@ class Registrar:
             text = f"the master at {self.uri} does not answer ({str(error) or type(error).__name__}): trying again"
             self.notices.write("ERROR", "lost", self.uri, text)
         self._is_lost = True
-
-    def _found(self) -> None:
-        if self._is_lost:
-            self.notices.forget("lost", self.uri)
-            self.notices.write("INFO", "found", self.uri, f"the master at {self.uri} answers again")
-        self._is_lost = False
 
 
 def _portions(parameters: dict[str, object]) -> Iterator[dict[str, object]]:

@@ -15,15 +15,12 @@ from vrx_mj.ros.access import host_of
 
 __all__ = [
     "BROKEN",
-    "LARGEST_BODY",
     "LARGEST_REPLY",
     "Fault",
     "Proxy",
     "RequestError",
     "address",
     "answer_bytes",
-    "body_size",
-    "call_bytes",
     "checked_size",
     "fault_bytes",
     "read",

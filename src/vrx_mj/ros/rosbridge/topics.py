@@ -136,7 +136,8 @@ class Topics:
 
     def advertise(self, name: str, type_name: str, client: int, *, latched: bool) -> None:
         """Have a client publish a topic; CommandError: it has another type, or there are too many."""
-        self._hold(name, type_name)
+        self._check(name, type_name)
+        self._held[name] += 1
         self._graph.register("publisher", name, node_name(client), type_name, latched=latched)
 
     def unadvertise(self, name: str, client: int) -> None:
@@ -203,10 +204,6 @@ class Topics:
             raise CommandError(f"topic {name} is a {known}, not a {type_name}")
         if name not in self._held and len(self._held) >= MOST_TOPICS:
             raise CommandError(f"topic {name}: there are already {MOST_TOPICS} topics; no more are accepted")
-
-    def _hold(self, name: str, type_name: str) -> None:
-        self._check(name, type_name)
-        self._held[name] += 1
 
     def _release(self, name: str) -> None:
         self._held[name] -= 1

@@ -29,7 +29,6 @@ from vrx_mj.runtime.hull import Propeller
 __all__ = [
     "BASE",
     "BoatFrames",
-    "BoatJoint",
     "boat_inputs",
     "boat_joints",
     "command_topic",

@@ -18,7 +18,7 @@ from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.sensors.readings import CameraInfo, Fix, Image, Inertia, PointCloud, Reading, Scan, Sound, Truth
 from vrx_mj.sensors.view import intrinsics
 
-__all__ = ["TOPICS", "SensorTopic", "SensorTopics", "middle_ring", "sensor_inputs", "sensor_outputs"]
+__all__ = ["TOPICS", "middle_ring", "sensor_inputs", "sensor_outputs"]
 
 JPEG_QUALITY = 80
 """As image_transport's default."""
@@ -61,14 +61,6 @@ class Stems(NamedTuple):
     vrx3: str
 
 
-def _no_outputs(_host: Host, _sensor: Mounted, _stems: Stems) -> Iterator[Output]:
-    return iter(())
-
-
-def _no_inputs(_host: Host, _sensor: Mounted, _stems: Stems) -> Iterator[Input]:
-    return iter(())
-
-
 @dataclass(frozen=True)
 class SensorTopics:
     """The topics of a type of sensor, VRX's and VRX 3's."""
@@ -77,9 +69,9 @@ class SensorTopics:
     """Stem of its topics in VRX 3; `{}` is the sensor's name. Without it a second sensor's stem ends in its name."""
     made: tuple[SensorTopic, ...] = ()
     """Topics made of readings."""
-    outputs: Callable[[Host, Mounted, Stems], Iterator[Output]] = _no_outputs
+    outputs: Callable[[Host, Mounted, Stems], Iterator[Output]] = lambda _host, _sensor, _stems: iter(())
     """Further topics that are published."""
-    inputs: Callable[[Host, Mounted, Stems], Iterator[Input]] = _no_inputs
+    inputs: Callable[[Host, Mounted, Stems], Iterator[Input]] = lambda _host, _sensor, _stems: iter(())
     """Topics that are subscribed to; those of one name are one topic, which all of them take."""
 
     def of(self, config: Any) -> tuple[SensorTopic, ...]:

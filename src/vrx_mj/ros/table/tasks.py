@@ -16,7 +16,7 @@ from vrx_mj.ros.messages import Message, duration, fields, new, stamp
 from vrx_mj.ros.table.host import Host, collision_name, header, turned
 from vrx_mj.ros.table.vrx3 import in_vrx3, parameters, with_vrx3
 
-__all__ = ["TASK_INFO", "TASK_TOPICS", "TaskTopics", "task_inputs", "task_outputs", "task_services"]
+__all__ = ["TASK_INFO", "TASK_TOPICS", "task_inputs", "task_outputs", "task_services"]
 
 RATE = 1.0
 """Of a task's info and errors [Hz]."""
@@ -259,25 +259,13 @@ def _contact(host: Host) -> Message | None:
     return None
 
 
-def _no_outputs(_host: Host) -> Iterator[Output]:
-    return iter(())
-
-
-def _no_inputs(_host: Host) -> Iterator[Input]:
-    return iter(())
-
-
-def _no_services(_host: Host) -> Iterator[Service]:
-    return iter(())
-
-
 @dataclass(frozen=True)
 class TaskTopics:
     """The topics and services of a type of task, besides the info and the contacts that all have."""
 
-    outputs: Callable[[Host], Iterator[Output]] = _no_outputs
-    inputs: Callable[[Host], Iterator[Input]] = _no_inputs
-    services: Callable[[Host], Iterator[Service]] = _no_services
+    outputs: Callable[[Host], Iterator[Output]] = lambda _host: iter(())
+    inputs: Callable[[Host], Iterator[Input]] = lambda _host: iter(())
+    services: Callable[[Host], Iterator[Service]] = lambda _host: iter(())
 
 
 _DOCKING = TaskTopics(_placard_symbol, _vrx3_color_sequence, _color_sequence)

@@ -58,7 +58,7 @@ def with_vrx3(output: Output, *names: str) -> Iterator[Output]:
 
 def in_vrx3(output: Output, name: str) -> Output:
     """A topic as VRX 3 has it: by its name, with its type for the same content."""
-    kind, convert = CONVERSIONS.get(output.type, (output.type, _unchanged))
+    kind, convert = CONVERSIONS.get(output.type, (output.type, lambda message: message))
     make = partial(_converted, output.make, convert)
     return replace(output, name=name, type=kind, make=make, dialects=VRX3)
 
@@ -68,10 +68,6 @@ def _converted(
 ) -> Message | None:
     message = make(*reading)
     return None if message is None else convert(message)
-
-
-def _unchanged(message: Message) -> Message:
-    return message
 
 
 def _number(message: Message) -> Message:

@@ -3,7 +3,7 @@
 import json
 import math
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from functools import cache, lru_cache, partial
 from typing import Any
@@ -11,10 +11,8 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from vrx_mj.arrays import FloatArray
-from vrx_mj.draw.map_scene import map_of
+from vrx_mj.draw.map_scene import ground_of, hex_color, map_of
 from vrx_mj.drive.pilot import engines_of
-from vrx_mj.mjcf.world import World
 from vrx_mj.ros.cdr import kind
 from vrx_mj.ros.interface import BOTH, VRX3, Input, Output, Service
 from vrx_mj.ros.messages import Message, new, stamp
@@ -62,33 +60,17 @@ def _course(host: Host) -> tuple[Place, ...]:
 def _ground(host: Host) -> Row:
     """What boats that come and go do not change; drawn up once for a simulation, which takes a tenth of a second."""
     if host.sim not in _grounds:
-        _grounds[host.sim] = _still(host.sim.world)
+        scene = map_of(host.sim.world)
+        _grounds[host.sim] = {
+            "name": host.sim.world.name,
+            "x_from_east": host.sim.world.parameters.x_from_east,
+            **ground_of(scene),
+            "objects": [
+                {"name": item.name, "x": item.x, "y": item.y, "color": hex_color(item.color), "size": item.size}
+                for item in scene.objects
+            ],
+        }
     return {"cmd_vel": host.cmd_vel, **_grounds[host.sim]}
-
-
-def _still(world: World) -> Row:
-    scene = map_of(world)
-    return {
-        "name": world.name,
-        "x_from_east": world.parameters.x_from_east,
-        "shore": [_points(ring) for ring in scene.shore],
-        "docks": [
-            {"name": dock.name, "cells": _points(dock.cells), "yaw": dock.yaw, "cell": dock.block}
-            for dock in scene.docks
-        ],
-        "objects": [
-            {"name": item.name, "x": item.x, "y": item.y, "color": _hex(item.color), "size": item.size}
-            for item in scene.objects
-        ],
-    }
-
-
-def _points(points: Iterable[Sequence[float]] | FloatArray) -> list[list[float]]:
-    return [[round(float(x), 2), round(float(y), 2)] for x, y in points]
-
-
-def _hex(color: Sequence[float]) -> str:
-    return "#" + "".join(f"{round(255 * min(max(share, 0.0), 1.0)):02x}" for share in color)
 
 
 CLOCK = "/clock"
