@@ -115,10 +115,15 @@ def compass(axes: "Axes", scene: MapScene) -> None:
         _arrow(axes, scene.wind.direction, WIND_COLOR, 2.0)
         lines[1] = f"wind {scene.wind.speed:.1f} m/s, {_toward(scene, scene.wind.direction)}", WIND_COLOR
     for row, (text, color) in enumerate(lines):
-        write(axes, 0.0, -1.68 - 0.3 * row, text, size=10, color=color, ha="center", va="center", weight="bold")
+        _fitted(axes, -1.68 - 0.3 * row, text, 10.0, color=color, va="center", weight="bold")
     if scene.wind or scene.wave:
-        text = "toward: compass degrees (degrees counter-clockwise from x)"
-        write(axes, 0.0, -2.34, text, size=8, color=SOFT, ha="center", va="center")
+        _fitted(axes, -2.2, "toward: compass degrees\n(degrees counter-clockwise from x)", 8.0, color=SOFT, va="top")
+
+
+def _fitted(axes: "Axes", y: float, text: str, size: float, **style: Any) -> None:
+    """Text in the middle of the panel, in letters of `size` [pt] or so much smaller that it fits in."""
+    label = write(axes, 0.0, y, text, size=size, ha="center", **style)
+    label.set_fontsize(size / max(1.0, label.get_window_extent().width / axes.get_window_extent().width))
 
 
 def _toward(scene: MapScene, direction: float) -> str:
