@@ -27,6 +27,8 @@ FORMATS = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {
 DPI = 100
 LARGEST = 16384
 """Width and height of a map, at most [px]."""
+AXIS = 75
+"""Width of the y axis's numbers and name, on a small map [px]."""
 
 
 def draw_map(scene: MapScene, path: str | Path, size: tuple[int, int] = (1600, 1100)) -> None:
@@ -76,10 +78,11 @@ def chart(scene: MapScene, size: tuple[int, int]) -> "Figure":
 
     figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI, facecolor="white")
     canvas = FigureCanvasAgg(figure)
-    axes = figure.add_axes((0.055, 0.06, 0.685, 0.875))
+    left = max(0.055, AXIS / size[0])
+    axes = figure.add_axes((left, 0.06, 0.74 - left, 0.875))
     view = view_of(scene, axes.get_window_extent().width / axes.get_window_extent().height)
     draw_plan(axes, scene, view)
-    write(figure, 0.055, 0.955, scene.title, size=17, weight="bold", va="bottom")
+    write(figure, left, 0.955, scene.title, size=17, weight="bold", va="bottom")
     compass(figure.add_axes((0.765, 0.70, 0.215, 0.235)), scene)
     legend(figure.add_axes((0.765, 0.33, 0.215, 0.34)), scene)
     overview(figure.add_axes((0.765, 0.06, 0.215, 0.24)), scene, view)

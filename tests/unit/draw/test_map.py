@@ -214,3 +214,5 @@ def test_words_under_the_compass_stay_beside_the_plan_and_on_the_picture(size):
     assert len(boxes) == 7  # four quarters, waves, wind, and what their degrees are
     assert min(box.x0 for box in boxes) > plan.get_window_extent().x1
     assert max(box.x1 for box in boxes) <= size[0]
+    far = MapScene(title="marina", boats=(MapBoat("cora", 10.0, -1370.0, 0.4, "#d1495b"),))
+    assert chart(far, size).axes[0].yaxis.label.get_window_extent().x0 >= 0.0
