@@ -1,5 +1,8 @@
 """Seven boats go down a course in a wedge and change to a column, which fits through a gate.
 
+It prints how far boats were off their slots, which follow the leader's track (`off`), and off their places in the rigid
+shape, which turns with the leader's heading (`off_shape`).
+
 Run it with `python examples/11_formation.py`.
 """
 
@@ -59,8 +62,8 @@ class Controller(Formation):
     def reset(self, seed: int) -> None:
         """Before a new run."""
         super().reset(seed)
-        self.log: list[tuple[float, float, np.ndarray]] = []
-        """How far the leader had come, the greatest distance from a slot, and where the boats were (7, 2) [m]."""
+        self.log: list[tuple[float, float, float, np.ndarray]] = []
+        """How far the leader had come, the greatest `off` and `off_shape`, and where the boats were (7, 2) [m]."""
 
     def __call__(self, obs: Mapping[str, Any], t: float) -> dict[str, Any]:
         """Steer, change the shape when it is time, and write the log."""
@@ -68,16 +71,17 @@ class Controller(Formation):
             self.change("column", 9.0)
         commands = super().__call__(obs, t)
         boats = np.array([boat.position[:2] for boat in obs.values()])
-        self.log.append((self.leader.along, max(self.off.values()), boats))
+        self.log.append((self.leader.along, max(self.off.values()), max(self.off_shape.values()), boats))
         return commands
 
     def print_log(self) -> None:
         """Print how well the shapes were kept, how near the boats came, and how they passed the gate."""
         for shape, (start, end) in FORMED.items():
-            off = [worst for along, worst, _ in self.log if start <= along <= end]
-            if off:
-                print(f"{shape}: at most {max(off):.2f} m off the slots")
-        tracks = np.array([boats for _, _, boats in self.log])
+            kept = [entry[1:3] for entry in self.log if start <= entry[0] <= end]
+            if kept:
+                off, off_shape = np.max(kept, axis=0)
+                print(f"{shape}: at most {off:.2f} m off the slots, {off_shape:.2f} m off the rigid shape")
+        tracks = np.array([entry[-1] for entry in self.log])
         near = min(np.linalg.norm(tracks[:, i] - tracks[:, j], axis=1).min() for i, j in combinations(range(7), 2))
         print(f"boats kept {near:.1f} m apart, from middle to middle")
         passed = tracks[:, :, 0].max(axis=0) > GATE

@@ -27,6 +27,8 @@ FORMATS = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {
 DPI = 100
 LARGEST = 16384
 """Width and height of a map, at most [px]."""
+AXIS = 75
+"""Width of the y axis's numbers and name, on a small map [px]."""
 
 
 def draw_map(scene: MapScene, path: str | Path, size: tuple[int, int] = (1600, 1100)) -> None:
@@ -76,10 +78,11 @@ def chart(scene: MapScene, size: tuple[int, int]) -> "Figure":
 
     figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI, facecolor="white")
     canvas = FigureCanvasAgg(figure)
-    axes = figure.add_axes((0.055, 0.06, 0.685, 0.875))
+    left = max(0.055, AXIS / size[0])
+    axes = figure.add_axes((left, 0.06, 0.74 - left, 0.875))
     view = view_of(scene, axes.get_window_extent().width / axes.get_window_extent().height)
     draw_plan(axes, scene, view)
-    write(figure, 0.055, 0.955, scene.title, size=17, weight="bold", va="bottom")
+    write(figure, left, 0.955, scene.title, size=17, weight="bold", va="bottom")
     compass(figure.add_axes((0.765, 0.70, 0.215, 0.235)), scene)
     legend(figure.add_axes((0.765, 0.33, 0.215, 0.34)), scene)
     overview(figure.add_axes((0.765, 0.06, 0.215, 0.24)), scene, view)
@@ -115,10 +118,15 @@ def compass(axes: "Axes", scene: MapScene) -> None:
         _arrow(axes, scene.wind.direction, WIND_COLOR, 2.0)
         lines[1] = f"wind {scene.wind.speed:.1f} m/s, {_toward(scene, scene.wind.direction)}", WIND_COLOR
     for row, (text, color) in enumerate(lines):
-        write(axes, 0.0, -1.68 - 0.3 * row, text, size=10, color=color, ha="center", va="center", weight="bold")
+        _fitted(axes, -1.68 - 0.3 * row, text, 10.0, color=color, va="center", weight="bold")
     if scene.wind or scene.wave:
-        text = "toward: compass degrees (degrees counter-clockwise from x)"
-        write(axes, 0.0, -2.34, text, size=8, color=SOFT, ha="center", va="center")
+        _fitted(axes, -2.2, "toward: compass degrees\n(degrees counter-clockwise from x)", 8.0, color=SOFT, va="top")
+
+
+def _fitted(axes: "Axes", y: float, text: str, size: float, **style: Any) -> None:
+    """Text in the middle of the panel, in letters of `size` [pt] or so much smaller that it fits in."""
+    label = write(axes, 0.0, y, text, size=size, ha="center", **style)
+    label.set_fontsize(size / max(1.0, label.get_window_extent().width / axes.get_window_extent().width))
 
 
 def _toward(scene: MapScene, direction: float) -> str:

@@ -37,8 +37,8 @@ CROWD = 4
 SPEED, THRUST, STEERING = ("speed", "Speed [m/s]"), ("thrust", "Thrust [N]"), ("steering", "Steering [deg]")
 TASK = (PLOT.rpartition("/")[2], "Score and collisions")
 BELOW = (
-    ("heading", "Compass heading [deg]"),
-    ("course", "Compass course [deg]"),
+    ("heading", "Heading, compass [deg]"),
+    ("course", "Course, compass [deg]"),
     ("yaw", "Yaw from x [deg]"),
     ("roll", "Roll [deg]"),
     ("pitch", "Pitch [deg]"),

@@ -202,3 +202,17 @@ def test_fonts_without_a_weight_are_no_news(caplog):
         "findfont: something else",
         "findfont: Failed to find font weight bold",
     ]
+
+
+@pytest.mark.parametrize("size", [(1600, 1100), (1100, 760), (640, 480)])
+def test_words_under_the_compass_stay_beside_the_plan_and_on_the_picture(size):
+    wave = MapWave((-1.0, 0.35), 12.5, 10.25)
+    with font_warnings_hidden():
+        figure = chart(replace(SCENE, wave=wave, wind=MapWind(160.0, 12.0)), size)
+    plan, panel = figure.axes[:2]
+    boxes = [text.get_window_extent() for text in panel.texts if text.get_text()]
+    assert len(boxes) == 7  # four quarters, waves, wind, and what their degrees are
+    assert min(box.x0 for box in boxes) > plan.get_window_extent().x1
+    assert max(box.x1 for box in boxes) <= size[0]
+    far = MapScene(title="marina", boats=(MapBoat("cora", 10.0, -1370.0, 0.4, "#d1495b"),))
+    assert chart(far, size).axes[0].yaxis.label.get_window_extent().x0 >= 0.0
