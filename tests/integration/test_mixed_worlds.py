@@ -5,6 +5,7 @@ import random
 import numpy as np
 import pytest
 
+import hydro_boats
 import vrx_mj
 
 APART = 400.0
@@ -25,15 +26,19 @@ WINDS = (None, {"direction": 120, "mean_velocity": 6.0, "var_gain": 2.0, "var_ti
 class Drawn:
     """A world's water and air, and things in it by name, each with its kind and what a file says of it."""
 
-    def __init__(self, seed):
+    def __init__(self, seed, folder):
         chance = random.Random(seed)
         self.water = {"name": "mixed", "physics": {"profile": chance.choice(("marine", "marine", "vrx"))}}
         marine = self.water["physics"]["profile"] == "marine"
         settings = {"sea": chance.choice(SEAS), "wind": chance.choice(WINDS)}
         settings["current"] = chance.choice(CURRENTS) if marine else None
         self.water |= {key: value for key, value in settings.items() if value is not None}
-        robots = chance.sample(ROBOTS, 3)  # two different hulls with meshes among them, more often than not
-        kinds = [*(("boat", robot) for robot in robots), ("object", "moored"), ("object", "adrift"), ("dock", "dock")]
+        robots = chance.sample(ROBOTS, 2)
+        if marine:  # hulls with meshes, memories, tables of diffraction and skegs of their own, and two of one kind
+            one, other = chance.sample(range(hydro_boats.KINDS), 2)
+            robots += [hydro_boats.barge(folder, kind) for kind in (one, other, other)]
+        objects = ("moored", "moored", "adrift", "swimming", "swimming")
+        kinds = [*(("boat", robot) for robot in robots), *(("object", how) for how in objects), *[("dock", "dock")] * 2]
         self.things = {}
         for number, (kind, what) in enumerate(kinds):
             place = [APART * (number % 3), APART * (number // 3), 0.0, 0.0, 0.0, chance.uniform(-3, 3)]
@@ -45,7 +50,9 @@ class Drawn:
             return {"robot": what, "pose": pose}
         if kind == "dock":
             return {"pose": pose, "layout": "X X\nXXX\n", "dynamic": True, "mooring": {"stiffness": 500.0}}
-        rope = {"length": 1.0} if what == "moored" else None
+        if what == "swimming":
+            return {"model": "crocodile_buoy", "pose": pose, "path": {"circle": {"radius": chance.uniform(3, 9)}}}
+        rope = {"length": chance.uniform(0.5, 1.5)} if what == "moored" else None
         return {"model": chance.choice(FLOATING), "pose": pose} | ({"mooring": rope} if marine else {})
 
     def world(self, names):
@@ -91,7 +98,7 @@ SEEDS = [pytest.param(seed, marks=() if seed in {0, 5} else pytest.mark.slow) fo
 @pytest.mark.filterwarnings("ignore::vrx_mj.VrxWarning")
 @pytest.mark.parametrize("seed", SEEDS)
 def test_each_moves_as_if_alone_and_in_any_order(seed, tmp_path):
-    drawn = Drawn(seed)
+    drawn = Drawn(seed, tmp_path)
     names = list(drawn.things)
     together = sailed(vrx_mj.Simulation(drawn.world(names)))
     expected = all_motion(together, names)
@@ -105,8 +112,8 @@ def test_each_moves_as_if_alone_and_in_any_order(seed, tmp_path):
 
 @pytest.mark.filterwarnings("ignore::vrx_mj.VrxWarning")
 @pytest.mark.parametrize("seed", SEEDS)
-def test_who_joins_and_leaves_moves_nobody_else_and_itself_as_in_a_world_of_its_own(seed):
-    drawn = Drawn(seed)
+def test_who_joins_and_leaves_moves_nobody_else_and_itself_as_in_a_world_of_its_own(seed, tmp_path):
+    drawn = Drawn(seed, tmp_path)
     names = list(drawn.things)
     random.Random(seed).shuffle(names)
     expected = all_motion(sailed(vrx_mj.Simulation(drawn.world(names))), names)
@@ -122,3 +129,21 @@ def test_who_joins_and_leaves_moves_nobody_else_and_itself_as_in_a_world_of_its_
     left = [name for name in names if name != gone]
     assert all_motion(sim, left) == {name: expected[name] for name in left}
     assert np.isfinite(half).all()
+
+
+@pytest.mark.filterwarnings("ignore::vrx_mj.VrxWarning")
+@pytest.mark.parametrize("seed", SEEDS)
+def test_who_is_put_elsewhere_moves_nobody_else(seed, tmp_path):
+    drawn = Drawn(seed, tmp_path)
+    names = list(drawn.things)
+    sim = sailed(vrx_mj.Simulation(drawn.world(names)), 1.0)
+    state = sim.get_state()
+    expected = all_motion(sailed(sim, 0.5), names)
+    for name in names:
+        kind, said = drawn.things[name]
+        sim.set_state(state)
+        pose = [said["pose"][0] + 3.0, *said["pose"][1:]]
+        (sim.set_boat if kind == "boat" else sim.set_object)(name, pose=pose, velocity=[0.0] * 6)
+        found = all_motion(sailed(sim, 0.5), names)
+        assert found.pop(name) != expected[name], name
+        assert found == {other: expected[other] for other in found}, name

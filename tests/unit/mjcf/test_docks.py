@@ -159,3 +159,26 @@ def test_docks_overlap_where_their_blocks_do(pose, meet):
     )
     assert docks_overlap(bay, other) == meet
     assert docks_overlap(other, bay) == meet
+
+
+def test_lines_hold_each_dock_where_its_own_corners_are():
+    """At the start no line pulls, whichever dock it is of."""
+    docks = [
+        {
+            "name": f"d{n}",
+            "layout": "X X\nXXX",
+            "dynamic": True,
+            "mooring": {},
+            "pose": [20 + 40 * n, 9, 0, 0, 0, 0.4 + n],
+        }
+        for n in range(3)
+    ]
+    made, model, data = compiled(docks=docks)
+    lines, blocks = made.parameters.moorings, made.parameters.blocks
+    assert [blocks[line.block].body.partition("/")[0] for line in lines] == [
+        f"d{n}" for n in range(3) for _ in range(4)
+    ]
+    for line in lines:
+        body = model.body(blocks[line.block].body).id
+        end = data.xpos[body] + data.xmat[body].reshape(3, 3) @ line.point
+        assert end[:2] == pytest.approx(line.anchor, abs=1e-9)

@@ -148,6 +148,40 @@ def test_an_object_or_dock_that_joins_is_as_if_compiled(entry, key):
     assert tree_of(left.parameters) == tree_of(world.parameters)
 
 
+def test_who_leaves_takes_nobody_elses_line_or_path():
+    """Things in twos, each with numbers of its own: what is left has by name what it had."""
+    things = [
+        {"name": f"{kind}_{number}", "pose": [40 * number, 20 * row, 0, 0, 0, 0], **how(number)}
+        for row, (kind, how) in enumerate({
+            "held": lambda n: {"model": "robotx_light_buoy", "mooring": {"length": 1 + n}},
+            "swims": lambda n: {"model": "crocodile_buoy", "path": {"circle": {"radius": 3 + n}}},
+        }.items())
+        for number in range(2)
+    ]  # fmt: skip
+    docks = [
+        {"name": f"dock_{n}", "layout": "X X\nXXX", "pose": [40 * n, 60, 0, 0, 0, n], "dynamic": True, "mooring": {}}
+        for n in range(2)
+    ]
+    world = compile_world({"physics": {"profile": "marine"}, "objects": things, "docks": docks}, fleet="none")
+
+    def lines(world):
+        """Lines and paths by the body that has them."""
+        own = world.parameters
+        found = [(own.floats[rope.float].body, rope.anchor, rope.length) for rope in own.ropes]
+        found += [(own.blocks[line.block].body, line.anchor, line.point) for line in own.moorings]
+        for row in own.floats:
+            if row.follower >= 0:
+                path = own.followers[row.follower]
+                places = own.path_points[path.waypoint_start : path.waypoint_start + path.waypoint_count]
+                found.append((row.body, *(place.position for place in places)))
+        return sorted(found)
+
+    whole = lines(world)
+    assert {line[0].partition("/")[0] for line in whole} == {item["name"] for item in (*things, *docks)}
+    for name in (item["name"] for item in (*things, *docks)):
+        assert lines(without(world, name)) == [line for line in whole if not line[0].startswith(f"{name}/")], name
+
+
 @pytest.mark.parametrize("name", ["buoy", "dock", "one"])
 def test_what_was_compiled_leaves_and_the_rest_keeps_its_numbers(name):
     """Rows refer to rows of other tables by their numbers, which are others now."""

@@ -11,6 +11,7 @@ from vrx_mj.config.buoyancy import BuoyancyElement
 from vrx_mj.config.objects import ObjectConfig, Placement, load_object
 from vrx_mj.config.search import catalogue
 from vrx_mj.frames import compose, rotation
+from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.objects import object_piece
 from vrx_mj.mjcf.placement import place_docks, place_objects
 from vrx_mj.resources import root
@@ -264,3 +265,24 @@ def test_a_joined_body_is_the_sum_of_its_parts():
 
 def test_an_element_is_a_shape():
     assert BuoyancyElement(type="box", size=(1.0, 2.0, 3.0)).volume == 6
+
+
+def test_a_rope_ends_under_the_centre_of_mass():
+    """At the start a rope without slack does not pull, wherever a thing's mass is and however it is turned."""
+    models = ["surmark46104", "robotx_light_buoy", "crocodile_static", "mb_round_buoy_black"]
+    things = [
+        {"name": model, "model": model, "pose": [40 * n, 5, 0, 0.1, 0.2, 0.5 + n], "mooring": {"length": 0.0}}
+        for n, model in enumerate(models)
+    ]
+    made = compile_world({"physics": {"profile": "marine"}, "objects": things}, fleet="none")
+    model = mujoco.MjModel.from_xml_string(made.mjcf, dict(made.assets))
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    rows, off = made.parameters.floats, []
+    assert len(made.parameters.ropes) == len(models)
+    for rope in made.parameters.ropes:
+        body = model.body(rows[rope.float].body).id
+        assert data.subtree_com[body][:2] == pytest.approx(rope.anchor, abs=1e-9)
+        off.append(np.linalg.norm(data.subtree_com[body][:2] - data.xpos[body][:2]))
+    assert max(off) > 0.01  # or the place of the mass would not matter

@@ -197,6 +197,13 @@ def test_nesting_is_limited(worlds):
     assert said == "scene.xml is damaged: elements are nested too deeply; at most 500"
 
 
+def test_a_hull_is_a_body_of_its_own_boat(worlds):
+    first, second = worlds["rafts"].parameters.hulls
+    said = refusal(worlds["rafts"], changed(worlds["rafts"], "hulls", 0, "body", to=second.body))
+    owner = first.body.partition("/")[0]
+    assert said == f"scene.json is damaged: hulls[0].body: '{second.body}' is not a free body of {owner}"
+
+
 def test_a_body_of_a_table_has_to_be_in_the_mjcf(worlds):
     world = worlds["docking"]
     said = refusal(world, mjcf=world.mjcf.replace('<freejoint name="wamv/free" align="false"/>', "", 1))

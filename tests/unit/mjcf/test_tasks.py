@@ -76,6 +76,17 @@ def test_the_same_place_both_ways():
     assert back == pytest.approx(there, abs=1e-7)  # the ground bends away from the plane: centimetres at 500 m
 
 
+def test_a_goal_at_a_latitude_faces_from_east_in_a_turned_world():
+    """The yaw beside a latitude counts from true east, that beside x and y from the world's x."""
+    for heading in (30.0, -100.0):
+        earth = {"georeference": {**EARTH["georeference"], "heading": heading}}
+        place = [*EARTH["georeference"].values(), 1.0]
+        goal = task_of({"type": "stationkeeping", "goal": place}, **earth)["goal"]
+        assert math.remainder(goal["yaw"] - (1.0 - math.radians(heading)), math.tau) == pytest.approx(0.0, abs=1e-9)
+        assert (goal["x"], goal["y"]) == pytest.approx((0.0, 0.0), abs=1e-6)
+        assert task_of(HERE, **earth)["goal"]["yaw"] == 0.5
+
+
 def test_maps_get_the_waypoints_of_the_task():
     world = compile_world({"task": {"type": "wayfinding", "waypoints_cart": [[1, 2, 0.5], [3, 4, 0]]}})
     assert tree_of(world.parameters)["waypoints"] == [[1.0, 2.0, 0.5], [3.0, 4.0, 0.0]]

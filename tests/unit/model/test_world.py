@@ -9,10 +9,11 @@ import pytest
 from pydantic import ValidationError
 
 from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.model.afloat import Rope
 from vrx_mj.model.references import broken_references
 from vrx_mj.model.world import format_of, json_of, parameters_of, tree_of
 
-RAFT = {"name": "raft", "pose": [20, 0, 0, 0, 0, 0.3], "dynamic": True, "layout": "X  X\nX  X\nXXXX\n"}
+RAFT = {"name": "raft", "pose": [20, 0, 0, 0, 0, 0.3], "dynamic": True, "mooring": {}, "layout": "X  X\nX  X\nXXXX\n"}
 
 
 @pytest.fixture(scope="module")
@@ -107,6 +108,16 @@ def test_a_block_of_another_dock_is_no_parent(rafts):
 )
 def test_a_table_has_as_many_rows_as_are_pointed_at(swimmers, change, fault):
     assert next(broken_references(replace(swimmers, **change)), None) == fault
+
+
+def test_a_line_holds_something(rafts):
+    moored = replace(rafts.moorings[-1], block=len(rafts.blocks))
+    found = list(broken_references(replace(rafts, moorings=(*rafts.moorings[:-1], moored))))
+    assert found == [f"moorings[{len(rafts.moorings) - 1}].block: there is no block {len(rafts.blocks)}"]
+    rope = Rope(float=len(rafts.floats), anchor=(0.0, 0.0), length=1.0, stiffness=1.0, damping=1.0)
+    assert list(broken_references(replace(rafts, ropes=(rope,)))) == [
+        f"ropes[0].float: there is no float {len(rafts.floats)}"
+    ]
 
 
 def test_a_name_is_given_once(swimmers):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from vrx_mj.tasks.frame import FRAME_RATE, FrameLayout, frame_stride
+from vrx_mj.tasks.frame import FRAME_RATE, FrameLayout, frame_stride, has_started, score_text
 
 
 @pytest.mark.parametrize("per_second", [1, 7, 19, 20, 21, 39, 40, 50, 60, 100, 101, 240, 250, 300, 400, 500, 1000])
@@ -25,3 +25,9 @@ def test_a_frame_has_poses_by_name_and_only_the_touches_that_were():
     assert (frame.poses["buoy"].x, frame.poses["buoy"].y, frame.poses["buoy"].z) == (4, 5, 6)
     assert frame.poses["buoy"].quaternion == (0, 0, 0, 1)
     assert frame.touches == {"terrain": 0.0}
+
+
+@pytest.mark.parametrize(("phase", "started"), [("initial", 0), ("ready", 0), ("running", 1), ("finished", 1)])
+def test_there_is_a_score_from_the_start_on(phase, started):
+    assert has_started(phase) == started
+    assert score_text(phase, 1.5, "m") == ("score 1.5 m" if started else "no score yet")

@@ -359,7 +359,7 @@ class _Run:
         if element.attributes.get("type") not in {"spawn_model", "spawn_wamv.bash", "spawn_entity.py"}:
             self.ignore(element, scope, given)
             return
-        self.claim_node(element, scope)
+        scope = self.claim_node(element, scope)
         text = self.worked_out(element, element.attributes.get("args", ""), scope)
         options = self.options(element, text)
         name = options.get("model") or options.get("entity")
@@ -382,8 +382,8 @@ class _Run:
         self.spawn(element, boat)
         self.report.note(element, "taken over", "a boat of the fleet", f"<node> '{name}'")
 
-    def claim_node(self, element: Element, scope: _Scope) -> None:
-        """Keep the name of a node that spawns; roslaunch starts nothing where two nodes have one name."""
+    def claim_node(self, element: Element, scope: _Scope) -> _Scope:
+        """Keep the name of a node that spawns, for roslaunch starts no two of one name; returns its own scope."""
         own = self.worked_out(element, element.attributes.get("name", ""), scope)
         namespace = _joined(scope.namespace, self.worked_out(element, element.attributes.get("ns", ""), scope))
         name = f"/{_joined(namespace, own).lstrip('/')}"
@@ -393,6 +393,7 @@ class _Run:
             here = f"line {first.line}" if same else f"{first.file.name}:{first.line}"
             text = f"a node named '{name}' is on {here} already, so roslaunch starts nothing: give each another name"
             self.report.problems += element.fault(text, "name").problems
+        return replace(scope, namespace=namespace)
 
     def sdf_model(self, element: Element, name: str, options: Mapping[str, str], scope: _Scope) -> Path | str | None:
         """The file of a model of SDF, or its name in the catalogue; None, with a note: there is no such model."""
@@ -473,8 +474,7 @@ class _Run:
         given = options.get("param", "robot_description")
         name = given if given.startswith("/") else _joined(scope.namespace, given)
         if name not in self.descriptions:
-            known = sorted(self.descriptions)
-            raise element.fault(f"-param: {UnknownNameError('parameter', name, known)}", "args")
+            raise element.fault(f"-param: {UnknownNameError('parameter', name, sorted(self.descriptions))}", "args")
         return self.descriptions[name]
 
     def options(self, element: Element, text: str) -> dict[str, str]:

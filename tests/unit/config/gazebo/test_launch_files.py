@@ -141,6 +141,30 @@ def test_a_namespace_is_that_of_its_parameters():
     assert set(spawned(launch)) == {"cat", "fish", "dog"}
 
 
+@pytest.mark.parametrize(
+    ("ns", "param"), [("", "x/robot"), ("x", "robot"), ("/x/", "robot"), ("x", "/x/robot"), ("y", "/x/robot")]
+)
+def test_a_node_takes_its_parameter_from_its_own_namespace(ns, param):
+    texts = "".join(f'<param name="{name}" command="cat {name[0]}.urdf"/>' for name in ("x/robot", "y/robot", "robot"))
+    for name in "xyr":
+        Path(f"{name}.urdf").write_text("<robot name='boat'/>", encoding="utf-8")
+    node = f'<node type="spawn_model" name="s" ns="{ns}" args="-param {param} -model cat"/>'
+    (found,) = launched(texts + node).boats
+    assert found.robot.name == "x.urdf"
+
+
+def test_arguments_of_a_group_are_its_own():
+    body = '<arg name="x" value="1"/><group><arg name="x" value="2"/>{}</group>{}'
+    assert spawned(launched(body.format(boat("in", x="$(arg x)"), boat("out", x="$(arg x)")))) == {"in": 2, "out": 1}
+
+
+def test_a_file_that_is_included_has_the_namespace_of_its_include():
+    inside = boat("cat", ns="x").replace('name="x/robot', 'name="robot').replace("-param x/", "-param ")
+    include = '<include file="one.launch" ns="sea"/>'
+    outside = '<node type="spawn_model" name="s" args="-param sea/robot_description -model dog"/>'
+    assert set(spawned(launched(include + outside, one=inside))) == {"cat", "dog"}
+
+
 def test_arguments_have_defaults_values_and_what_is_given():
     body = (
         '<arg name="x" default="5"/><arg name="twice" value="$(eval 2 * x)"/><arg name="text" value="$(arg x)0"/>'
