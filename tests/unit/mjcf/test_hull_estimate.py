@@ -91,17 +91,29 @@ def test_the_criterion_is_zero_with_the_skeg_that_is_advised():
     assert yv * nr - nv * yr == pytest.approx(0.0, abs=1e-6 * abs(yv * nr))
 
 
+WIDE, NARROW, LONG, DRAFT = 2.0, 0.2, 6.0, 0.5
+"""Of a wedge [m]: the breadth of its stern and of its bow."""
+
+
+def wedge(ahead=0.0):
+    """A wall-sided hull, wide astern, its mass so far ahead of the middle of what it displaces."""
+    plan = [(0.0, -0.5 * WIDE), (LONG, -0.5 * NARROW), (LONG, 0.5 * NARROW), (0.0, 0.5 * WIDE)]
+    hull = trimesh.convex.convex_hull([(x, y, z) for x, y in plan for z in (0.0, 2.0 * DRAFT)])
+    return estimated_hull(
+        np.asarray(hull.triangles),
+        DENSITY * 0.5 * (WIDE + NARROW) * LONG * DRAFT,
+        1,
+        (float(hull.center_mass[0]) + ahead, 0.0, DRAFT),
+    )
+
+
 def test_heave_and_sway_are_coupled_with_turns_by_where_the_added_mass_is():
     """A wedge, wide astern: heave's is there, as the square of the breadth, sway's is over the length, as the draft."""
-    length, wide, draft, high = 6.0, 2.0, 0.5, 1.0
-    plan = [(0.0, -0.5 * wide), (length, -0.1), (length, 0.1), (0.0, 0.5 * wide)]
-    corners = trimesh.convex.convex_hull([(x, y, z) for x, y in plan for z in (0.0, high)]).triangles
-    mass = DENSITY * 0.5 * (wide + 0.2) * length * draft
-    boat = estimated_hull(np.asarray(corners), mass, 1)
-    x = length * (np.arange(2000) + 0.5) / 2000
-    breadth = wide + (0.2 - wide) * x / length
+    boat = wedge()
+    x = LONG * (np.arange(2000) + 0.5) / 2000
+    breadth = WIDE + (NARROW - WIDE) * x / LONG
     off = x - breadth @ x / breadth.sum()  # of the centre of buoyancy
-    sway, heave = added_mass_of_sections(breadth, np.full(2000, draft), breadth * draft)
+    sway, heave = added_mass_of_sections(breadth, np.full(2000, DRAFT), breadth * DRAFT)
     a = boat.added_mass
     assert a[1, 5] / a[1, 1] == pytest.approx(sway @ off / sway.sum(), rel=0.02)
     assert a[2, 4] / a[2, 2] == pytest.approx(-heave @ off / heave.sum(), rel=0.02)
@@ -112,8 +124,8 @@ def test_heave_and_sway_are_coupled_with_turns_by_where_the_added_mass_is():
 @pytest.mark.parametrize("ahead", [-0.4, 0.0, 0.3])
 def test_a_small_turn_grows_as_the_equations_about_the_origin_say(ahead):
     """M nu' + N nu = 0 of sway and yaw (Fossen 2021, 6.5), ours are about the centre of mass."""
-    barge, mass, _ = CAPYTAINE["barge_10m"]
-    boat = estimated_hull(np.asarray(barge), mass, 2, (ahead, 0.0, 0.0))
+    boat = wedge(ahead)
+    mass = DENSITY * boat.sheet.volume
     a, u, (x, _, area, aspect) = boat.added_mass, boat.speed, boat.stern
     lift = 0.5 * DENSITY * area * 6.13 * aspect / (aspect + 2.25)
     inertia = boat.inertia[2] + mass * ahead**2
