@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import vrx_mj
@@ -205,3 +206,15 @@ def test_a_short_graze_is_seen_at_its_first_step_with_nearly_its_largest_force(t
     assert [str(touch).split(",")[0] for touch in touches] == ["a touches buoy"]
     assert touches[0].time == pytest.approx(began, abs=timestep / 2)
     assert 0.6 * largest < touches[0].force <= largest * (1 + 1e-9)
+
+
+def test_the_shore_is_touched_as_terrain():
+    world = vrx_mj.compile_world("sydney_regatta", fleet={"sensors": "none"})
+    sim = vrx_mj.Simulation(world)
+    touches = []
+    sim.watch_contacts(touches.append)
+    shore = np.concatenate([np.array(ring) for ring in world.parameters.shoreline])
+    x, y = shore[np.argmin(np.hypot(*(shore - sim.observe()["wamv"].position[:2]).T))]
+    sim.set_boat("wamv", pose=(x, y, 0.5, 0, 0, 0))
+    sim.step(duration=1.0)
+    assert [(touch.boat, touch.other) for touch in touches] == [("wamv", "terrain")]

@@ -13,7 +13,7 @@ import vrx_mj
 from vrx_command import environment
 from vrx_mj.cli.program import COMMANDS
 from vrx_mj.errors import StateError, VrxError
-from vrx_mj.outputs import written
+from vrx_mj.outputs import write_files, written
 
 FULL = Path("/dev/full")
 PROGRAM = [sys.executable, "-m", "vrx_mj"]
@@ -49,6 +49,21 @@ def test_permissions_and_links_stay(tmp_path):
     assert link.is_symlink()
     assert file.read_text(encoding="utf-8") == "after"
     assert file.stat().st_mode & 0o777 == 0o640
+
+
+def test_a_file_that_is_not_ours_stays_and_nothing_is_written_beside_it(tmp_path):
+    (tmp_path / "mine").write_text("mine", encoding="utf-8")
+    (tmp_path / "old").write_text("old", encoding="utf-8")
+    files = {"new": "new", "old": "new", "mine": "new"}
+    with pytest.raises(VrxError, match=r"mine exists and is not a list: choose another folder$"):
+        write_files(tmp_path, files, "the lists", replaces=lambda name: name != "mine", kind="a list")
+    assert {file.name: file.read_text(encoding="utf-8") for file in tmp_path.iterdir()} == {
+        "mine": "mine",
+        "old": "old",
+    }
+    del files["mine"]
+    write_files(tmp_path, files, "the lists", replaces=lambda name: name != "mine", kind="a list")
+    assert (tmp_path / "old").read_text(encoding="utf-8") == (tmp_path / "new").read_text(encoding="utf-8") == "new"
 
 
 @full

@@ -89,3 +89,50 @@ def test_the_criterion_is_zero_with_the_skeg_that_is_advised():
     nv, nr = -(a[1, 1] - a[0, 0] + lift * x), -(a[1, 5] + lift * x**2 + iz / boat.speed)
     assert criterion < 0.0 < growth
     assert yv * nr - nv * yr == pytest.approx(0.0, abs=1e-6 * abs(yv * nr))
+
+
+WIDE, NARROW, LONG, DRAFT = 2.0, 0.2, 6.0, 0.5
+"""Of a wedge [m]: the breadth of its stern and of its bow."""
+
+
+def wedge(ahead=0.0):
+    """A wall-sided hull, wide astern, its mass so far ahead of the middle of what it displaces."""
+    plan = [(0.0, -0.5 * WIDE), (LONG, -0.5 * NARROW), (LONG, 0.5 * NARROW), (0.0, 0.5 * WIDE)]
+    hull = trimesh.convex.convex_hull([(x, y, z) for x, y in plan for z in (0.0, 2.0 * DRAFT)])
+    return estimated_hull(
+        np.asarray(hull.triangles),
+        DENSITY * 0.5 * (WIDE + NARROW) * LONG * DRAFT,
+        1,
+        (float(hull.center_mass[0]) + ahead, 0.0, DRAFT),
+    )
+
+
+def test_heave_and_sway_are_coupled_with_turns_by_where_the_added_mass_is():
+    """A wedge, wide astern: heave's is there, as the square of the breadth, sway's is over the length, as the draft."""
+    boat = wedge()
+    x = LONG * (np.arange(2000) + 0.5) / 2000
+    breadth = WIDE + (NARROW - WIDE) * x / LONG
+    off = x - breadth @ x / breadth.sum()  # of the centre of buoyancy
+    sway, heave = added_mass_of_sections(breadth, np.full(2000, DRAFT), breadth * DRAFT)
+    a = boat.added_mass
+    assert a[1, 5] / a[1, 1] == pytest.approx(sway @ off / sway.sum(), rel=0.02)
+    assert a[2, 4] / a[2, 2] == pytest.approx(-heave @ off / heave.sum(), rel=0.02)
+    assert a[1, 5] > 0.0 < a[2, 4]
+    assert np.array_equal(a, a.T)
+
+
+@pytest.mark.parametrize("ahead", [-0.4, 0.0, 0.3])
+def test_a_small_turn_grows_as_the_equations_about_the_origin_say(ahead):
+    """M nu' + N nu = 0 of sway and yaw (Fossen 2021, 6.5), ours are about the centre of mass."""
+    boat = wedge(ahead)
+    mass = DENSITY * boat.sheet.volume
+    a, u, (x, _, area, aspect) = boat.added_mass, boat.speed, boat.stern
+    lift = 0.5 * DENSITY * area * 6.13 * aspect / (aspect + 2.25)
+    inertia = boat.inertia[2] + mass * ahead**2
+    whole = [[mass + a[1, 1], mass * ahead + a[1, 5]], [mass * ahead + a[1, 5], inertia + a[5, 5]]]
+    sway = [lift, mass + a[0, 0] + lift * x]
+    yaw = [a[1, 1] - a[0, 0] + lift * x, mass * ahead + a[1, 5] + lift * x**2 + boat.damping[5] / u]
+    roots = np.linalg.eigvals(-np.linalg.solve(whole, u * np.array([sway, yaw])))
+    assert boat.course[1] == pytest.approx(float(roots.real.max()), rel=1e-9)
+    _, _, moment, _ = boat.course
+    assert (moment > 0.0) == (boat.course[0] < 0.0)

@@ -164,3 +164,20 @@ def test_a_touch_is_the_same_after_json():
     touch = Touch("a", "b", 0.1 + 0.2, 1 / 3)
     (event,) = all_events([Part("/events", False, {**EVENTS, "touch": [json.dumps(vars(touch))]})])
     assert event.touch == touch
+
+
+def test_a_wind_that_turns_and_engines_that_steer(tmp_path):
+    air = {"direction": 60, "mean_velocity": 5.0, "var_direction": 20, "var_direction_time": 0.5}
+    world = {"extends": "ocean", "physics": {"profile": "marine"}, "sea": {"model": "none"}, "wind": air}
+    sim = vrx_mj.Simulation(vrx_mj.compile_world(world, fleet={"engines": "hinged"}))
+    with vrx_mj.record(sim, tmp_path / "run.rrd"):
+        sim.step({"wamv": {"left": 0.5, "left_angle": 0.4, "right": 0.5}}, duration=1.0)
+    tables, track = read(tmp_path / "run.rrd"), vrx_mj.read_record(tmp_path / "run.rrd").boats["wamv"]
+    last = tables["wind"]["direction"][-1].as_py()
+    assert np.sin(last - sim.wind.direction) == pytest.approx(0.0, abs=1e-9)
+    assert abs(last - np.radians(60)) > 0.01
+    for name in ("left", "right"):
+        rows = tables["thrust"].filter(pc.field("thruster") == name)
+        assert rows["angle"].to_pylist() == track.angle[name].tolist()
+        assert rows["thrust"].to_pylist() == track.thrust[name].tolist()
+    assert track.angle["left"][-1] > 0.1 > abs(track.angle["right"][-1])

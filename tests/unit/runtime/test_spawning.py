@@ -50,3 +50,29 @@ def test_time_and_gusts_go_on_and_the_newcomer_starts_afresh():
     late = sim.observe()["late"]
     assert late.position == pytest.approx([40, 0, AFLOAT])
     assert not late.velocity.any()
+
+
+@pytest.mark.filterwarnings("ignore::vrx_mj.VrxWarning")
+def test_propellers_of_the_others_turn_on_when_a_boat_leaves():
+    """Boats with measured propellers beside one without: what is left are the rows of those that stay."""
+    kinds = {"a": "skiff", "b": "heron", "c": "blueboat", "d": "wamv"}
+    places = enumerate(kinds.items())
+    entries = [{"name": name, "robot": kind, "pose": [40 * n, 0, 0, 0, 0, 0]} for n, (name, kind) in places]
+    world = {"physics": {"profile": "marine"}, "sea": {"model": "none"}}
+    sim = vrx_mj.Simulation(vrx_mj.compile_world(world, fleet={"boats": entries, "sensors": "none"}))
+
+    def turning():
+        """The state of every propeller, by boat."""
+        arrays, found = sim._live.arrays, {}
+        for name, hull in zip(sim.boats, arrays.hulls, strict=True):
+            own = arrays.thrusters["measured"][hull["thruster_start"] :][: hull["thruster_count"]]
+            found[name] = arrays.propeller_state[own[own >= 0]].tolist()
+        return found
+
+    sim.step({name: {"left": 0.3 + 0.1 * n, "right": 0.5} for n, name in enumerate("bcd")}, duration=0.2)
+    whole = turning()
+    assert [len(own) for own in whole.values()] == [0, 2, 2, 3]
+    for gone in "abc":
+        sim.remove(gone)
+        del whole[gone]
+        assert turning() == whole
