@@ -114,6 +114,8 @@ class Scratch:
         code = run_pytest([*plain, *arguments], self.tree, self.cache, log, limit)
         if code is None:
             return "endless", ""
+        if code < 0:
+            return "failed", f"ended by signal {-code}"
         output = log.read_text(encoding="utf-8", errors="replace")
         if code not in {0, 1, 2, 5}:
             raise RuntimeError(f"pytest ended with {code}:\n{output[-4000:]}")

@@ -14,7 +14,7 @@ import pytest
 from urdf_boats import BOX as HULL
 from urdf_boats import joint, link, robot
 from vrx_mj import config
-from vrx_mj.config.base import Config, keys_of, limited_keys
+from vrx_mj.config.base import Config, keys_of, limited_keys, without_ignored_keys
 from vrx_mj.config.bays import BayConfig, PlacardConfig
 from vrx_mj.config.buoyancy import BuoyancyElement
 from vrx_mj.config.docks import DockPlacement
@@ -382,6 +382,13 @@ def test_a_key_that_the_kind_of_a_base_does_not_have_is_refused_with_the_place_o
     assert str(caught.value) == (
         "bay.yaml:2:18: sea.amplitude: not allowed for `model: pms`; allowed for cwr; model is from base.yaml:1"
     )
+
+
+def test_where_no_kind_is_given_its_default_counts():
+    given = {"gain": 0.3, "significant_height": 1.0, "direction": [0.0, 1.0]}
+    assert SeaConfig.model_fields["model"].default == "pms"
+    assert without_ignored_keys(SeaConfig, given) == {"gain": 0.3, "direction": [0.0, 1.0]}
+    assert without_ignored_keys(SeaConfig, {"model": "jonswap", **given}).keys() == given.keys() - {"gain"} | {"model"}
 
 
 def test_a_floating_object_is_fixed_by_one_key():
