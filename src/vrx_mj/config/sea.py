@@ -9,7 +9,7 @@ from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_
 
 from vrx_mj.config.base import Config, Folder, NonNegative, Only, Positive, fault, faults, numbers
 from vrx_mj.config.loading import check
-from vrx_mj.config.search import ReadingError, read_limited
+from vrx_mj.config.search import ReadingError, contained, read_limited
 from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import SEA_WATER_DENSITY
@@ -54,7 +54,7 @@ class SpectrumTable(NamedTuple):
 
 
 def read_spectrum(path: str, folder: Path | None) -> SpectrumTable:
-    """The spectrum of a file, whose relative path starts in `folder`, or in the current one.
+    """The spectrum of a file, whose path stays in `folder`; without one it starts in the current folder.
 
     A line has a frequency and a density, parted by commas or blanks; empty lines, those with `#`, and words in the
     first line are left out.
@@ -63,7 +63,7 @@ def read_spectrum(path: str, folder: Path | None) -> SpectrumTable:
         VrxError: it cannot be read, or is not a spectrum.
     """
     try:
-        text = read_limited((folder or Path.cwd()) / path, MOST_BYTES).decode("utf-8")
+        text = read_limited(contained(path, folder), MOST_BYTES).decode("utf-8")
     except (ReadingError, UnicodeDecodeError) as error:
         reason = error if isinstance(error, ReadingError) else "not UTF-8"
         raise VrxError(f"spectrum '{path}': {reason}") from None

@@ -108,7 +108,7 @@ def test_what_is_no_spectrum(tmp_path, text, message):
 
 
 def test_a_spectrum_that_is_not_there(tmp_path):
-    with pytest.raises(VrxError, match=r"^spectrum 'tank.csv': cannot be read: No such file or directory$"):
+    with pytest.raises(VrxError, match=r"^no file 'tank.csv' in "):
         read_spectrum("tank.csv", tmp_path)
     (tmp_path / "tank.csv").write_bytes(b"\xff\xfe0.1 1")
     with pytest.raises(VrxError, match=r"^spectrum 'tank.csv': not UTF-8$"):
@@ -117,3 +117,14 @@ def test_a_spectrum_that_is_not_there(tmp_path):
 
 def test_the_defaults_are_vrx_s():
     assert SeaConfig().model == "pms"
+
+
+@pytest.mark.parametrize("path", ["../tank.csv", "link.csv"])
+def test_a_spectrum_of_a_file_stays_in_its_folder(tmp_path, path):
+    folder = tmp_path / "world"
+    folder.mkdir()
+    (tmp_path / "tank.csv").write_text("0.1 1\n0.2 2\n0.3 1\n", encoding="utf-8")
+    (folder / "link.csv").symlink_to(tmp_path / "tank.csv")
+    with pytest.raises(VrxError, match=f"^path '{path}' leaves the folder of the file that names it$"):
+        read_spectrum(path, folder)
+    assert read_spectrum(str(tmp_path / "tank.csv"), None).frequencies == (0.1, 0.2, 0.3)
