@@ -55,7 +55,10 @@ def typed(block: Block, monkeypatch) -> None:
     for program, words in COMMAND.findall(quicker(block)):
         monkeypatch.setattr(sys, "argv", [program, *shlex.split(words, comments=True)])
         with contextlib.suppress(SystemExit):
-            main() if program == "vrx-mj" else runpy.run_path(sys.argv[1], run_name="__main__")
+            if program == "vrx-mj":
+                main()
+            elif Path(sys.argv[1]).is_file():  # one that the page has made
+                runpy.run_path(sys.argv[1], run_name="__main__")
 
 
 def executed(block: Block, _monkeypatch) -> None:

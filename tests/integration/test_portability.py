@@ -12,7 +12,7 @@ from vrx_command import environment, state_in, vrx
 
 pytestmark = pytest.mark.slow
 
-RUN = ("run", "ocean_buoys", "--duration", "2", "--seed", "7", "--thrust", "left=0.6,right=0.4")
+RUN = ("run", "ocean_buoys", "--duration", "2", "--thrust", "left=0.6,right=0.4")
 SEA = {"extends": "sand_island", "sea": {"gain": 1.0}, "wind": {"mean_velocity": 6.0, "var_gain": 2.0, "var_time": 2.0}}
 CHILD = """
 import hashlib, sys

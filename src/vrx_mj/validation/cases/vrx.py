@@ -56,7 +56,8 @@ def _sea(name: str) -> dict[str, Any]:
     if name in {"calm", "none"}:
         return {"model": "none"}
     (row,) = (row for row in rows(f"{TABLES}/wave_sets") if row["wave_set"] == name)
-    numbers: dict[str, Any] = {key: float(row[column]) for key, column in DESCRIBED.items()}
+    other = "amplitude" if row["model"] == "PMS" else "gain"
+    numbers: dict[str, Any] = {key: float(row[column]) for key, column in DESCRIBED.items() if key != other}
     direction = [float(row["dir_x"]), float(row["dir_y"])]
     return {"model": row["model"].lower(), "number": int(row["number"]), "direction": direction, **numbers}
 

@@ -14,7 +14,7 @@ from work import calls_at_most
 pytestmark = pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
 BROKEN = Path(__file__).parents[3] / "broken" / "gazebo"
 CALLS = 40_000_000  # 14,000 unknown models take 25 million
-"""Time of the processor [s] that the worst file may take; they take 1 s."""
+"""Calls of Python's that the worst file may take."""
 SCORING = (
     '<plugin filename="libwayfinding_scoring_plugin.so" name="a"><waypoints><waypoint><po'
     "se>-33.7 150.6 0</pose></waypoint></waypoints></plugin>"

@@ -135,14 +135,14 @@ def test_meshes_of_other_folders_are_copied_and_sail_alike(monkeypatch):
             shelf__crate__model_dot_sdf=model("crate", RAFT), shelf__crate__meshes__a_dot_obj=tetrahedron(3),
             ws__ports__bay_dot_world=sdf("<include><uri>model://hull</uri></include>"))  # fmt: skip
     monkeypatch.setenv("GAZEBO_MODEL_PATH", str(Path("shelf").absolute()))
-    first = compiled("ws/ports/bay.world")
+    first = compiled("ws/ports/bay.world", "single")
     imported("ws/ports/bay.world")
     copies = {path.read_text(encoding="utf-8") for path in Path("out/objects/meshes").rglob("*.obj")}
     assert copies == {tetrahedron(size) for size in (1, 2, 3)}
     monkeypatch.delenv("GAZEBO_MODEL_PATH")
     shutil.rmtree("ws")
     shutil.rmtree("shelf")
-    second = compiled("out/bay.yaml")
+    second = compiled("out/bay.yaml", "single")
     ends = []
     for world in (first, second):
         simulation = Simulation(world)
@@ -305,13 +305,13 @@ def test_arguments_choose_what_a_xacro_makes():
     assert load_world("out/bay.yaml").physics.gravity == 3
 
 
-def compiled(name):
+def compiled(name, fleet=None):
     """What a world compiles to: MJCF and parameters, without its name."""
     from vrx_mj.mjcf.compile import compile_world
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", VrxWarning)
-        return compile_world(name)
+        return compile_world(name, fleet=fleet)
 
 
 @pytest.mark.slow

@@ -35,7 +35,7 @@ PARTS = {
     ),
 }  # fmt: skip
 CALLS = 2_000_000
-"""Time of the processor [s] that the worst file may take."""
+"""Calls of Python's that the worst file may take."""
 HULL = link("base_link", 20, (1, 2, 2)).replace("\n", "")
 poses = st.tuples(*[st.floats(-2, 2)] * 6)
 
