@@ -108,7 +108,7 @@ def reset_options(options: object, *known: str) -> Mapping[str, Any]:
 
     Raises:
         gymnasium.error.Error: it is not a mapping.
-        UnknownNameError: one of the options is none of those that are known.
+        UnknownNameError: an option is unknown.
     """
     given = {} if options is None else options
     if not isinstance(given, Mapping):

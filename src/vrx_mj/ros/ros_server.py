@@ -266,7 +266,7 @@ def _named_text(name: str) -> Iterator[None]:
 
 
 def _told(error: Exception) -> str:
-    """An error for who sent what raised it, in one line if it is none of ours."""
+    """An error for who sent what raised it, in one line if it is not a VrxError."""
     return str(error) if isinstance(error, VrxError) else f"{type(error).__name__}: {shortened(error)}"
 
 

@@ -24,7 +24,7 @@ def has_started(phase: str) -> bool:
 
 
 def score_text(phase: str, score: float | None, unit: str = "") -> str:
-    """The score in words; there is none before the task has started."""
+    """The score in words; before the task has started there is no score."""
     return f"score {score:.4g} {unit}".rstrip() if has_started(phase) else "no score yet"
 
 
