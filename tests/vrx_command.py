@@ -39,11 +39,11 @@ def ctrl_c(*, heeded):
         signal.signal(signal.SIGINT, before)
 
 
-def start(*words, cwd, flags=(), python_path=(), heeds_ctrl_c=True, **changes):
+def start(*words, cwd, flags=(), program=("-m", "vrx_mj"), python_path=(), heeds_ctrl_c=True, **changes):
     """Start `vrx-mj` with these words; the process. It heeds Ctrl-C even where this one ignores it."""
     with ctrl_c(heeded=heeds_ctrl_c):
         return subprocess.Popen(
-            [sys.executable, *flags, "-m", "vrx_mj", *map(str, words)],
+            [sys.executable, *flags, *program, *map(str, words)],
             cwd=cwd,
             env=environment(python_path, **changes),
             stdout=subprocess.PIPE,
