@@ -11,10 +11,10 @@ import rerun.blueprint as rrb
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.course import course_of
-from vrx_mj.recording.motion_chunks import TIMELINE
 from vrx_mj.recording.record_scene import RecordedSensor, RecordScene
 from vrx_mj.recording.sensor_chunks import track_path
 from vrx_mj.recording.task_chunks import MARKS, PLOT, WORDS
+from vrx_mj.recording.timeline import TIMELINE
 from vrx_mj.sensors.registry import SENSOR_KINDS
 
 __all__ = ["blueprint_bytes", "layout"]

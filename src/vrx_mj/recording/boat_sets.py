@@ -90,7 +90,7 @@ def boat_set_chunk(scene: RecordScene, before: RecordScene, number: int) -> Chun
     import rerun as rr
     from rerun.chunk import Chunk
 
-    from vrx_mj.recording.motion_chunks import times
+    from vrx_mj.recording.timeline import times
 
     assert scene.begun is not None, "boats come and go at a time"
     new = {name: content for name, content in scene.files.items() if before.files.get(name) != content}

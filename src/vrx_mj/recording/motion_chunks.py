@@ -1,21 +1,18 @@
-"""What changes with time, as rerun chunks: poses, trails, arrows, plots, sea, and the exact rows.
+"""What changes with time, as rerun chunks: poses, arrows, plots, and the exact rows.
 
-`MovingChunks` holds the little that a chunk must know of the one before it: which samples the slower streams
-took, and where each trail ended.
+`MovingChunks` holds the little that a chunk must know of the one before it: which samples the slower streams took.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 import rerun as rr
 from rerun.chunk import Chunk
 
-from vrx_mj.arrays import BoolArray, ByteArray, FloatArray, IntArray
+from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.frames import compass, rotation_matrix
 from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.record_scene import (
@@ -25,37 +22,20 @@ from vrx_mj.recording.record_scene import (
     RecordedPart,
     RecordedThruster,
     RecordScene,
-    SeaHeight,
 )
+from vrx_mj.recording.timeline import Ticker, times
+from vrx_mj.recording.water_chunks import WaterChunks
 
 __all__ = [
-    "FADES",
-    "SIDE",
-    "TIMELINE",
-    "WAKE_RATE",
     "MovingChunks",
-    "Wake",
     "event_chunk",
     "part_poses",
-    "sea_patch",
-    "sea_triangles",
     "state_chunk",
-    "times",
-    "wake_path",
 ]
 
 
-TIMELINE = "sim_time"
 SCALAR_RATE = 10.0
 """Plots, arrows [Hz]."""
-TRAIL_RATE = 5.0
-"""Pieces of a trail [Hz]."""
-SEA_RATE = 5.0
-"""Pictures of the sea [Hz]."""
-SEA_FRAMES = 64
-"""Pictures of the sea in one chunk: 1 MB."""
-TRAIL_HEIGHT = 0.6
-"""Height of a trail over the mean water [m], so that few waves hide it."""
 ARROW_PER_NEWTON = 1.0 / 55.0
 """Length of a thrust arrow [m/N]."""
 ARROW_HEIGHT = 0.75
@@ -66,12 +46,6 @@ WIND_HEIGHT = 6.0
 """Height of the wind arrow over the fleet [m]."""
 ARROW_PER_WIND = 0.8
 """Length of the wind arrow [m per m/s]."""
-
-
-def times(seconds: npt.ArrayLike) -> rr.TimeColumn:
-    """The timeline, to a microsecond: readers of finer durations lose what does not fit Python's timedelta."""
-    microseconds = np.round(np.asarray(seconds, np.float64) * 1e6).astype("timedelta64[us]")
-    return rr.TimeColumn(TIMELINE, duration=microseconds.astype("timedelta64[ns]"))
 
 
 def event_chunk(events: Sequence[tuple[float, str, str, str]]) -> Chunk:
@@ -88,28 +62,11 @@ def state_chunk(states: Sequence[tuple[float, bytes]]) -> Chunk:
     return Chunk.from_columns("/record/states", [times(time)], columns)
 
 
-class Ticker:
-    """Picks rows at a lower rate: the first row of each tick of its clock."""
-
-    def __init__(self, rate: float) -> None:
-        self._rate = rate
-        self._last = -math.inf
-
-    def __call__(self, time: FloatArray) -> BoolArray:
-        """Which of the rows at `time` (n,) [s] to take."""
-        tick = np.floor(time * self._rate + 1e-6)
-        taken: BoolArray = np.diff(tick, prepend=self._last) != 0
-        self._last = tick[-1]
-        return taken
-
-
 class MovingChunks:
     """Turns blocks of rows into chunks."""
 
     def __init__(self, scene: RecordScene) -> None:
-        self._scalar, self._trail, self._sea = Ticker(SCALAR_RATE), Ticker(TRAIL_RATE), Ticker(SEA_RATE)
-        self._wake, self._wakes = Ticker(WAKE_RATE), dict[str, Wake]()
-        self._trail_end: dict[str, FloatArray] = {}
+        self._scalar, self._water = Ticker(SCALAR_RATE), WaterChunks()
         self._angle: dict[tuple[str, str], float] = {}
         self._codes: dict[str, int] = {}
         self._first = scene.layout()
@@ -128,8 +85,7 @@ class MovingChunks:
         self._boats = [body for body in self._layout.bodies if body.kind == "boat"]
         self._paths = {body.name: body.path for body in scene.bodies}
         there = {boat.name for boat in self._boats}
-        self._trail_end = {boat: end for boat, end in self._trail_end.items() if boat in there}
-        self._wakes = {boat: self._wakes.get(boat) or Wake() for boat in there}
+        self._water.keep(there)
         self._angle = {key: last for key, last in self._angle.items() if key[0] in there}
         seen = {shown.display.name for shown in scene.displays}
         self._codes = {name: last for name, last in self._codes.items() if name in seen}
@@ -157,11 +113,9 @@ class MovingChunks:
                 yield from repainted(shown, rows[changed, 0], codes[changed])
         if self._boats:
             yield from self._fleet(rows)
-            yield from self._trails(rows[self._trail(rows[:, 0])])
             yield from self._slow(rows[self._scalar(rows[:, 0])])
-            if self._scene.sea_height is not None:
-                yield from self._seas(rows[self._sea(rows[:, 0])])
-                yield from self._foam(rows[self._wake(rows[:, 0])])
+            names = [boat.name for boat in self._boats]
+            yield from self._water(names, rows[:, 0], self._boat_positions(rows), self._scene.sea_height)
 
     def _fleet(self, rows: FloatArray) -> Iterator[Chunk]:
         """The fleet's middle at the mean water level: what the camera follows."""
@@ -172,20 +126,6 @@ class MovingChunks:
         """Positions (n, boats, 3) of the boats [m]."""
         start = [self._layout.pose(boat).start for boat in self._boats]
         return rows[:, np.add.outer(start, np.arange(3))]
-
-    def _trails(self, rows: FloatArray) -> Iterator[Chunk]:
-        """Each row the piece of the way since the row before."""
-        if not len(rows):
-            return
-        here = self._boat_positions(rows) * (1.0, 1.0, 0.0) + (0.0, 0.0, TRAIL_HEIGHT)
-        for i, boat in enumerate(self._boats):
-            last = self._trail_end.get(boat.name, here[0, i])
-            self._trail_end[boat.name] = here[-1, i]
-            before = np.concatenate([last[None], here[:-1, i]])
-            strips = np.stack([before, here[:, i]], axis=1).astype(np.float32)
-            yield Chunk.from_columns(
-                f"/world/trails/{boat.name}", [times(rows[:, 0])], rr.LineStrips3D.columns(strips=strips)
-            )
 
     def _slow(self, rows: FloatArray) -> Iterator[Chunk]:
         """What is written at the rate of the plots."""
@@ -261,37 +201,6 @@ class MovingChunks:
             if np.any(angle[:, k] != self._angle.get(key, math.nan)):
                 yield engine(self._paths[boat.name], rows[:, 0], thruster, angle[:, k])
             self._angle[key] = float(angle[-1, k])
-
-    def _seas(self, rows: FloatArray) -> Iterator[Chunk]:
-        height = self._scene.sea_height
-        assert height is not None
-        fleet = self._boat_positions(rows)[:, :, :2]
-        for start in range(0, len(rows), SEA_FRAMES):
-            time = rows[start : start + SEA_FRAMES, 0]
-            patches = [sea_patch(height, fleet[start + k], float(t)) for k, t in enumerate(time)]
-            columns = rr.Mesh3D.columns(
-                vertex_positions=np.concatenate([positions for positions, _ in patches]),
-                vertex_colors=np.concatenate([colors for _, colors in patches]),
-            )
-            lengths = [SIDE * SIDE] * len(time)
-            yield Chunk.from_columns("/world/sea", [times(time)], columns.partition(lengths))
-
-    def _foam(self, rows: FloatArray) -> Iterator[Chunk]:
-        """The wake of every boat."""
-        height = self._scene.sea_height
-        assert height is not None
-        places = self._boat_positions(rows)[:, :, :2]
-        for i, boat in enumerate(self._boats if len(rows) else ()):
-            wake = self._wakes[boat.name]
-            strips = [wake.strips(float(row[0]), place, height) for row, place in zip(rows, places[:, i], strict=True)]
-            columns = rr.LineStrips3D.columns(strips=[strip for several in strips for strip in several])
-            lengths = [len(FADES)] * len(rows)
-            yield Chunk.from_columns(wake_path(boat.name), [times(rows[:, 0])], columns.partition(lengths))
-
-
-def wake_path(boat: str) -> str:
-    """The entity of a boat's wake."""
-    return f"/world/wakes/{boat}"
 
 
 def exact_rows(rows: FloatArray, boat_set: int) -> Chunk:
@@ -406,99 +315,3 @@ def engine(path: str, time: FloatArray, thruster: RecordedThruster, angle: Float
     quaternion = np.stack([x * c + y * s, y * c - x * s, z * c + w * s, w * c - z * s], axis=-1)
     position = np.tile(np.array(thruster.position), (len(time), 1))
     return transforms(f"{path}/{thruster.name}", time, position, quaternion)
-
-
-SIDE = 32
-"""Vertices along one side."""
-MARGIN = 22.0
-"""Sea around the outermost boat [m]."""
-CELLS = (1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0)
-"""Sizes of a cell [m] to choose from, so that vertices keep their places while the fleet moves."""
-HORIZON = 2500.0
-"""Distance of the outermost ring [m]."""
-STEP = 1.0 / 64.0
-"""Heights are rounded to this [m]: they compress twice as well, and nobody sees it."""
-SUN = (0.55, 0.35)
-"""Direction from which the light comes, east and north."""
-DEEP, CREST = np.array([9.0, 48.0, 79.0]), np.array([112.0, 178.0, 196.0])
-
-
-def sea_patch(
-    height: SeaHeight, boats: FloatArray, time: float
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]:
-    """Positions (1024, 3) [m] and colours (1024,) of the patch around `boats` (n, 2) [m] at `time` [s]."""
-    east, north, cell = _grid(boats)
-    x, y = np.meshgrid(east, north)
-    z = np.zeros((SIDE, SIDE))
-    inner = (slice(1, -1), slice(1, -1))
-    z[inner] = np.reshape(height(x[inner], y[inner], time), (SIDE - 2, SIDE - 2))
-    z = np.round(z / STEP) * STEP
-    positions = np.stack([x, y, z], axis=-1).astype(np.float32).reshape(-1, 3)
-    return positions, _palette()[_shade(z, cell)].reshape(-1)
-
-
-def _grid(boats: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """East and north coordinates of the grid lines [m], and the size of a cell [m]."""
-    low, high = boats.min(axis=0), boats.max(axis=0)
-    needed = (float((high - low).max()) + 2 * MARGIN) / (SIDE - 3)
-    cell = next((size for size in CELLS if size >= needed), CELLS[-1])
-    centre = np.round((low + high) / 2 / cell) * cell
-    line = (np.arange(SIDE) - (SIDE - 1) / 2) * cell
-    line[0], line[-1] = -HORIZON, HORIZON
-    return line + centre[0], line + centre[1], cell
-
-
-def _shade(z: FloatArray, cell: float) -> ByteArray:
-    """Shades 0 to 31: slopes toward the sun and crests are light, slopes away from it and troughs dark."""
-    toward_north, toward_east = np.gradient(z, cell)
-    tilt = SUN[0] * toward_east + SUN[1] * toward_north
-    light = 0.38 - 0.36 * np.tanh(12.0 * tilt) + 0.4 * z  # tanh: a calm sea shows, a steep one is not cut off
-    light[[0, -1], :] = light[:, [0, -1]] = 0.38
-    shades: ByteArray = (np.clip(light, 0.0, 1.0) * 31.0).astype(np.uint8)
-    return shades
-
-
-def _palette() -> npt.NDArray[np.uint32]:
-    """Colours (32,) from deep water to crest, 0xRRGGBBAA."""
-    share = np.linspace(0.0, 1.0, 32)[:, None]
-    red, green, blue = np.round(DEEP + (CREST - DEEP) * share).astype(np.uint32).T
-    colors: npt.NDArray[np.uint32] = (red << 24) | (green << 16) | (blue << 8) | np.uint32(255)
-    return colors
-
-
-def sea_triangles() -> npt.NDArray[np.uint32]:
-    """Triangles (2 * 31 * 31, 3) of the patch."""
-    corner = (np.arange(SIDE - 1)[:, None] * SIDE + np.arange(SIDE - 1)).reshape(-1, 1)
-    first = corner + np.array([0, 1, SIDE + 1])
-    second = corner + np.array([0, SIDE + 1, SIDE])
-    return np.concatenate([first, second]).astype(np.uint32)
-
-
-WAKE_RATE = 2.0
-"""Wakes drawn, and points that a boat leaves, per second [Hz]."""
-LASTS = 20.0
-"""How long a point is seen [s]."""
-FADES = ((214, 232, 240), (150, 186, 204), (98, 142, 168), (60, 104, 134))
-"""Colours of a wake from the boat to its end, each over as long a time: the last is nearly that of the sea."""
-OVER = 0.06
-"""Height over the water [m], so that the facets of the sea's mesh hide no piece."""
-
-
-class Wake:
-    """The wake of a boat."""
-
-    def __init__(self) -> None:
-        self._left = np.zeros((0, 3))
-
-    def strips(self, time: float, place: FloatArray, height: SeaHeight) -> list[npt.NDArray[np.float32]]:
-        """Leave a point at `time` [s] at a place (2,) [m]; the wake then, a strip (n, 3) [m] for each colour.
-
-        Every point lies on the sea as it is at `time`. The first is the newest; strips begin where the one before ends.
-        """
-        self._left = np.concatenate([[(time, *place)], self._left])
-        self._left = self._left[time - self._left[:, 0] <= LASTS + 1e-6]
-        x, y = self._left[:, 1], self._left[:, 2]
-        points = np.column_stack([x, y, np.asarray(height(x, y, time)) + OVER]).astype(np.float32)
-        share = np.minimum((time - self._left[:, 0]) / LASTS * len(FADES), len(FADES) - 1e-9).astype(int)
-        ends = np.searchsorted(share, np.arange(len(FADES) + 1))
-        return [points[max(begin - 1, 0) : end] for begin, end in pairwise(ends)]

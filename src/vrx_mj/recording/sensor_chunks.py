@@ -15,10 +15,11 @@ from rerun.chunk import Chunk
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import CameraConfig, LidarConfig
-from vrx_mj.recording.motion_chunks import TRAIL_HEIGHT, times
 from vrx_mj.recording.reader import measured
 from vrx_mj.recording.record_scene import RecordedSensor, RecordScene, boat_colors
 from vrx_mj.recording.static_chunks import static
+from vrx_mj.recording.timeline import times
+from vrx_mj.recording.water_chunks import TRAIL_HEIGHT
 from vrx_mj.sensors.readings import Reading, Scan
 from vrx_mj.sensors.registry import SENSOR_KINDS
 from vrx_mj.sensors.view import focal_length

@@ -14,7 +14,7 @@ from rerun.chunk import Chunk
 
 from vrx_mj.arrays import ByteArray
 from vrx_mj.model.world import tree_of
-from vrx_mj.recording.motion_chunks import FADES, WIND_HEIGHT, sea_triangles, times, wake_path
+from vrx_mj.recording.motion_chunks import WIND_HEIGHT
 from vrx_mj.recording.packing import archive
 from vrx_mj.recording.record_scene import (
     FORMAT,
@@ -26,6 +26,8 @@ from vrx_mj.recording.record_scene import (
     Waypoint,
     boat_colors,
 )
+from vrx_mj.recording.timeline import times
+from vrx_mj.recording.water_chunks import FADES, sea_triangles, wake_path
 
 __all__ = [
     "boat_chunks",

@@ -22,11 +22,11 @@ from vrx_mj.config.bays import RGB
 from vrx_mj.draw.course import Course, Light, course_of, gates_of, poses_of, zone_corners
 from vrx_mj.model import tasks
 from vrx_mj.model.world import Parameters
-from vrx_mj.recording.motion_chunks import times
 from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.reader import FRAMES
 from vrx_mj.recording.rescoring import restore_referee
 from vrx_mj.recording.static_chunks import static
+from vrx_mj.recording.timeline import times
 from vrx_mj.tasks.frame import Frame, FrameLayout, Message, Pose, has_started, score_text
 from vrx_mj.tasks.gates import gate_between
 from vrx_mj.tasks.referee import Referee
