@@ -1,0 +1,196 @@
+"""Makes the pictures that people look at: seven recordings in rerun, dark and light, narrow and wide, and a drawn sea.
+
+`python tools/look.py FOLDER [NAME...]` (20 minutes for all; NAME picks recordings, or `sea`) runs, records and takes
+pictures. Dark ones are of rerun without a window (Debian's mesa-vulkan-drivers), light ones of Chromium. It ends with
+FOLDER/sheet.webp, all pictures small; `--gallery` writes docs/gallery/recordings.webp.
+"""
+
+import argparse
+import contextlib
+import itertools
+import math
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import yaml
+from PIL import Image
+from readme_video import FLEET as STORM_FLEET
+from readme_video import WORLD as STORM
+from rerun.experimental import ViewerClient
+
+import vrx_mj
+from vrx_mj.recording.video import Film, Shot, looking
+from vrx_mj.recording.viewer import Server, free_port, viewer_binary, viewer_environment
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
+
+import browser  # noqa: E402  # beside the tests
+
+MOMENTS: dict[str, tuple[float, ...]] = {
+    "readme": (0.0, 30.0, 60.0), "storm": (8.0, 15.0), "open_water": (2.0, 60.0), "fleet_of_20": (5.0, 60.0),
+    "wayfinding": (60.0, 299.0), "docking": (60.0, 200.0), "collision": (6.0, 14.0),
+}  # fmt: skip
+"""Recordings, and the simulated times of their pictures [s]."""
+SIZES = (1280, 800), (1920, 1080)
+"""Width and height of a window [px]."""
+HEIGHTS = (0.5, 2.0, 12.0, 60.0, 200.0)
+"""Heights of the eye over the sea [m]."""
+SOFTWARE = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
+LOADED = "document.querySelector('canvas')?.width > 300"
+THUMB = (400, 225)
+"""Width and height of a picture on a sheet [px]."""
+
+STRAIGHT = "left=0.6,right=0.4"
+TWENTY = {"usv_count": 20, "layout": "grid", "spacing": 8}
+HEAD_ON = {
+    "boats": [
+        {"name": "port_bound", "pose": [-12, 0, 0.1, 0, 0, 0]},
+        {"name": "starboard_bound", "pose": [12, 0.6, 0.1, 0, 0, math.pi]},
+    ]
+}
+
+
+def arguments(name: str, folder: Path) -> list[str]:
+    """Words of `vrx-mj run` for a recording, its files written to a folder."""
+
+    def written(what: str, content: object) -> str:
+        file = folder / f"{name}_{what}.yaml"
+        file.write_text(yaml.safe_dump(content), encoding="utf-8")
+        return str(file)
+
+    shipped = "vrx_mj.control:"
+    return {
+        "readme": ["example_course", "--fleet", "trio", "--duration", "60", "--seed", "7", "--thrust", STRAIGHT],
+        "storm": [written("world", STORM), "--fleet", written("fleet", STORM_FLEET), "--duration", "20",
+                  "--thrust", "left=0.8,right=0.85"],
+        "open_water": ["ocean", "--duration", "60", "--thrust", "left=0.9,right=0.9"],
+        "fleet_of_20": ["ocean", "--fleet", written("fleet", TWENTY), "--duration", "60", "--thrust", STRAIGHT],
+        "wayfinding": ["wayfinding_task", "--duration", "300", "--control", f"{shipped}WaypointFollower"],
+        "docking": ["scan_dock_deliver", "--duration", "300", "--control", f"{shipped}Docking"],
+        "collision": ["ocean", "--fleet", written("fleet", HEAD_ON), "--duration", "15",
+                      "--thrust", "left=1,right=1"],
+    }[name]  # fmt: skip
+
+
+def record(name: str, folder: Path) -> Path:
+    """The recording of this name, made if it is not there."""
+    file = folder / f"{name}.rrd"
+    if not file.exists():
+        command = [sys.executable, "-m", "vrx_mj", "run", *arguments(name, folder), "--record", str(file)]
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    return file
+
+
+def dark(file: Path, size: tuple[int, int]) -> Iterator[Path]:
+    """Pictures of rerun's own viewer."""
+    port = free_port(0)
+    window = f"{size[0]}x{size[1]}"
+    command = [
+        str(viewer_binary()), str(file), "--headless", "--bind", "127.0.0.1", "--port", str(port),
+        "--window-size", window, "--hide-welcome-screen",
+    ]  # fmt: skip
+    with subprocess.Popen(command, stderr=subprocess.DEVNULL, env=viewer_environment()) as process:
+        try:
+            viewer = connected(f"rerun+http://127.0.0.1:{port}/proxy")
+            for moment in MOMENTS[file.stem]:
+                viewer.set_time("sim_time", duration=moment, play_state="paused")
+                time.sleep(1.0)
+                picture = file.with_name(f"{file.stem}_{moment:g}_dark_{size[0]}.png")
+                viewer.save_screenshot(str(picture))
+                yield picture
+        finally:
+            process.terminate()
+
+
+def connected(url: str, seconds: float = 60.0) -> ViewerClient:
+    """A viewer that shows its views."""
+    until = time.monotonic() + seconds
+    while True:
+        with contextlib.suppress(Exception):
+            viewer = ViewerClient.connect(url)
+            if viewer.get_state().views:
+                return viewer
+        if time.monotonic() > until:
+            raise TimeoutError(f"no viewer at {url}")
+        time.sleep(0.2)
+
+
+def light(file: Path, size: tuple[int, int], seconds: float = 60.0) -> Iterator[Path]:
+    """A picture of rerun's page in a browser with a light theme, after some time of the clock [s] while it plays."""
+    browser.FLAGS = tuple(flag for flag in browser.FLAGS if flag != "--disable-gpu")
+    with (
+        contextlib.closing(Server(file)) as server,
+        tempfile.TemporaryDirectory() as folder,
+        browser.browsing(Path(folder), "about:blank", *SOFTWARE) as page,
+    ):
+        page.size(*size, dark=False)
+        page("Page.navigate", url=server.page_url)
+        page.wait(LOADED, 60.0)
+        time.sleep(seconds)
+        picture = file.with_name(f"{file.stem}_light_{size[0]}.png")
+        page.screenshot(picture)
+        yield picture
+
+
+def drawn_sea(folder: Path) -> Iterator[Path]:
+    """What cameras at several heights see of the storm, drawn by our own renderer."""
+    recorded = vrx_mj.read_record(record("storm", folder))
+    middle = np.mean([track.position[-1] for track in recorded.boats.values()], axis=0)
+    shot = Shot(size=(640, 360), fps=10.0, begin=0.0, end=recorded.time[-1], captions=False)
+    for height in HEIGHTS:
+        away = 20.0 + 1.5 * height
+        place = (float(middle[0]) - away, float(middle[1]) - 0.4 * away, height)
+        eye = looking(place, (*map(float, middle[:2]), 0.3), (0.0, 0.0, 1.0))
+        film = Film(recorded, shot, size=(640, 360), fps=10.0, eye=lambda _t, eye=eye: eye)
+        picture = folder / f"sea_{height:g}m.png"
+        Image.fromarray(film.picture(15.0)).save(picture)
+        film.close()
+        yield picture
+
+
+def sheet(pictures: list[Path], target: Path, columns: int = 4) -> None:
+    """All pictures, small, on one."""
+    rows = math.ceil(len(pictures) / columns)
+    whole = Image.new("RGB", (columns * THUMB[0], rows * THUMB[1]), "white")
+    for i, picture in enumerate(pictures):
+        small = Image.open(picture).convert("RGB")
+        small.thumbnail(THUMB)
+        whole.paste(small, (i % columns * THUMB[0], i // columns * THUMB[1]))
+    whole.save(target, quality=80)
+
+
+def main() -> None:
+    """Take the pictures that are named, or all."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("names", nargs="*", choices=[*MOMENTS, "sea", []])
+    parser.add_argument("--gallery", action="store_true", help="write the sheet of the docs")
+    parser.add_argument("--dark", action="store_true", help="no pictures of a browser")
+    given = parser.parse_args()
+    folder, names = given.folder, given.names or [*MOMENTS, "sea"]
+    folder.mkdir(parents=True, exist_ok=True)
+    pictures: list[Path] = []
+    for name in names:
+        if name == "sea":
+            taken: Iterator[Path] = drawn_sea(folder)
+        else:
+            file = record(name, folder)
+            views = [dark(file, size) for size in SIZES]
+            taken = itertools.chain(*views, *([] if given.dark else [light(file, size) for size in SIZES]))
+        for picture in taken:
+            pictures.append(picture)
+            print(picture)
+    sheet(pictures, folder / "sheet.webp")
+    if given.gallery:
+        chosen = [one for one in pictures if "_1920" not in one.name]
+        sheet(chosen, ROOT / "docs" / "gallery" / "recordings.webp", columns=3)
+
+
+if __name__ == "__main__":
+    main()
