@@ -4,7 +4,7 @@ from pathlib import Path
 
 __all__ = ["LOST_AN_AXIS", "SAMPLES", "WORLDS"]
 
-SAMPLES = Path(__file__).parent / "unit" / "config" / "series" / "axes"
+SAMPLES = Path(__file__).parent / "unit" / "formats" / "series" / "axes"
 WORLDS = {
     "nav_challenge_deep": 8,
     "perception_deep": 8,

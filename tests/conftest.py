@@ -25,7 +25,7 @@ settings.register_profile("kernels", deadline=None, database=None)
 settings.load_profile("kernels")
 
 TESTS = Path(__file__).parent
-QUICK = tuple(TESTS / "unit" / name for name in ("physics", "config", "mjcf", "runtime"))
+QUICK = tuple(TESTS / "unit" / name for name in ("physics", "config", "formats", "mjcf", "runtime"))
 LENGTHY = {"test_kernel.py", "test_yaml_text.py", "test_wamv_sensors.py", "test_xacro_bombs.py"}
 """Files in those folders that take a quarter of their time."""
 LONGEST = (

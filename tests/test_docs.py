@@ -20,7 +20,7 @@ from needs import MKDOCS, needs
 from page_blocks import Block, blocks, missing
 from vrx_mj.cli import main
 from vrx_mj.config.search import LAUNCHED, find
-from vrx_mj.config.series.macros import MACROS
+from vrx_mj.formats.series.macros import MACROS
 
 REPO = Path(__file__).resolve().parents[1]
 DOCS = REPO / "docs"

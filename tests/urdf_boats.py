@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from vrx_mj.config.robots import RobotConfig
-from vrx_mj.config.urdf.gazebo import read_gazebo
-from vrx_mj.config.urdf.reader import read_urdf
+from vrx_mj.formats.urdf.gazebo import read_gazebo
+from vrx_mj.formats.urdf.reader import read_urdf
 from vrx_mj.mjcf.boats import assembled
 
 FILE = Path("boat.urdf")

@@ -19,14 +19,14 @@ from vrx_mj.config.bays import LIGHT_COLORS, SHAPES, LightColor, Pattern, Symbol
 from vrx_mj.config.docks import DockPlacement
 from vrx_mj.config.fleet import FleetConfig, Heading, Origin
 from vrx_mj.config.objects import ObjectConfig, PathConfig
-from vrx_mj.config.parts.catalogue import TYPES, PartType
-from vrx_mj.config.parts.compliance import load_rules
 from vrx_mj.config.robots import Arguments, RobotConfig
-from vrx_mj.config.series.calls import REQUIRED
-from vrx_mj.config.series.macros import MACROS
 from vrx_mj.config.shapes import Factor
 from vrx_mj.config.tasks import TASKS, Gates, Task
 from vrx_mj.config.world import Sensors, WorldConfig
+from vrx_mj.formats.parts.catalogue import TYPES, PartType
+from vrx_mj.formats.parts.compliance import load_rules
+from vrx_mj.formats.series.calls import REQUIRED
+from vrx_mj.formats.series.macros import MACROS
 
 REPO = Path(__file__).resolve().parents[1]
 FOLDER = REPO / "docs" / "formats"

@@ -8,7 +8,7 @@ import gazebo_files
 import workspaces
 from fuzz import junk, markup, raw
 from fuzz.kind import Files, Kind
-from vrx_mj.config.gazebo.importing import import_files
+from vrx_mj.formats.gazebo.importing import import_files
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.simulation import Simulation
 

@@ -13,14 +13,14 @@ import yaml
 from fuzz import raw, trees
 from fuzz.kind import Files, Kind
 from vrx_mj import Simulation, compile_world
-from vrx_mj.config.series.axes import read_series
-from vrx_mj.config.series.worlds import series_world
 from vrx_mj.config.world import load_world
+from vrx_mj.formats.series.axes import read_series
+from vrx_mj.formats.series.worlds import series_world
 from vrx_mj.resources import root
 
 REPO = Path(__file__).resolve().parents[2]
 ASSETS, BROKEN = root() / "assets", REPO / "tests" / "broken"
-AXES = REPO / "tests" / "unit" / "config" / "series" / "axes"
+AXES = REPO / "tests" / "unit" / "formats" / "series" / "axes"
 STEPS = 5
 PLAIN = b"sea: {gain: 0.2}\nspawn: {pose: [0, 0, 0.1, 0, 0, 0]}\n"
 

@@ -11,8 +11,8 @@ from sdf_boats import BOATS, link, sdf, spinning, thruster
 from urdf_boats import joint
 from urdf_boats import link as urdf_link
 from vrx_mj import Simulation, VrxWarning, compile_world
-from vrx_mj.config.gazebo.importing import import_files
-from vrx_mj.config.urdf.reader import read_urdf
+from vrx_mj.formats.gazebo.importing import import_files
+from vrx_mj.formats.urdf.reader import read_urdf
 from vrx_mj.ros.table.boats import description
 
 CALM = {"name": "calm", "sea": {"model": "none"}}

@@ -10,10 +10,6 @@ from hypothesis import strategies as st
 import vrx_mj
 from vrx_mj.config.docks import load_dock
 from vrx_mj.config.objects import load_object
-from vrx_mj.config.parts.read import load_parts
-from vrx_mj.config.urdf.expand import expand
-from vrx_mj.config.urdf.meshes import read_mesh
-from vrx_mj.config.urdf.reader import read_urdf
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import (
     CompileError,
@@ -25,6 +21,10 @@ from vrx_mj.errors import (
     VrxWarning,
     shortened,
 )
+from vrx_mj.formats.parts.read import load_parts
+from vrx_mj.formats.urdf.expand import expand
+from vrx_mj.formats.urdf.meshes import read_mesh
+from vrx_mj.formats.urdf.reader import read_urdf
 
 MOST = 2000
 """Characters of a message about one mistake."""

@@ -18,10 +18,10 @@ import vrx_mj
 from vrx_mj.campaign.plan import Cell, Plan, Serving
 from vrx_mj.campaign.results import FORMAT, WHAT, Result, read_json, read_results, write_json
 from vrx_mj.config.fleet_checks import load_fleet
-from vrx_mj.config.gazebo.opening import opened
 from vrx_mj.config.search import find, is_path
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import CommandError, RecordError, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.formats.gazebo.opening import opened
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.outputs import check_inside
 from vrx_mj.resources import root

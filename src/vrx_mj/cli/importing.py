@@ -9,7 +9,7 @@ from vrx_mj.cli.options import Arguments, named_values
 from vrx_mj.outputs import Content, begins, write_files
 
 if TYPE_CHECKING:
-    from vrx_mj.config.gazebo.importing import Imported
+    from vrx_mj.formats.gazebo.importing import Imported
 
 __all__ = ["import_"]
 
@@ -26,7 +26,7 @@ def import_(
 
     Example: vrx-mj import my_course.world.xacro -o my_course
     """
-    from vrx_mj.config.gazebo.importing import FATES, TABLE, import_files
+    from vrx_mj.formats.gazebo.importing import FATES, TABLE, import_files
 
     made = import_files(source, named_values(arguments))
     _write(made, output)
@@ -46,7 +46,7 @@ def _word(path: Path | str) -> str:
 
 def _write(made: "Imported", folder: Path) -> None:
     """Write everything, over the files of an earlier import but over no others."""
-    from vrx_mj.config.gazebo.importing import HEAD, TABLE, TITLE
+    from vrx_mj.formats.gazebo.importing import HEAD, TABLE, TITLE
 
     def is_ours(name: str) -> bool:
         if name.endswith(".yaml"):

@@ -55,7 +55,7 @@ def _run(line: Words) -> None:
 
 def _serve(words: Sequence[str], folder: Path) -> list[Words]:
     """One of VRX's own launch files."""
-    from vrx_mj.config.gazebo.stock import stock_launch
+    from vrx_mj.formats.gazebo.stock import stock_launch
 
     name, given = words[0], _given(words[1:])
     stock = stock_launch(Path(name).name, Path(name).parent.name)
@@ -68,7 +68,7 @@ def _serve(words: Sequence[str], folder: Path) -> list[Words]:
 
 def _gzserver(words: Sequence[str], folder: Path) -> list[Words]:
     """A world without boats."""
-    from vrx_mj.config.gazebo.packages import named_world
+    from vrx_mj.formats.gazebo.packages import named_world
 
     given = _given(words)
     if Path(given["world_name"]).stem == "empty":
@@ -128,7 +128,7 @@ def _idle(_: Sequence[str], __: Path) -> int:
 def _xacro(words: Sequence[str], folder: Path) -> int:
     """The URDF of a xacro file, by arguments NAME:=VALUE, on the standard output or in the file of `-o`."""
     from vrx_mj.config.search import package_paths
-    from vrx_mj.config.urdf.expand import expand
+    from vrx_mj.formats.urdf.expand import expand
 
     words = list(words)
     output = words.pop(words.index("-o") + 1) if "-o" in words[:-1] else None
@@ -187,7 +187,7 @@ def _given(words: Sequence[str]) -> dict[str, str]:
 
 def _absolute(path: str, folder: Path) -> str:
     """A path that begins in the folder of a shell."""
-    from vrx_mj.config.gazebo.document import home_path
+    from vrx_mj.formats.gazebo.document import home_path
 
     return str(folder / home_path(path))
 

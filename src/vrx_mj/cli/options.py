@@ -82,7 +82,7 @@ def opened_by(world: str, words: Sequence[str] | None) -> tuple[str, dict[str, s
     first = next(iter(words or ()), "")
     if not first or ":=" in first or not first.lower().endswith(ENDS):
         return world, named_values(words)
-    from vrx_mj.config.gazebo.opening import file_in
+    from vrx_mj.formats.gazebo.opening import file_in
 
     return file_in(world, first), named_values((words or ())[1:])
 

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from vrx_mj.arrays import FloatArray
-    from vrx_mj.config.parts.catalogue import Parameter, PartsFile, PartType
-    from vrx_mj.config.parts.compliance import PartVerdict, Point, Rules, Verdict
+    from vrx_mj.formats.parts.catalogue import Parameter, PartsFile, PartType
+    from vrx_mj.formats.parts.compliance import PartVerdict, Point, Rules, Verdict
     from vrx_mj.mjcf.hull_sheet import HullSheet
 
 __all__ = [
@@ -60,7 +60,7 @@ def build(
 
     Example: vrx-mj robot build --thrusters thruster_config.yaml --components component_config.yaml -o my_wamv.urdf
     """
-    from vrx_mj.config.parts.generate import wamv_urdf
+    from vrx_mj.formats.parts.generate import wamv_urdf
 
     engines, parts = _files(thrusters, components, sensor_yaml, layout)
     arguments = {} if layout is None else {"thruster_config": layout}
@@ -79,8 +79,8 @@ def _files(
     thrusters: Path | None, components: Path | None, sensors: Path | None, layout: str | None
 ) -> tuple["PartsFile | None", "PartsFile"]:
     """The two files, read; no thruster file where there is a layout."""
-    from vrx_mj.config.parts.generate import example_file
-    from vrx_mj.config.parts.read import load_parts
+    from vrx_mj.formats.parts.generate import example_file
+    from vrx_mj.formats.parts.read import load_parts
 
     if thrusters is not None and layout is not None:
         raise CommandError("--thrusters and --layout both define the engines: give one of them")
@@ -92,7 +92,7 @@ def _files(
 
 def _judge(components: "PartsFile", thrusters: "PartsFile | None") -> None:
     """Warn once if the boat is not legal in the competition."""
-    from vrx_mj.config.parts.compliance import judge
+    from vrx_mj.formats.parts.compliance import judge
 
     reasons = judge(components, thrusters).reasons
     if reasons:
@@ -103,9 +103,9 @@ def _judge(components: "PartsFile", thrusters: "PartsFile | None") -> None:
 
 def _write_mjcf(urdf: str, file: Path, output: Path, namespace: str) -> None:
     from vrx_mj.config.robots import RobotConfig
-    from vrx_mj.config.urdf.gazebo import read_gazebo
-    from vrx_mj.config.urdf.reader import read_urdf
-    from vrx_mj.config.urdf.xacro_files import own_packages
+    from vrx_mj.formats.urdf.gazebo import read_gazebo
+    from vrx_mj.formats.urdf.reader import read_urdf
+    from vrx_mj.formats.urdf.xacro_files import own_packages
     from vrx_mj.mjcf.boats import assembled
     from vrx_mj.mjcf.robots import save_robot
 
@@ -129,8 +129,8 @@ def check(
 
     Example: vrx-mj robot check --components component_config.yaml --thrusters thruster_config.yaml --picture boat.png
     """
-    from vrx_mj.config.parts.compliance import judge
-    from vrx_mj.config.parts.read import load_parts
+    from vrx_mj.formats.parts.compliance import judge
+    from vrx_mj.formats.parts.read import load_parts
 
     components = one_of(components, sensor_yaml)
     if components is None and thrusters is None:
@@ -169,8 +169,8 @@ def parts(
     """
     from rich.console import Console
 
-    from vrx_mj.config.parts.catalogue import TYPES
-    from vrx_mj.config.parts.compliance import load_rules
+    from vrx_mj.formats.parts.catalogue import TYPES
+    from vrx_mj.formats.parts.compliance import load_rules
 
     if type_ is not None and type_ not in TYPES:
         raise UnknownNameError("type of part", type_, TYPES)
@@ -236,7 +236,7 @@ def read_hull(mesh: Path, scale: float) -> "FloatArray":
         VrxError: it cannot be read, or parts of it are inside out.
     """
     from vrx_mj.config.solids import solid_of_mesh
-    from vrx_mj.config.urdf.meshes import read_mesh
+    from vrx_mj.formats.urdf.meshes import read_mesh
     from vrx_mj.mjcf.surfaces import checked_surface
 
     data = read_mesh(mesh, (scale, scale, scale))

@@ -11,7 +11,7 @@ from vrx_mj.errors import VrxError, shortened
 from vrx_mj.outputs import begins, write_files
 
 if TYPE_CHECKING:
-    from vrx_mj.config.series.worlds import SeriesWorld
+    from vrx_mj.formats.series.worlds import SeriesWorld
 
 __all__ = ["app", "generate"]
 
@@ -44,9 +44,9 @@ def generate(
     """
     from vrx_mj.config.kinds import wrong_kind
     from vrx_mj.config.loading import file_of
-    from vrx_mj.config.series.axes import read_series
-    from vrx_mj.config.series.worlds import HEAD, series_world, side_text, world_text
     from vrx_mj.config.world import load_world
+    from vrx_mj.formats.series.axes import read_series
+    from vrx_mj.formats.series.worlds import HEAD, series_world, side_text, world_text
 
     if other := wrong_kind(Path(file), "an axes file"):
         raise VrxError(f"'{shortened(file)}' is {other}")

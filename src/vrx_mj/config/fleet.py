@@ -36,8 +36,8 @@ from vrx_mj.config.base import (
 )
 from vrx_mj.config.layouts import HEIGHT, Facing, Layout, LayoutName, headings, spots, square
 from vrx_mj.config.loading import Loading, check, problem_at, validated
-from vrx_mj.config.parts.read import load_parts
 from vrx_mj.config.profiles import CLASSIC
+from vrx_mj.config.readers import function_of
 from vrx_mj.config.robots import Arguments, load_robot
 from vrx_mj.config.search import contained, is_path
 from vrx_mj.config.tree import File, of_python
@@ -202,7 +202,7 @@ class _Built(Config):
     def _robot_has_them(cls, value: str | None, info: ValidationInfo) -> str | None:
         robot, folder = info.data.get("robot"), info.data.get("folder")
         if value is not None and is_path(value):
-            check(info, lambda: load_parts(contained(value, info.data.get("thrusters_folder")), "thrusters"))
+            check(info, lambda: _read_parts(contained(value, info.data.get("thrusters_folder")), "thrusters"))
         elif value is not None and robot is not None:
             check(info, lambda: check_thrusters(robot, value, folder))
         return value
@@ -211,8 +211,14 @@ class _Built(Config):
     @classmethod
     def _can_be_read(cls, value: str | None, info: ValidationInfo) -> str | None:
         if value is not None:
-            check(info, lambda: load_parts(contained(value, info.data.get("components_folder")), "components"))
+            check(info, lambda: _read_parts(contained(value, info.data.get("components_folder")), "components"))
         return value
+
+
+def _read_parts(file: Path, kind: str) -> None:
+    read = function_of("parts", file)
+    assert read is not None, "any file may have parts"
+    read(file, kind)
 
 
 class BoatEntry(_Built):

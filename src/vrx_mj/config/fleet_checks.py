@@ -3,20 +3,16 @@
 import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 
 from vrx_mj.config.docks import Placed
 from vrx_mj.config.fleet import FleetConfig, FleetPosition, Headings, Located, room_faults
-from vrx_mj.config.gazebo.launch import is_launch, launch_of
-from vrx_mj.config.gazebo.launched import fleet_of
-from vrx_mj.config.gazebo.models import file_in_folder
-from vrx_mj.config.gazebo.robot_fleets import is_description, robot_fleet
 from vrx_mj.config.loading import Loading, Source, file_of, problem_at, read_source, validated
 from vrx_mj.config.objects import Placement, load_object
+from vrx_mj.config.readers import read_others
 from vrx_mj.config.search import catalogue, is_path
 from vrx_mj.config.tree import Section
 from vrx_mj.config.world import FULL_TURN, WorldConfig, check_thrusters, warn_of_degrees
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, shortened
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
 
 __all__ = ["far_from_all", "load_fleet"]
 
@@ -48,21 +44,9 @@ def load_fleet(source: Source | None, world: WorldConfig) -> FleetConfig:
 def _source(source: Source | None) -> tuple[Section, str]:
     if source is None or isinstance(source, Mapping):
         return read_source("fleets", source or {}), "fleet" if source else "single"
-    if is_launch(source):
-        launch = launch_of(str(source), {})
-        found = fleet_of(launch)
-        if found is None:
-            raise ConfigError([Problem(str(source), None, None, "", "spawns no boats")])
-        if launch.objects:
-            names = shortened(", ".join(thing.name for thing in launch.objects))
-            text = f"{source}: a fleet has its boats alone; it spawns other models too: {names}"
-            warnings.warn(f"{text}; vrx-mj run {source} has them, where it opens a world", VrxWarning, stacklevel=3)
-        return found, Path(source).stem
-    folder = file_in_folder(source)
-    if folder is not None:
-        return robot_fleet(folder, name=folder.parent.name), ""
-    if is_description(source):
-        return robot_fleet(source), ""
+    found = read_others("fleets", source)
+    if found is not None:
+        return found
     file = file_of("fleets", source)
     return read_source("fleets", file), file.stem
 

@@ -30,10 +30,10 @@ from vrx_mj.config.base import (
 from vrx_mj.config.bays import LightConfig, Symbol
 from vrx_mj.config.buoyancy import BuoyancyConfig
 from vrx_mj.config.docks import DockPlacement, Placed, berths, load_dock
-from vrx_mj.config.gazebo.models import is_gazebo_model, kind_name, model_file, model_section
 from vrx_mj.config.joints import JointConfig, LinkConfig, tree_faults
 from vrx_mj.config.loading import Loading, check, read_source, referenced, validated
-from vrx_mj.config.search import display
+from vrx_mj.config.readers import file_of_others, read_others
+from vrx_mj.config.search import display, kind_name
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.tree import Section
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
@@ -303,12 +303,13 @@ def load_object(name: str, near: Path | None = None) -> ObjectConfig:
 
 
 def _file(name: str, near: Path | None) -> Path:
-    """The file of an object, which may be a model of Gazebo."""
-    return model_file(name, near) if is_gazebo_model(name) else referenced("objects", name, near)
+    """The file of an object, which may be of another format."""
+    return file_of_others("objects", name, near) or referenced("objects", name, near)
 
 
 def _section(file: Path) -> Section:
-    return model_section(file) if is_gazebo_model(str(file)) else read_source("objects", file)
+    others = read_others("objects", file)
+    return others[0] if others else read_source("objects", file)
 
 
 def _must_float(model: str, near: Path | None) -> None:

@@ -24,11 +24,11 @@ from vrx_mj.config.base import (
     faults,
 )
 from vrx_mj.config.dynamics import ContactConfig, HullConfig, ServoConfig, Six, ThrusterConfig
-from vrx_mj.config.gazebo.models import file_in_folder, is_gazebo_model, model_file
 from vrx_mj.config.hull import MarineHullConfig
 from vrx_mj.config.loading import Loading, read_source, referenced, validated
 from vrx_mj.config.profiles import NEWER
 from vrx_mj.config.propeller import PropellerConfig
+from vrx_mj.config.readers import file_of_others
 from vrx_mj.config.search import contained
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.tree import Section
@@ -291,9 +291,8 @@ def robot_section(name: str, near: Path | None = None) -> Section | None:
 
 
 def _file(name: str, near: Path | None) -> Path:
-    """The file of a robot, which may be a model of Gazebo."""
-    found = model_file(name, near) if is_gazebo_model(name) else file_in_folder(name, near)
-    return (found or referenced("robots", name, near)).absolute()
+    """The file of a robot, which may be of another format."""
+    return (file_of_others("robots", name, near) or referenced("robots", name, near)).absolute()
 
 
 def _file_part(path: str) -> str:

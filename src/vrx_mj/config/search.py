@@ -17,9 +17,12 @@ from vrx_mj.resources import root
 __all__ = [
     "BUILT_IN",
     "KINDS",
+    "MODEL_SUFFIXES",
     "PACKAGE_PATH",
     "PLACES",
+    "SCHEME",
     "SOURCES",
+    "TEMPLATE",
     "WORLD_SUFFIXES",
     "XML_SUFFIXES",
     "ReadingError",
@@ -349,6 +352,12 @@ KINDS = {
 """Kinds of files that have names, and what a message calls one of them."""
 
 XML_SUFFIXES = (".urdf", ".xacro")
+SCHEME = "model://"
+"""How the name of a model of Gazebo begins."""
+MODEL_SUFFIXES = (".sdf", ".world", ".world.xacro", ".sdf.xacro", ".sdf.erb")
+"""How the files that models of Gazebo are in end."""
+TEMPLATE = "model.sdf.erb"
+"""What VRX makes the model of a dock from."""
 WORLD_SUFFIXES = (".world", ".sdf", ".world.xacro", ".sdf.xacro")
 """How worlds of Gazebo end."""
 PATH_SUFFIXES = (".yaml", ".yml", ".txt", *WORLD_SUFFIXES, *XML_SUFFIXES)
@@ -360,6 +369,13 @@ def package_paths() -> tuple[Path, ...]:
     """Folders in which a robot's files look for packages, besides their own: VRX_MJ_PACKAGE_PATH's, then ROS's."""
     own = tuple(Path(entry) for entry in os.environ.get(PACKAGE_PATH, "").split(os.pathsep) if entry)
     return (*own, *ros_package_paths())
+
+
+def kind_name(model: str) -> str:
+    """What kind of thing a model is, by the name or path that a file gives: `my_buoy` for `./my_buoy/model.sdf`."""
+    path, mark, name = model.partition("#")
+    file = PurePosixPath(path)
+    return name if mark else file.parent.name if file.name in {"model.sdf", TEMPLATE} else file.stem
 
 
 def is_path(source: str | Path) -> bool:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from vrx_mj.arrays import FloatArray, IntArray
+from vrx_mj.config.readers import function_of
 from vrx_mj.config.search import contained
 from vrx_mj.config.shapes import Shape
-from vrx_mj.config.urdf.meshes import read_mesh
 
 __all__ = ["solid", "solid_of_mesh"]
 
@@ -55,7 +55,10 @@ def solid(shape: Shape) -> Solid:
     """
     if shape.type != "mesh":
         return Solid(_hull(_outline(shape)))
-    mesh = read_mesh(contained(str(shape.file), shape.folder), shape.scale)
+    file = contained(str(shape.file), shape.folder)
+    read = function_of("meshes", file)
+    assert read is not None, "any file may be a mesh"
+    mesh = read(file, shape.scale)
     return solid_of_mesh(str(shape.file).rpartition("/")[2], mesh.points, mesh.triangles)
 
 

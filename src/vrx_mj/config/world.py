@@ -2,7 +2,7 @@
 
 import math
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal, Self
 
@@ -23,21 +23,20 @@ from vrx_mj.config.base import (
 )
 from vrx_mj.config.current import CurrentConfig
 from vrx_mj.config.docks import DockPlacement, Placed
-from vrx_mj.config.gazebo.worlds import gazebo_world, is_gazebo_world, warn_of_losses
-from vrx_mj.config.loading import Loading, Source, check, path_of, read_source, validated
+from vrx_mj.config.loading import Loading, Source, check, file_of, read_source, validated
 from vrx_mj.config.objects import FieldConfig, Placement, repeated
 from vrx_mj.config.profiles import CLASSIC, DEFAULT, MARINE, Profile, physics_of_profile, world_of_profile
+from vrx_mj.config.readers import function_of, read_others
 from vrx_mj.config.robots import Arguments, load_robot
 from vrx_mj.config.scene import MarkersConfig, SceneConfig
 from vrx_mj.config.sea import SeaConfig
-from vrx_mj.config.search import find_terrain
-from vrx_mj.config.series.worlds import world_source
+from vrx_mj.config.search import find_terrain, is_path
 from vrx_mj.config.tasks import Task
 from vrx_mj.config.tree import Section
 from vrx_mj.config.wind import WindConfig
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP
-from vrx_mj.errors import VrxWarning
+from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.frames import Geodetic
 
 __all__ = [
@@ -230,7 +229,7 @@ def check_thrusters(robot: str, layout: str, folder: Path | None) -> None:
 
 def load_world(source: Source) -> WorldConfig:
     """The world of a name, a path, `FILE#k` (the k-th of an axes file) or a dict, with everything it names checked."""
-    section, name = _gazebo(source) if is_gazebo_world(source) else world_source(source)
+    section, name = _document(source)
     world = validated(WorldConfig, section, Loading(), name=name)
     world._section = section
     placed: list[Placed] = [*world.objects, *world.docks]
@@ -251,11 +250,28 @@ def _of_default_profile(world: WorldConfig) -> Iterator[str]:
         )
 
 
-def _gazebo(source: str | Path) -> tuple[Section, str]:
-    """What the file of a world of Gazebo says, and the world's name."""
-    found = gazebo_world(path_of("worlds", source))
-    warn_of_losses(found.notes, str(source), stacklevel=5)
-    return read_source("worlds", found.section), found.name
+def _document(source: Source) -> tuple[Section, str]:
+    """The content of a world's file, and the world's name."""
+    if isinstance(source, Mapping):
+        return read_source("worlds", source), "world"
+    found = read_others("worlds", source)
+    if found is not None:
+        return found
+    file = file_of("worlds", source)
+    try:
+        section = read_source("worlds", file)
+    except ConfigError:
+        _refuse_series(file, source)
+        raise
+    if section and all(isinstance(axis, Section) and "steps" in axis for axis in section.values()):
+        _refuse_series(file, source)
+    return section, file.stem if is_path(source) else str(source)
+
+
+def _refuse_series(file: Path, source: str | Path) -> None:
+    refuse = function_of("series", file)
+    if refuse is not None:
+        refuse(file, source)
 
 
 def _of_its_sea(world: WorldConfig) -> Iterator[str]:

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.parts.catalogue import Kind
-from vrx_mj.config.parts.compliance import Box, PartVerdict, Verdict
-from vrx_mj.config.parts.read import triple_of
 from vrx_mj.draw.labels import INK, Thing, font_warnings_hidden, label, write
 from vrx_mj.draw.map import FORMATS
 from vrx_mj.errors import VrxError
+from vrx_mj.formats.parts.catalogue import Kind
+from vrx_mj.formats.parts.compliance import Box, PartVerdict, Verdict
+from vrx_mj.formats.parts.read import triple_of
 from vrx_mj.resources import root
 
 if TYPE_CHECKING:

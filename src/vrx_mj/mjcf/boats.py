@@ -15,9 +15,9 @@ from vrx_mj.config.propeller import PropellerConfig
 from vrx_mj.config.robots import RobotConfig
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.shapes import Shape, Visual
-from vrx_mj.config.urdf.model import Gazebo, Inertial, Joint, Urdf, UrdfThruster
 from vrx_mj.config.windage import WindageConfig
 from vrx_mj.errors import ConfigError, Problem
+from vrx_mj.formats.urdf.model import Gazebo, Inertial, Joint, Urdf, UrdfThruster
 from vrx_mj.frames import Pose, apply, compose, facing, inverse, rotation
 from vrx_mj.mjcf.steering import HERE, Hinges, Tree, known, own_problem, read_hinges, room
 

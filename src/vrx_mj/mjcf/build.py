@@ -9,25 +9,25 @@ from typing import Any
 
 from vrx_mj.config.dynamics import HydrodynamicsConfig
 from vrx_mj.config.fleet import Order
-from vrx_mj.config.gazebo.sdf_boats import read_boat
 from vrx_mj.config.hull import MarineHullConfig
-from vrx_mj.config.parts.generate import wamv_urdf
-from vrx_mj.config.parts.read import load_parts
 from vrx_mj.config.profiles import MARINE, NEWER
 from vrx_mj.config.robots import ProfileEntry, RobotConfig, load_robot, robot_section
 from vrx_mj.config.search import display, is_path, package_paths
 from vrx_mj.config.sensors import BallShooterConfig, SensorConfig
-from vrx_mj.config.urdf.expand import check_library, expand
-from vrx_mj.config.urdf.expression_values import ExpressionError
-from vrx_mj.config.urdf.gazebo import read_gazebo
-from vrx_mj.config.urdf.meshes import MeshFiles, with_file_uris
-from vrx_mj.config.urdf.model import Urdf
-from vrx_mj.config.urdf.reader import read_urdf
-from vrx_mj.config.urdf.writing import urdf_text
-from vrx_mj.config.urdf.xacro_files import own_packages, read_bytes
-from vrx_mj.config.urdf.xml_text import in_namespace
 from vrx_mj.config.wording import ros_names_note
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.formats.gazebo.sdf_boats import read_boat
+from vrx_mj.formats.parts.generate import wamv_urdf
+from vrx_mj.formats.parts.read import load_parts
+from vrx_mj.formats.urdf.expand import check_library, expand
+from vrx_mj.formats.urdf.expression_values import ExpressionError
+from vrx_mj.formats.urdf.gazebo import read_gazebo
+from vrx_mj.formats.urdf.meshes import MeshFiles, with_file_uris
+from vrx_mj.formats.urdf.model import Urdf
+from vrx_mj.formats.urdf.reader import read_urdf
+from vrx_mj.formats.urdf.writing import urdf_text
+from vrx_mj.formats.urdf.xacro_files import own_packages, read_bytes
+from vrx_mj.formats.urdf.xml_text import in_namespace
 from vrx_mj.mjcf.boats import Boat, assembled
 from vrx_mj.mjcf.derive import DENSITY, LINES, Derived, derived_floats, derived_lines
 from vrx_mj.mjcf.steering import located

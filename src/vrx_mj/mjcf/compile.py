@@ -12,12 +12,12 @@ from pydantic import ValidationError
 from vrx_mj.arguments import as_flag, as_seed, check_kind
 from vrx_mj.config.fleet import BoatConfig, FleetConfig, Order
 from vrx_mj.config.fleet_checks import load_fleet
-from vrx_mj.config.gazebo.opening import opened
 from vrx_mj.config.loading import fault_text, problem_at
 from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError, VrxWarning
 from vrx_mj.exits import awaited
+from vrx_mj.formats.gazebo.opening import opened
 from vrx_mj.frames import Pose
 from vrx_mj.mjcf.afloat import boats_afloat
 from vrx_mj.mjcf.boats import Boat

@@ -13,8 +13,8 @@ from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.config.search import contained
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.solids import solid
-from vrx_mj.config.urdf.meshes import read_mesh
 from vrx_mj.errors import VrxError
+from vrx_mj.formats.urdf.meshes import read_mesh
 from vrx_mj.frames import apply, compose, rotation
 from vrx_mj.mjcf.boats import Boat, Part
 from vrx_mj.mjcf.masses import boat_mass

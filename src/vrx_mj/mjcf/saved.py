@@ -16,10 +16,10 @@ from pydantic import ValidationError
 
 from vrx_mj.config.bays import LIGHT_COLORS, OFF, SHAPES, SYMBOLS
 from vrx_mj.config.loading import fault_text
-from vrx_mj.config.urdf.mesh_sizes import sized_obj, sized_stl
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import StateError, VrxError
+from vrx_mj.formats.urdf.mesh_sizes import sized_obj, sized_stl
 from vrx_mj.model.references import broken_references
 from vrx_mj.model.world import FORMAT, Parameters, format_of, parameters_of
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from vrx_mj.config.loading import problem_at
 from vrx_mj.config.robots import RobotConfig
 from vrx_mj.config.tree import Section
-from vrx_mj.config.urdf.model import Joint, Urdf, UrdfThruster
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError
+from vrx_mj.formats.urdf.model import Joint, Urdf, UrdfThruster
 from vrx_mj.frames import Pose, compose
 
 __all__ = ["HERE", "Hinges", "Tree", "known", "located", "own_problem", "read_hinges", "room"]

@@ -13,9 +13,9 @@ from typing import Any, Literal
 
 from vrx_mj.config import tasks
 from vrx_mj.config.fleet import BoatConfig
-from vrx_mj.config.gazebo.models import kind_name
 from vrx_mj.config.loading import problem_at
 from vrx_mj.config.profiles import CLASSIC, NEWER
+from vrx_mj.config.search import kind_name
 from vrx_mj.config.tasks import AnimalConfig, ChannelConfig, ShownObject, TaskConfig
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning

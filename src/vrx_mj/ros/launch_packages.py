@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from shlex import quote
 
-from vrx_mj.config.gazebo.launch import SERVING
-from vrx_mj.config.gazebo.stock import PACKAGES, StockLaunch, stock_launches
 from vrx_mj.config.search import BUILT_IN
 from vrx_mj.errors import VrxError
+from vrx_mj.formats.gazebo.launch import SERVING
+from vrx_mj.formats.gazebo.stock import PACKAGES, StockLaunch, stock_launches
 from vrx_mj.resources import root
 from vrx_mj.ros.messages import DEFINITIONS
 from vrx_mj.ros.packages import listed_files, put_files

@@ -47,8 +47,8 @@ OWN = {
     "cli/robot.py",
     "recording/tables.py",
     "runtime/state.py",
-    "config/gazebo/text_models.py",  # temporary folders of our own, made anew
-    "config/parts/generate.py",
+    "formats/gazebo/text_models.py",  # temporary folders of our own, made anew
+    "formats/parts/generate.py",
     "recording/rrd_file.py",
     "recording/session.py",
     "recording/writer.py",

@@ -13,7 +13,7 @@ import pytest
 
 from urdf_boats import BOX as HULL
 from urdf_boats import joint, link, robot
-from vrx_mj import config
+from vrx_mj import config, formats
 from vrx_mj.config.base import Config, keys_of, limited_keys, without_ignored_keys
 from vrx_mj.config.bays import BayConfig, PlacardConfig
 from vrx_mj.config.buoyancy import BuoyancyElement
@@ -327,8 +327,9 @@ def test_every_key_of_every_kind_changes_the_world_or_is_refused(name, kind):
     assert [key for key in silent if key not in LOOKED_AT and (block.model, key) not in REFERRED_TO] == []
 
 
-for module in pkgutil.walk_packages(config.__path__, f"{config.__name__}."):
-    import_module(module.name)
+for package in (config, formats):
+    for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+        import_module(module.name)
 
 
 def models(base: type[Config] = Config) -> Iterator[type[Config]]:

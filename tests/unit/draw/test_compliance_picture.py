@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from vrx_mj.config.parts.compliance import judge
-from vrx_mj.config.parts.read import load_parts
 from vrx_mj.draw import compliance_picture
 from vrx_mj.draw.compliance_picture import BAD, GOOD, draw_verdict
 from vrx_mj.errors import VrxError
+from vrx_mj.formats.parts.compliance import judge
+from vrx_mj.formats.parts.read import load_parts
 
 COMPONENTS = """
 wamv_camera: [{name: front, x: 0.75, y: 0.25}, {name: back, x: -0.3}]

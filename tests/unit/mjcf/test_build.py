@@ -10,10 +10,10 @@ import pytest
 import vrx_mj
 from urdf_boats import BOX, joint, link, robot, thruster
 from vrx_mj.config.fleet import Order
-from vrx_mj.config.parts.generate import example_file, wamv_urdf
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.search import PACKAGE_PATH
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.formats.parts.generate import example_file, wamv_urdf
 from vrx_mj.mjcf.build import build_boat, robot_urdf
 from vrx_mj.model.world import tree_of
 from vrx_mj.resources import root

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from vrx_mj.cli.nodes import COMMANDS, PROGRAMS
-from vrx_mj.config.gazebo.launch import launch_of
-from vrx_mj.config.gazebo.stock import PACKAGES, stock_launch, stock_launches
 from vrx_mj.config.search import package_name
-from vrx_mj.config.urdf.expand import expand
 from vrx_mj.errors import VrxError
+from vrx_mj.formats.gazebo.launch import launch_of
+from vrx_mj.formats.gazebo.stock import PACKAGES, stock_launch, stock_launches
+from vrx_mj.formats.urdf.expand import expand
 from vrx_mj.ros import launch_packages
 from vrx_mj.ros.launch_packages import LIST, NODES, PACKAGE_NAMES, write_launch_packages
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from vrx_mj.config.gazebo.stock import STOCK_LAUNCHES
-from vrx_mj.config.series.macros import MACROS
+from vrx_mj.formats.gazebo.stock import STOCK_LAUNCHES
+from vrx_mj.formats.series.macros import MACROS
 
 REPO = Path(__file__).parents[3]
 PAGE = (REPO / "docs/vrx.md").read_text(encoding="utf-8")

@@ -10,12 +10,12 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.fleet import BoatConfig, Order
-from vrx_mj.config.urdf.elements import Findings, Node
-from vrx_mj.config.urdf.links import read_joint, root_of
-from vrx_mj.config.urdf.model import Joint
-from vrx_mj.config.urdf.xml_text import in_namespace, parse_robot
 from vrx_mj.drive.pilot import Wheel, engine_commands, engines_of
 from vrx_mj.errors import CommandError, ConfigError, VrxError
+from vrx_mj.formats.urdf.elements import Findings, Node
+from vrx_mj.formats.urdf.links import read_joint, root_of
+from vrx_mj.formats.urdf.model import Joint
+from vrx_mj.formats.urdf.xml_text import in_namespace, parse_robot
 from vrx_mj.frames import quaternion
 from vrx_mj.mjcf.build import boat_urdf
 from vrx_mj.mjcf.world import World

@@ -11,9 +11,9 @@ import pytest
 
 import vrx_mj
 from ros_scene import run, served
-from vrx_mj.config.urdf.model import link_pose
-from vrx_mj.config.urdf.reader import read_urdf
 from vrx_mj.errors import VrxError
+from vrx_mj.formats.urdf.model import link_pose
+from vrx_mj.formats.urdf.reader import read_urdf
 from vrx_mj.frames import quaternion
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.table.boats import Spin, boat_joints

@@ -11,8 +11,8 @@ import vrx_mj
 import workspaces
 from ros_scene import served
 from urdf_boats import joint, link, robot, thruster
-from vrx_mj.config.gazebo.opening import opened
 from vrx_mj.errors import StateError
+from vrx_mj.formats.gazebo.opening import opened
 from vrx_mj.mjcf import robots
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.kinds import LONGEST_DESCRIPTION

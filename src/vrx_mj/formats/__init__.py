@@ -1,0 +1,22 @@
+"""Other people's files: readers that turn them into documents of `config`, found by suffix."""
+
+from vrx_mj.config.readers import Reader
+from vrx_mj.config.search import MODEL_SUFFIXES, SCHEME, WORLD_SUFFIXES, XML_SUFFIXES
+
+__all__ = ["READERS"]
+
+MODELS = (*MODEL_SUFFIXES, SCHEME)
+READERS = (
+    Reader("worlds", WORLD_SUFFIXES, "gazebo.worlds:world_document"),
+    Reader("worlds", ("#",), "series.worlds:world_document"),
+    Reader("series", (".yaml", ".yml"), "series.worlds:refuse_axes"),
+    Reader("fleets", (".launch", ".launch.py"), "gazebo.robot_fleets:launch_document"),
+    Reader("fleets", (*XML_SUFFIXES, *MODELS), "gazebo.robot_fleets:fleet_document"),
+    Reader("fleets", ("/",), "gazebo.robot_fleets:folder_document"),
+    Reader("objects", MODELS, "gazebo.models:object_document", find="gazebo.models:model_file"),
+    Reader("robots", MODELS, find="gazebo.models:model_file"),
+    Reader("robots", ("/",), find="gazebo.models:file_in_folder"),
+    Reader("parts", ("",), "parts.read:load_parts"),
+    Reader("meshes", ("",), "urdf.meshes:read_mesh"),
+)
+"""The first that claims a path has it."""

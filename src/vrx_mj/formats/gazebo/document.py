@@ -1,0 +1,232 @@
+"""An XML file of Gazebo or ROS as elements that know their places; xacro in it is expanded, but for VRX's macros."""
+
+import os.path
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+from xml.sax.saxutils import escape, quoteattr
+
+from vrx_mj.config.search import display, package_paths
+from vrx_mj.config.tree import Place
+from vrx_mj.config.wording import shown
+from vrx_mj.errors import ConfigError, Problem
+from vrx_mj.formats.urdf.elements import numbers_of, truth
+from vrx_mj.formats.urdf.expand import expanded_document
+from vrx_mj.formats.urdf.expression_values import Budget, ExpressionError
+from vrx_mj.formats.urdf.xacro_document import FileError, parse_document, place_of
+from vrx_mj.formats.urdf.xacro_files import read_bytes
+
+__all__ = ["MACRO", "Element", "Fate", "Note", "Report", "home_path", "is_file", "read_document"]
+
+MACRO = "xacro:"
+"""Beginning of the tag of a macro of VRX that is called."""
+LIBRARIES = frozenset({"robotx_gazebo", "vmrc_gazebo", "vorc_gazebo", "vrx_2019", "vrx_gazebo", "wave_gazebo"})
+"""Packages of VRX, whose macros are known here: their files may be missing."""
+_PREFIXES = {"gz": "http://gazebosim.org/schema", "ignition": "http://ignitionrobotics.org/schema"}
+"""Namespaces of XML that files of Gazebo use without declaring them."""
+_ROOT = re.compile(rb"(?>[^<]+|<!--(?>.*?-->)|<\?(?>.*?\?>))*+<[A-Za-z_][\w.:-]*", re.DOTALL)
+
+Fate = Literal["taken over", "approximated", "ignored"]
+"""What became of a part of a file."""
+
+
+@dataclass(frozen=True)
+class Note:
+    """What became of one part of a file."""
+
+    place: Place
+    what: str
+    """The part, as the file calls it."""
+    fate: Fate
+    ours: str
+    """What it is here, or why it is nothing."""
+
+
+@dataclass
+class Report:
+    """What became of the parts of the files that one import reads, and what is wrong with them."""
+
+    notes: list[Note] = field(default_factory=list)
+    problems: list[Problem] = field(default_factory=list)
+
+    def note(self, element: "Element", fate: Fate, ours: str, what: str | None = None) -> None:
+        """Note what became of an element."""
+        self.notes.append(Note(element.place, what or element.label, fate, ours))
+
+    def settle(self) -> None:
+        """Raise all problems as one ConfigError."""
+        if self.problems:
+            order = sorted(dict.fromkeys(self.problems), key=lambda problem: (problem.file, problem.line or 0))
+            raise ConfigError(order)
+
+
+@dataclass(frozen=True)
+class Element:
+    """An element of a file: its tag, where it begins, its attributes, its own text and the elements in it."""
+
+    tag: str
+    place: Place
+    attributes: Mapping[str, str]
+    own_text: str
+    """Text between its tags, that in other elements left out, without blanks around it."""
+    children: tuple["Element", ...]
+
+    @property
+    def label(self) -> str:
+        """The element as messages call it: `<include> 'buoy'`."""
+        name = self.attributes.get("name") or self.text("name") or self.text("uri")
+        return f"<{self.tag.removeprefix(MACRO)}>{f' {shown(name)}' if name else ''}"
+
+    def all(self, tag: str) -> list["Element"]:
+        """The elements of a tag in this one."""
+        return [child for child in self.children if child.tag == tag]
+
+    def child(self, *path: str) -> "Element | None":
+        """The first element of a tag; of several tags, the first one down that path."""
+        found: Element | None = self
+        for tag in path:
+            found = next(iter(found.all(tag)), None) if found else None
+        return found
+
+    def walk(self) -> Iterator["Element"]:
+        """This element and all in it, in the order of the file."""
+        yield self
+        for child in self.children:
+            yield from child.walk()
+
+    def text(self, *path: str) -> str:
+        """The text of the first element down a path; empty without one."""
+        found = self.child(*path)
+        return found.own_text if found else ""
+
+    def fault(self, message: str, key: str = "") -> ConfigError:
+        """An error at this element."""
+        path = " / ".join(filter(None, (self.label, key)))
+        return ConfigError([Problem(self.place.file.name, self.place.line, self.place.column, path, message)])
+
+    def numbers(self, tag: str, labels: str, default: Sequence[float] | None = None) -> list[float] | None:
+        """The numbers in the first element of a tag, one for each label; `default` if it is missing or empty.
+
+        Raises:
+            ConfigError: there are others than finite numbers in it, or not as many as labels.
+        """
+        found = self.child(tag)
+        if found is None or not found.own_text:
+            return None if default is None else list(default)
+        return found.read_numbers(labels)
+
+    def number(self, tag: str, default: float | None = None) -> float | None:
+        """The number in the first element of a tag, likewise."""
+        found = self.numbers(tag, tag)
+        return default if found is None else found[0]
+
+    def whole(self, tag: str, default: int | None = None) -> int | None:
+        """The whole number in the first element of a tag, likewise."""
+        found = self.number(tag)
+        if found is not None and not found.is_integer():
+            raise self.fault(f"expected a whole number, got {shown(self.text(tag))}", tag)
+        return default if found is None else int(found)
+
+    def given(self, *tags: str) -> dict[str, float]:
+        """The numbers in elements of these tags, without those that are missing or empty. Raises ConfigError."""
+        values = {tag: self.number(tag) for tag in tags}
+        return {tag: value for tag, value in values.items() if value is not None}
+
+    def switch(self, tag: str, default: bool = False) -> bool:
+        """Whether the first element of a tag is true; `default` if it is missing or empty. Raises ConfigError."""
+        text = self.text(tag)
+        return self._truth(text, tag) if text else default
+
+    def attribute_switch(self, name: str) -> bool:
+        """Whether an attribute is true; not where it is missing or empty. Raises ConfigError."""
+        text = self.attributes.get(name, "")
+        return self._truth(text, name) if text else False
+
+    def _truth(self, text: str, key: str) -> bool:
+        found = truth(text)
+        if found is None:
+            raise self.fault(f"expected true or false, got {shown(text)}", key)
+        return found
+
+    def read_numbers(self, labels: str) -> list[float]:
+        """The numbers in this element, one for each label. Raises ConfigError."""
+        try:
+            return numbers_of(self.own_text, labels.split())
+        except ValueError as error:
+            raise self.fault(str(error)) from None
+
+    def inner_xml(self) -> str:
+        """What is between the tags of this element, as XML."""
+        return f"{escape(self.own_text)}{''.join(map(_xml, self.children))}"
+
+
+def is_file(path: Path) -> bool:
+    """Whether there is a file of this path, which may be too long for any."""
+    return os.path.isfile(path)  # noqa: PTH113 - Path.is_file raises an OSError for a name that is too long
+
+
+def home_path(text: str) -> Path:
+    """A path whose `~` is a home folder; for a user that does not exist it stays as it is."""
+    return Path(os.path.expanduser(text))  # noqa: PTH111 - Path.expanduser raises a RuntimeError for such a user
+
+
+def read_document(file: Path, arguments: Mapping[str, str] | None = None) -> Element:
+    """The root element of a file; a `.xacro` is expanded, with the calls of VRX's own macros left in it.
+
+    Files that it includes are read from its own folder and from packages alone.
+
+    Raises:
+        ConfigError: it cannot be read or expanded.
+    """
+    if file.name.lower().endswith(".xacro"):
+        if not is_file(file):
+            raise ConfigError([Problem(display(file), None, None, "", _why_not(file))])
+        paths = package_paths()
+        document = expanded_document(file, arguments=arguments, package_paths=paths, libraries=LIBRARIES)
+    else:
+        document = _plain(file)
+    return _element(document.documentElement)
+
+
+def _why_not(file: Path) -> str:
+    """Why there is nothing to read."""
+    try:
+        read_bytes(file)
+    except ExpressionError as error:
+        return str(error)
+    return "no such file"
+
+
+def _plain(file: Path) -> Any:
+    name = display(file)
+    try:
+        return parse_document(_declared(read_bytes(file)), name, file.parent, Budget())
+    except FileError as error:
+        place = error.place
+        raise ConfigError([Problem(place.file.name, place.line, place.column, error.key, str(error))]) from None
+    except (ExpressionError, FileNotFoundError) as error:
+        raise ConfigError([Problem(name, None, None, "", str(error))]) from None
+
+
+def _declared(data: bytes) -> bytes:
+    """The text with the namespaces declared that Gazebo's files use undeclared; lines stay where they are."""
+    missing = [name for name in _PREFIXES if f"{name}:".encode() in data and f"xmlns:{name}".encode() not in data]
+    root = _ROOT.match(data)
+    if not missing or root is None:
+        return data
+    added = "".join(f' xmlns:{name}="{_PREFIXES[name]}"' for name in missing).encode()
+    return data[: root.end()] + added + data[root.end() :]
+
+
+def _element(node: Any) -> Element:
+    texts = (child.data for child in node.childNodes if child.nodeType in (child.TEXT_NODE, child.CDATA_SECTION_NODE))
+    children = tuple(_element(child) for child in node.childNodes if child.nodeType == child.ELEMENT_NODE)
+    attributes = {str(name): str(value) for name, value in node.attributes.items()}
+    return Element(str(node.tagName), place_of(node), attributes, "".join(texts).strip(), children)
+
+
+def _xml(element: Element) -> str:
+    attributes = "".join(f" {name}={quoteattr(value)}" for name, value in element.attributes.items())
+    return f"<{element.tag}{attributes}>{element.inner_xml()}</{element.tag}>"

@@ -1,0 +1,94 @@
+"""Files of Gazebo and ROS below a folder, as a catkin workspace, a package or a folder of worlds."""
+
+import os
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path, PurePath
+
+from vrx_mj.config.search import display
+from vrx_mj.errors import VrxError
+from vrx_mj.formats.urdf.xacro_files import MAX_BYTES
+
+__all__ = ["files_below", "is_folder", "links_below", "short_names"]
+
+BUILT = {"build", "devel", "install", "log"}
+"""Folders of a workspace that are made from the others."""
+MOST_FILES = 2000
+MOST_FOLDERS = 20_000
+MOST_MEGABYTES = 32
+DEEPEST = 50
+
+
+def is_folder(path: str | Path) -> bool:
+    """Whether there is a folder of this path, which may be too long for any."""
+    try:
+        return os.path.isdir(path)  # noqa: PTH112 - Path.is_dir raises an OSError for a name that is too long
+    except ValueError:
+        return False
+
+
+def files_below(folder: Path, kinds: tuple[str, ...]) -> Iterator[Path]:
+    """The files below a folder whose names end so; not those that catkin makes from a xacro or a template beside them.
+
+    Links to folders are not followed, links to files not where they lead out or nowhere.
+
+    Raises:
+        VrxError: there are too many, or too much is in them.
+    """
+    found, size, top = 0, 0, os.path.realpath(folder)
+    for place, names in _places(folder):
+        present = set(names)
+        for name in sorted(names):
+            file = Path(place, name)
+            made = f"{name}.xacro" in present or f"{name}.erb" in present
+            if made or not name.lower().endswith(kinds) or not _is_inside(file, top):
+                continue
+            found, size = found + 1, size + _size(file)
+            if found > MOST_FILES:
+                raise VrxError(f"more than {MOST_FILES} files to read in {display(folder)}: name a smaller folder")
+            if size > MOST_MEGABYTES * 10**6:
+                raise VrxError(f"more than {MOST_MEGABYTES} MB to read in {display(folder)}: name a smaller folder")
+            yield file
+
+
+def _places(folder: Path) -> Iterator[tuple[str, list[str]]]:
+    """The folders below a folder that may hold sources, and the names of the files in each; none that are locked."""
+    top = str(folder)
+    try:
+        os.scandir(top).close()
+    except OSError as error:
+        raise VrxError(f"{display(folder)}: cannot be read: {error.strerror}") from None
+    for number, (place, folders, names) in enumerate(os.walk(top)):
+        folders[:] = sorted(name for name in folders if not name.startswith(".") and name not in BUILT)
+        if number > MOST_FOLDERS:
+            raise VrxError(f"more than {MOST_FOLDERS} folders in {display(folder)}: name a smaller one")
+        if folders and place[len(top) :].count(os.sep) > DEEPEST:
+            raise VrxError(f"folders more than {DEEPEST} deep in {display(folder)}: name a smaller one")
+        yield place, names
+
+
+def _is_inside(file: Path, folder: str) -> bool:
+    """Whether there is a file, which is not a link that leads out of a folder."""
+    real = os.path.realpath(file)  # Path.resolve raises a RuntimeError for links in a circle
+    return os.path.exists(real) and Path(real).is_relative_to(folder)  # noqa: PTH110 - as is_folder
+
+
+def _size(file: Path) -> int:
+    """Bytes of a file that are read; of one above the limit none are."""
+    size = file.stat().st_size
+    return size if size <= MAX_BYTES else 0
+
+
+def links_below(folder: Path) -> list[Path]:
+    """Links to folders in a folder and in its `src`, which are not followed."""
+    places = [folder, folder / "src"]
+    inside = (Path(entry.path) for place in places if is_folder(place) for entry in os.scandir(place))
+    return sorted(path for path in inside if path.is_symlink() and is_folder(path))
+
+
+def short_names(files: Sequence[Path], folder: Path) -> list[str]:
+    """The shortest end of each file's path in a folder that no other one has: its name, where that is its own."""
+    parts = [PurePath(os.path.relpath(file, folder)).parts for file in files]
+    ends = Counter(one[-length:] for one in parts for length in range(1, len(one) + 1))
+    shortest = (next((one[-size:] for size in range(1, len(one)) if ends[one[-size:]] == 1), one) for one in parts)
+    return ["/".join(one) for one in shortest]

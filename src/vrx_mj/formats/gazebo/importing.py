@@ -1,0 +1,430 @@
+"""Files of Gazebo and ROS written as files of ours, with a table of what became of each part."""
+
+import html
+import os
+import warnings
+from collections import ChainMap
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from vrx_mj.config.kinds import wrong_kind
+from vrx_mj.config.loading import Loading, read_source, validated
+from vrx_mj.config.objects import ObjectConfig
+from vrx_mj.config.robots import load_robot, robot_section
+from vrx_mj.config.search import SCHEME, XML_SUFFIXES, display, kind_name, package_paths
+from vrx_mj.config.shapes import Shape
+from vrx_mj.config.tree import Entry, File, Items, Place, Section
+from vrx_mj.config.world import WorldConfig
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, shortened
+from vrx_mj.formats.gazebo.document import Fate, Note, Report, is_file
+from vrx_mj.formats.gazebo.folders import files_below, is_folder
+from vrx_mj.formats.gazebo.launch import launch_of
+from vrx_mj.formats.gazebo.launched import Launch, SpawnedObject, fleet_of, objects_of
+from vrx_mj.formats.gazebo.model_frames import safe_name
+from vrx_mj.formats.gazebo.models import is_gazebo_model, model_element, model_file, model_section
+from vrx_mj.formats.gazebo.opening import joined
+from vrx_mj.formats.gazebo.sdf_boats import is_boat, read_boat
+from vrx_mj.formats.gazebo.worlds import gazebo_world, is_gazebo_world
+from vrx_mj.formats.series.worlds import section_text
+from vrx_mj.formats.urdf.expand import arguments as declared_arguments
+from vrx_mj.formats.urdf.expand import check_library, declared, expand
+from vrx_mj.formats.urdf.expression_values import ExpressionError
+from vrx_mj.formats.urdf.gazebo import read_gazebo
+from vrx_mj.formats.urdf.meshes import MeshFiles, with_mesh_names
+from vrx_mj.formats.urdf.writing import urdf_text
+from vrx_mj.formats.urdf.xacro_files import own_packages, read_bytes
+from vrx_mj.resources import root
+
+__all__ = ["HEAD", "TABLE", "TITLE", "Imported", "import_files"]
+
+TABLE = "import.md"
+"""Name of the file with the table."""
+TITLE = "# What became of each part\n"
+"""How that file begins: what is in a folder with one may be written over."""
+HEAD = "# Made by vrx-mj import from "
+"""How each file that is written begins, so that a later import may write over it."""
+ROBOTS = (".urdf", ".urdf.xacro")
+"""Ends of names of files of boats."""
+KINDS = (".world", ".world.xacro", ".launch", ".sdf", ".sdf.erb", *ROBOTS)
+"""Ends of names of files that a folder is searched for."""
+MARKS = ("<xacro:", "${", "$(")
+"""Text by which a description with something to expand is recognized."""
+EXPANDED = {"urdf", "arguments", "layouts", "suites"}
+"""Keys of a robot's YAML that are about its xacro."""
+FATES: tuple[Fate, ...] = ("taken over", "approximated", "ignored")
+
+
+@dataclass
+class Imported:
+    """What an import writes: texts and copies of files by their paths in the folder, and the notes for the table."""
+
+    texts: dict[str, str] = field(default_factory=dict)
+    copies: dict[str, Path] = field(default_factory=dict)
+    notes: list[Note] = field(default_factory=list)
+    sails: list[tuple[str, str | None]] = field(default_factory=list)
+    """What can be sailed: each a world, by its path in the folder or its name, and the path of a fleet or None."""
+    failed: list[str] = field(default_factory=list)
+    """Messages of files that could not be read."""
+
+    def count(self, fate: Fate) -> int:
+        """How many parts became of a kind."""
+        return sum(note.fate == fate for note in dict.fromkeys(self.notes))
+
+    def table(self) -> str:
+        """The table, as Markdown."""
+        notes = sorted(dict.fromkeys(self.notes), key=lambda note: (note.place.file.name, note.place.line or 0))
+        places = (f"{shortened(note.place.file.name)}:{note.place.line or 1}" for note in notes)
+        cells = ((place, note.what, note.fate, note.ours) for place, note in zip(places, notes, strict=True))
+        rows = [f"| {' | '.join(map(_cell, row))} |" for row in cells]
+        head = [TITLE, "| file | part | | here |", "|---|---|---|---|"]
+        failed = ["", "# Files that were not read", "", *(f"- {message}" for message in self.failed)]
+        return "\n".join([*head, *rows, *(failed if self.failed else ()), ""])
+
+
+def import_files(source: Path, arguments: Mapping[str, str] | None = None) -> Imported:
+    """What a file of Gazebo or ROS, or all such files of a folder, become here.
+
+    Args:
+        source: a world (`.world`, `.world.xacro`, `.sdf`), a launch file, a boat (`.urdf`, `.xacro`), a model or its
+            folder, a dock's template (`.sdf.erb`), or a folder of them.
+        arguments: arguments of the launch file or of the xacro.
+
+    Raises:
+        ConfigError: the file is wrong; of a folder wrong files are listed in `failed` instead.
+        VrxError: there is nothing to import.
+    """
+    made = Imported()
+    writer = _Writer(made)
+    if not is_folder(source):
+        _check_arguments(source, arguments or {})
+        writer.add(source, dict(arguments or {}))
+        return made
+    if arguments:
+        raise VrxError(f"arguments NAME:=VALUE are for one launch file or xacro, not for the folder {display(source)}")
+    files = list(files_below(source, KINDS))
+    if not files:
+        raise VrxError(f"no file to import in {display(source)}: none ends in {', '.join(KINDS)}")
+    for file in sorted(files, key=lambda file: file.name.lower().endswith(ROBOTS)):  # launch files bring boats
+        try:
+            writer.add_unless_known(file)
+        except VrxError as error:
+            made.failed += str(error).splitlines()
+    if not made.texts and made.failed:
+        raise VrxError("\n".join(made.failed))
+    if not (made.texts or made.notes or made.sails):
+        raise VrxError(f"no file to import in {display(source)}: its boats are only macros for other files")
+    return made
+
+
+def _check_arguments(file: Path, arguments: Mapping[str, str]) -> None:
+    """Raise a VrxError where a file that is no launch file does not declare what it is given."""
+    if not arguments or file.name.lower().endswith(".launch"):
+        return
+    known: Collection[str] = ()
+    if file.name.lower().endswith(".xacro") and is_file(file):
+        known = declared_arguments(file) if is_gazebo_world(file) else declared(file, arguments, package_paths())
+    name = next((name for name in arguments if name not in known), None)
+    if name is not None:
+        raise ConfigError(
+            [Problem(display(file), None, None, f"{name}:=", str(UnknownNameError("argument", name, known)))]
+        )
+
+
+def _cell(text: str) -> str:
+    return html.escape(" ".join(text.split()), quote=False).replace("|", "\\|")
+
+
+class _Writer:
+    """Texts of files of ours, one import at a time."""
+
+    def __init__(self, made: Imported) -> None:
+        self.made = made
+        self.paths: dict[tuple[str, str], str] = {}
+        """Paths of what is written, by its folder and what it is made from."""
+        self.robots: set[Path] = set()
+        """Files of boats that are written."""
+
+    def path_of(self, folder: str, name: str, source: str, ending: str = ".yaml") -> str:
+        """The path in the folder of what is made from a source: two of one name are numbered."""
+        if (folder, source) not in self.paths:
+            taken = set(self.paths.values())
+            names = (name, *(f"{name}_{number}" for number in range(2, len(taken) + 3)))
+            paths = (f"{folder}{name}{ending}" for name in names)
+            self.paths[folder, source] = next(path for path in paths if path not in taken)
+        return self.paths[folder, source]
+
+    def add_unless_known(self, file: Path) -> None:
+        """Import a file of a folder, unless it is a boat that a launch file has brought, or only macros for boats."""
+        if not file.name.lower().endswith(ROBOTS) or (file.resolve() not in self.robots and _has_links(file)):
+            self.add(file, {})
+
+    def add(self, file: Path, arguments: dict[str, str]) -> None:
+        """Import a file by its kind."""
+        name = file.name.lower()
+        if name.endswith(".launch"):
+            self.add_launch(file, launch_of(str(file), arguments))
+        elif is_gazebo_world(file) and not _is_model_alone(file):
+            self.add_world(file, arguments)
+        elif name.endswith(".sdf") and is_boat(model_element(file)[0]):
+            self.add_boats(file)
+        elif name.endswith(XML_SUFFIXES) and is_file(file):
+            self.add_fleet_of(file, self.add_robot(safe_name(file.name.partition(".")[0]), file, arguments))
+        elif is_gazebo_model(file.name) or name.endswith(".erb"):
+            self.add_object(safe_name(_model_stem(file)), file, str(file))
+        else:
+            if not os.path.lexists(file):
+                raise VrxError(f"no file or folder '{shortened(file)}'")
+            wanted = f"a file to import, which ends in {', '.join(KINDS)}; or a folder"
+            raise VrxError(f"'{file}' is {wrong_kind(file, wanted) or f'not {wanted}'}")
+
+    def add_world(self, file: Path, arguments: Mapping[str, str]) -> str:
+        """Write a world and the objects that it brings, and return its path."""
+        world = gazebo_world(file, arguments)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", VrxWarning)  # `vrx-mj run` says them again
+            validated(WorldConfig, read_source("worlds", world.section), Loading(), name=world.name)
+        path = self.path_of("", safe_name(file.name.partition(".")[0]), str(file.resolve()))
+        if path in self.made.texts:
+            return path
+        self.made.notes += world.notes
+        section = self.with_objects(world.section, file.parent)
+        self.made.texts[path] = self.text(file, section)
+        self.made.sails.append((path, self.add_fleet(file, world.fleet)))
+        return path
+
+    def add_fleet(self, file: Path, fleet: Section | str | None) -> str | None:
+        """Write the boats of a world and their fleet, and return its path; without boats its name, if it has one."""
+        if not isinstance(fleet, Section):
+            return fleet
+        boats = []
+        for boat in fleet["boats"]:
+            path = self.add_boat(str(boat["robot"]), model_file(str(boat["robot"]), file.parent))
+            boats.append(Section({**boat, "robot": f"./{path}"}, boat.place, boat.entries))
+        path = self.path_of("", f"{safe_name(file.name.partition('.')[0])}_fleet", f"fleet of {file.resolve()}")
+        items = Items.of(boats, fleet["boats"].places)
+        self.made.texts[path] = self.text(file, Section({**fleet, "boats": items}, fleet.place, fleet.entries))
+        return path
+
+    def add_boats(self, file: Path) -> None:
+        """Write a boat of SDF, and a fleet of it alone."""
+        self.add_fleet_of(file, self.add_boat(str(file.absolute()), file))
+
+    def add_fleet_of(self, file: Path, robot: str) -> None:
+        """Write a fleet of one boat, by the path of its URDF."""
+        stem = robot.rpartition("/")[2].removesuffix(".urdf")
+        place = Place(File(display(file), file.absolute().parent))
+        fleet = Section({"robot": f"./{robot}"}, place, {"robot": Entry(place, place)})
+        self.made.texts[self.path_of("", f"{stem}_fleet", f"fleet of {file.resolve()}")] = self.text(file, fleet)
+
+    def add_boat(self, source: str, file: Path) -> str:
+        """Write a boat as a URDF, with its meshes beside it, and return its path."""
+        name = safe_name(source.removeprefix(SCHEME) if source.startswith(SCHEME) else kind_name(source))
+        path = self.path_of("robots/", name, str(file.resolve()), ".urdf")
+        if path in self.made.texts:
+            return path
+        stem = path.removeprefix("robots/").removesuffix(".urdf")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", VrxWarning)
+            boat = read_boat(file)
+            seen = read_gazebo(boat)
+        model = model_element(file)[0]
+        self.made.notes.append(Note(model.place, model.label, "taken over", f"`{path}`, a boat"))
+        for remark in (*boat.remarks, *seen.warnings):
+            what, _, text = remark.partition(": ")[2].rpartition(": ")
+            line = remark.partition(": ")[0].rpartition(":")[2]
+            place = model.place._replace(line=int(line)) if line.isdigit() else model.place
+            self.made.notes.append(Note(place, what, "approximated", text))
+
+        def mesh(shape: Shape) -> str:
+            assert shape.folder is not None, "a mesh comes from a file"
+            own = f"meshes/{stem}/{shape.file}"
+            self.made.copies[f"robots/{own}"] = shape.folder / str(shape.file)
+            return own
+
+        self.made.texts[path] = urdf_text(boat, mesh)
+        return path
+
+    def add_robot(self, name: str, file: Path, arguments: Mapping[str, str]) -> str:
+        """Write the URDF of a boat, with its meshes and what the YAML beside it says, and return its path."""
+        _text(file)  # what cannot be read is refused
+        where = f"./{file.name}", file.absolute().parent
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", VrxWarning)
+            config, section = load_robot(*where), robot_section(*where)
+            chosen = (*islice(config.layouts.values(), 1), config.suites.get("vrx", {}))
+            given = ChainMap(dict(arguments), *map(dict, reversed(chosen)), config.arguments)
+            text = _urdf(config.description_file, given)
+        if "<link" not in text:
+            check_library(config.description_file)
+        path = self.path_of("robots/", name, f"{text}{section}", ".urdf")
+        self.robots.add(file.resolve())
+        if path in self.made.texts:
+            return path
+        stem = path.removeprefix("robots/").removesuffix(".urdf")
+        files = MeshFiles(config.description_file.absolute().parent, own_packages(), package_paths())
+        self.made.texts[path] = with_mesh_names(text, files, partial(self.add_mesh, stem))
+        place = Place(File(display(file), file.absolute().parent))
+        self.made.notes.append(Note(place, "<robot>", "taken over", f"`{path}`, a boat"))
+        if section is not None:
+            kept = {key: value for key, value in section.items() if key not in EXPANDED}
+            self.made.texts[f"robots/{stem}.yaml"] = self.text(file, Section(kept, section.place, section.entries))
+        return path
+
+    def add_mesh(self, robot: str, folder: Path, name: str) -> str | None:
+        """Copy a mesh of a boat, and return its path beside the URDF; None: it is one of ours, which are everywhere."""
+        source = (folder / name).resolve()
+        ours = source.is_relative_to((root() / "assets").resolve())
+        return None if ours else self.copied("robots", robot, source, name)
+
+    def copied(self, area: str, owner: str, source: Path, name: str) -> str:
+        """Copy a mesh, and return its path beside the file of what it belongs to: others of its name are numbered."""
+        copies = self.made.copies
+        names = (f"meshes/{owner}/{number}{name}" for number in ("", *(f"{count}/" for count in range(2, 1000))))
+        own = next(own for own in names if copies.get(f"{area}/{own}", source) == source)
+        copies[f"{area}/{own}"] = source
+        return own
+
+    def with_objects(self, section: Section, folder: Path, here: str = "") -> Section:
+        """A section, to be written to a folder, whose models of Gazebo are objects of ours, which are written too."""
+        objects = section.get("objects")
+        if not isinstance(objects, Items):
+            return section
+        renamed = []
+        for thing in objects:
+            model = str(thing["model"])
+            if is_gazebo_model(model):
+                name = safe_name(model.removeprefix(SCHEME).partition("#")[2] or model.removeprefix(SCHEME))
+                path = self.add_object(name, model_file(model, folder), model)
+                renamed.append(Section({**thing, "model": f"./{path.removeprefix(here)}"}, thing.place, thing.entries))
+            else:
+                renamed.append(thing)
+        items = Items.of(renamed, objects.places)
+        return Section({**section, "objects": items}, section.place, section.entries)
+
+    def add_object(self, name: str, file: Path, source: str) -> str:
+        """Write an object, with its meshes beside it, and return its path."""
+        path = self.path_of("objects/", name, str(file.absolute()))
+        if path in self.made.texts:
+            return path
+        report = Report()
+        section = model_section(file, report)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", VrxWarning)
+            validated(ObjectConfig, section, Loading((file.resolve(),)))
+        self.made.notes += report.notes
+        self.made.texts[path] = ""
+        folder = Path(str(file).partition("#")[0]).parent
+        stem = path.removeprefix("objects/").removesuffix(".yaml")
+        content = self.with_meshes(self.with_objects(section, folder, "objects/"), folder, stem)
+        self.made.texts[path] = self.text(Path(source), content)
+        return path
+
+    def with_meshes(self, value: Any, folder: Path, name: str) -> Any:
+        """A section whose meshes are copied beside the object."""
+        if isinstance(value, Section):
+            inside = {key: self.with_meshes(item, folder, name) for key, item in value.items()}
+            if value.get("type") == "mesh" and "file" in value:
+                source = ((value.folder or folder) / value["file"]).resolve()
+                inside["file"] = self.copied("objects", name, source, value["file"])
+            return Section(inside, value.place, value.entries)
+        if isinstance(value, Items):
+            return Items.of((self.with_meshes(item, folder, name) for item in value), value.places)
+        return value
+
+    def add_launch(self, file: Path, launch: Launch) -> None:
+        """Write the world and the fleet of a launch file."""
+        self.made.notes += launch.report.notes
+        world = self.add_world(launch.world, {}) if isinstance(launch.world, Path) else launch.world
+        if launch.objects and world is not None:
+            assert launch.world is not None, "a launch file that opens a world"
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", VrxWarning)
+                section, _ = joined(launch.world, launch, None)
+                validated(WorldConfig, read_source("worlds", section), Loading())
+            world = self.add_joined(file, launch, world)
+        fleet = fleet_of(launch)
+        if fleet is None:
+            known = {name for name, _ in self.made.sails}
+            self.made.sails += [(world, None)] if world is not None and world not in known else []
+            return
+        listed = fleet.get("boats", Items.of((), ()))
+        loaded = len(listed) - len(launch.boats)
+        boats = list(listed[:loaded])
+        for boat, found in zip(listed[loaded:], launch.boats, strict=True):
+            if isinstance(found.robot, Path) and is_gazebo_model(found.robot.name):
+                path = self.add_boat(str(found.robot.absolute()), found.robot)
+                boats.append(Section({**boat, "robot": f"./{path}"}, boat.place, boat.entries))
+            elif isinstance(found.robot, Path):
+                path = self.add_robot(boat["name"], found.robot, found.arguments)
+                whole = {key: value for key, value in boat.items() if key != "arguments"}  # its URDF is expanded
+                boats.append(Section({**whole, "robot": f"./{path}"}, boat.place, boat.entries))
+            else:
+                boats.append(boat)
+        path = self.path_of("", f"{safe_name(file.name.partition('.')[0])}_fleet", f"fleet of {file.resolve()}")
+        items = {"boats": Items.of(boats, listed.places)} if boats else {}
+        self.made.texts[path] = self.text(file, Section({**fleet, **items}, fleet.place, fleet.entries))
+        if world is not None:
+            self.made.sails.append((world, path))
+
+    def add_joined(self, file: Path, launch: Launch, world: str) -> str:
+        """Write a world that has the objects of a launch file besides those of another, and return its path."""
+
+        def named(thing: SpawnedObject) -> tuple[str, Path | None]:
+            if isinstance(thing.model, str):
+                return thing.model, None
+            name = safe_name(_model_stem(thing.model))
+            return f"./{self.add_object(name, thing.model, str(thing.model))}", None
+
+        items = objects_of(launch, named)
+        place = items.places[0]
+        base = f"./{world}" if world in self.made.texts else world
+        values = {"extends": base, "objects": items}
+        path = self.path_of("", f"{safe_name(file.name.partition('.')[0])}_world", f"world of {file.resolve()}")
+        self.made.texts[path] = self.text(file, Section(values, place, dict.fromkeys(values, Entry(place, place))))
+        return path
+
+    def text(self, source: Path, section: Section) -> str:
+        """A file of ours."""
+        return f"{HEAD}{shortened(source.name)}\n{section_text(section)}"
+
+
+def _urdf(file: Path, arguments: Mapping[str, str]) -> str:
+    """The URDF of a description, expanded if there is something to expand."""
+    text = _text(file).decode("utf-8", errors="replace")
+    if not any(mark in text for mark in MARKS):
+        return text
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VrxWarning)
+        return expand(file, arguments=arguments, package_paths=package_paths())
+
+
+def _has_links(file: Path) -> bool:
+    """Whether a file describes a boat, and does not only define macros for others; one that cannot be read does."""
+    try:
+        return "<link" in _urdf(file, {})
+    except VrxError:
+        return True
+
+
+def _is_model_alone(file: Path) -> bool:
+    """Whether a `.sdf` is that of a model: in a folder of one, or without a world."""
+    if not file.name.lower().endswith((".sdf", ".sdf.xacro")):
+        return False
+    return b"<world" not in _text(file)
+
+
+def _text(file: Path) -> bytes:
+    """What is in a file. Raises ConfigError."""
+    try:
+        return read_bytes(file)
+    except ExpressionError as error:
+        raise ConfigError([Problem(display(file), None, None, "", str(error))]) from None
+
+
+def _model_stem(file: Path) -> str:
+    """The name of a model: that of its folder, or of its file."""
+    return file.parent.name if file.name.startswith("model.") else file.name.partition(".")[0]

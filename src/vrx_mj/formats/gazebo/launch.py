@@ -1,0 +1,593 @@
+"""Launch files of ROS 1 that open a world of Gazebo: which world, and which boats and objects they spawn where."""
+
+import os
+import shlex
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path, PurePosixPath
+from typing import Any, TypeGuard
+
+from vrx_mj.config.search import SCHEME, catalogue, display, package_paths
+from vrx_mj.config.tree import File, Place
+from vrx_mj.config.wording import shown
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, shortened
+from vrx_mj.formats.gazebo.document import Element, Fate, Note, Report, home_path, is_file, read_document
+from vrx_mj.formats.gazebo.erb_docks import is_template
+from vrx_mj.formats.gazebo.launched import (
+    ENDING,
+    POSE,
+    Launch,
+    SpawnedBoat,
+    SpawnedObject,
+    checked_fleet,
+    pose_of_words,
+    stock_boat,
+)
+from vrx_mj.formats.gazebo.model_frames import pose_of, safe_name
+from vrx_mj.formats.gazebo.models import NO_MODEL, has_model, is_gazebo_model, model_element, model_file
+from vrx_mj.formats.gazebo.packages import (
+    NOWHERE,
+    PACKAGES,
+    is_nowhere,
+    named_world,
+    object_named,
+    robot_named,
+    world_named,
+)
+from vrx_mj.formats.gazebo.sdf_boats import is_boat
+from vrx_mj.formats.gazebo.stock import (
+    STOCK_LAUNCHES,
+    StockLaunch,
+    instead_of,
+    is_tool,
+    stock_launch,
+    unlocks,
+    unused,
+)
+from vrx_mj.formats.urdf.elements import truth
+from vrx_mj.formats.urdf.expand import declared
+from vrx_mj.formats.urdf.expression_values import LONGEST_TEXT, Budget, ExpressionError
+from vrx_mj.formats.urdf.xacro_files import Files, Substitutions
+from vrx_mj.frames import Pose, compose
+
+__all__ = ["SERVING", "is_launch", "launch_of", "read_launch"]
+
+DEEPEST = 20
+"""Launch files that may include each other."""
+MOST = 1000
+"""Models that launch files may spawn."""
+MOST_FILES = 200
+"""Launch files that one includes altogether."""
+FLAGS = {"urdf", "sdf", "gazebo", "unpause", "wait", "b", "package_to_model", "h", "help"}
+"""Options of spawn_model without a value."""
+OWN_ARGUMENTS = {"namespace", "locked"}
+"""Arguments of a boat's xacro that are the name of the boat and the lock of the task here."""
+SERVING = "vrx_mj_serve"
+"""Type of the node that starts one of VRX's own launch files here."""
+_LAUNCHES_WORLDS = {"empty_world.launch", "willowgarage_world.launch"}
+Description = tuple[Path | str, dict[str, str]]
+"""The file of a robot's description or the name of one of ours, and the arguments of its xacro."""
+
+
+def launch_of(source: str, arguments: Mapping[str, str]) -> Launch:
+    """The simulation of a launch file, or of one of VRX's own by its name where no such file is at hand.
+
+    Raises:
+        ConfigError: the file, or one that it includes, cannot be read or is wrong.
+        UnknownNameError: there is no such file, and VRX has none of this name.
+    """
+    file = Path(source)
+    if is_file(file):
+        return read_launch(file, arguments)
+    stock = None if os.path.lexists(file) else stock_launch(file.name, file.parent.name)
+    if stock is None and os.path.lexists(file):
+        raise ConfigError([Problem(display(file), None, None, "", "not a file")])
+    if stock is None and is_tool(file.name):
+        raise ConfigError([Problem(file.name, None, None, "", instead_of(file.name, arguments))])
+    if stock is None:
+        raise UnknownNameError("launch file", source, sorted(STOCK_LAUNCHES))
+    run = _Run(Files(file, {}, package_paths()), Report(), Budget())
+    run.open_stock(stock, dict(arguments), None)
+    return run.result()
+
+
+def is_launch(source: object) -> TypeGuard[str | Path]:
+    """Whether a source is the path of a launch file, or the name of one of VRX's with its ending."""
+    return isinstance(source, str | Path) and (str(source).lower().endswith(ENDING) or is_tool(Path(source).name))
+
+
+def read_launch(file: Path, arguments: Mapping[str, str], *, strict: bool = True) -> Launch:
+    """The simulation that a launch file starts. Raises ConfigError, if `strict` also for arguments that it has not."""
+    run = _Run(Files(file, {}, package_paths()), Report(), Budget())
+    declared = run.read(file.absolute(), dict(arguments), _Scope("", {}))
+    unknown = sorted(set(arguments) - declared)
+    if unknown and strict:
+        message = str(UnknownNameError("argument", unknown[0], sorted(declared)))
+        raise ConfigError([Problem(display(file), None, None, f"{unknown[0]}:=", message)])
+    return run.result()
+
+
+@dataclass(frozen=True)
+class _Scope:
+    """Where an element of a launch file is: its namespace, and the arguments that it sees."""
+
+    namespace: str
+    arguments: dict[str, str]
+
+
+class _Run:
+    """Launch files being read: the world and the boats so far."""
+
+    def __init__(self, files: Files, report: Report, budget: Budget) -> None:
+        self.files = files
+        self.report = report
+        self.budget = budget
+        self.count = 0
+        self.world: Path | str | None = None
+        self.boats: list[SpawnedBoat] = []
+        self.objects: list[SpawnedObject] = []
+        self.places: dict[str, Place] = {}
+        self.descriptions: dict[str, Description] = {}
+        self.open: list[Path] = []
+        self.included: list[Path] = []
+        self.nodes: dict[str, Place] = {}
+        self.unlocked = False
+        self.fleet: Path | None = None
+
+    @cached_property
+    def known_objects(self) -> Mapping[str, Path]:
+        """Objects of the catalogue, which is searched once."""
+        return catalogue("objects")
+
+    def result(self) -> Launch:
+        """What they start."""
+        self.report.settle()
+        joins = self.world is not None
+        fate: Fate = "taken over" if joins else "ignored"
+        ours = "`objects` of the world" if joins else "no world to join: this launch file opens none"
+        for thing in self.objects:
+            self.report.notes.append(Note(thing.place, f"<node> '{thing.name}'", fate, ours))
+        boats, objects, included = tuple(self.boats), tuple(self.objects), tuple(self.included)
+        return Launch(self.world, boats, objects, self.report, self.unlocked, included, self.fleet)
+
+    def read(self, file: Path, given: dict[str, str], scope: _Scope) -> set[str]:
+        """Go through a file with arguments from outside, and return the names of those that it declares."""
+        self.count += 1
+        if self.count > MOST_FILES + 1:
+            return set(given)
+        if said := self.too_many(file):
+            raise ConfigError([Problem(display(file), None, None, "", said)])
+        root = read_document(file)
+        if root.tag != "launch":
+            raise root.fault(f"expected <launch>, got <{root.tag}>")
+        self.open.append(file)
+        inner = _Scope(scope.namespace, {})
+        for child in root.children:
+            self.take(child, inner, given)
+        self.open.pop()
+        return {arg.attributes.get("name", "") for arg in _declarations(root)}
+
+    def too_many(self, file: Path) -> str:
+        """What is wrong with the files that lead to this one, or nothing."""
+        if file.resolve() in {other.resolve() for other in self.open}:
+            return f"launch files include each other: {' > '.join(path.name for path in (*self.open, file))}"
+        if len(self.open) >= DEEPEST:
+            return f"launch files include each other deeper than {DEEPEST} levels"
+        return f"more than {MOST_FILES} launch files in one" if self.count > MOST_FILES else ""
+
+    def take(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
+        """Do what an element says, unless its `if` or `unless` says not to."""
+        try:
+            if self.holds(element, scope):
+                _TAKE.get(element.tag, _Run.ignore)(self, element, scope, given)
+        except ConfigError as error:
+            self.report.problems += error.problems
+
+    def ignore(self, element: Element, _: _Scope, __: dict[str, str]) -> None:
+        """Note an element that is not of the simulation."""
+        self.report.note(element, "ignored", "not part of the simulation; start it beside `vrx-mj serve`")
+
+    def holds(self, element: Element, scope: _Scope) -> bool:
+        """Whether an element's conditions hold."""
+        for key, wanted in (("if", True), ("unless", False)):
+            if key in element.attributes:
+                text = self.worked_out(element, element.attributes[key], scope)
+                found = truth(text)
+                if found is None:
+                    raise element.fault(f"expected true or false, got {shown(text)}", key)
+                if found != wanted:
+                    return False
+        return True
+
+    def argument(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
+        """Declare an argument."""
+        name = self.needed(element, "name", scope)
+        try:
+            scope.arguments[name] = self.argument_value(element, name, scope, given)
+        except ConfigError:
+            scope.arguments.setdefault(name, "")  # what needs it says no second time that it is wrong
+            raise
+
+    def argument_value(self, element: Element, name: str, scope: _Scope, given: dict[str, str]) -> str:
+        """The value of an argument: its own, the one from outside, or its default."""
+        if "value" in element.attributes:
+            return self.worked_out(element, element.attributes["value"], scope)
+        if name in given:
+            return given[name]
+        if "default" in element.attributes:
+            return self.worked_out(element, element.attributes["default"], scope)
+        raise element.fault(f"has no value: add {name}:=VALUE")
+
+    def group(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
+        """Go through a group; its arguments are its own."""
+        name = self.worked_out(element, element.attributes.get("ns", ""), scope)
+        inner = _Scope(_joined(scope.namespace, name), dict(scope.arguments))
+        for child in element.children:
+            self.take(child, inner, given)
+
+    def include(self, element: Element, scope: _Scope, _: dict[str, str]) -> None:
+        """Go through another file with the arguments that this one gives it."""
+        name = self.needed(element, "file", scope)
+        passes_all = element.attribute_switch("pass_all_args")
+        passed = dict(scope.arguments) if passes_all else {}
+        inner = _Scope(_joined(scope.namespace, self.worked_out(element, element.attributes.get("ns", ""), scope)), {})
+        for arg in element.all("arg"):
+            if self.holds(arg, scope):
+                value = arg.attributes.get("value", arg.attributes.get("default", ""))
+                passed[self.needed(arg, "name", scope)] = self.worked_out(arg, value, scope)
+        if not name.startswith(NOWHERE):
+            self.included.append(self.allowed(element, name))
+            declared = self.read(self.included[-1], passed, inner)
+            unknown = sorted(set(passed) - set(scope.arguments if passes_all else ()) - declared)
+            if unknown:
+                raise element.fault(str(UnknownNameError("argument", unknown[0], sorted(declared))))
+            return
+        file, stock = PurePosixPath(name).name, stock_launch(PurePosixPath(name).name, PurePosixPath(name).parts[1])
+        if file in _LAUNCHES_WORLDS:
+            self.open_world(element, passed.get("world_name", ""))
+        elif stock is not None:
+            self.open_stock(stock, passed, element)
+        else:
+            self.report.note(element, "ignored", "not part of the simulation", f"<include> {file}")
+
+    def open_world(self, element: Element, path: str) -> None:
+        """Take the world that Gazebo is started with."""
+        if not path:
+            self.report.note(element, "ignored", "it names no world")
+            return
+        self.world = self.world_of(element, path)
+        self.report.note(element, "taken over", f"the world: {shown(PurePosixPath(path).name)}")
+
+    def world_of(self, element: Element, path: str) -> Path | str:
+        """A world's file; one of VRX's that is not at hand by its name here."""
+        if is_nowhere(path):
+            try:
+                return world_named(path)
+            except UnknownNameError as error:
+                raise element.fault(f"{error} (or add its package's folder to VRX_MJ_PACKAGE_PATH)") from None
+        return self.allowed(element, self.made_from(path, ".xacro"))
+
+    def made_from(self, path: str, *endings: str) -> str:
+        """A path; where there is no such file, that of the one with another ending that catkin makes it from."""
+        whole = str(self.open[0].parent / path)
+        found = (f"{path}{ending}" for ending in ("", *endings) if is_file(Path(f"{whole}{ending}")))
+        return next(found, path)
+
+    def open_stock(self, stock: StockLaunch, given: dict[str, str], element: Element | None) -> None:
+        """Start what one of VRX's own launch files starts."""
+        unknown = set(given) - set(stock.arguments)
+        if unknown:
+            message = str(UnknownNameError(f"argument of {stock.name}", sorted(unknown)[0], stock.arguments))
+            raise element.fault(message) if element else ConfigError([Problem(stock.name, None, None, "", message)])
+        world, urdf = given.get("world"), given.get("urdf")
+        if world is None:
+            self.world = stock.world
+        else:
+            self.world = self.world_of(element, world) if element else named_world(world)
+        own: dict[str, Any] = {}
+        if urdf is not None:
+            robot = self.robot_file(element, urdf) if element else robot_named(urdf) or home_path(urdf)
+            own = {"robot": robot, **({"arguments": {}} if isinstance(robot, Path) else {})}
+        place = element.place if element else Place(File(stock.name, None))
+        self.unlocked = self.unlocked or unlocks(stock, given)
+        for name, value in given.items():
+            if instead := unused(stock, name, value):
+                self.report.notes.append(Note(place, f"{name}:={shortened(value)}", "ignored", instead))
+        for boat in stock.boats:
+            self.spawn(element, replace(stock_boat(boat, given, place, alone=len(stock.boats) == 1), **own))
+        if element is not None:
+            self.report.note(element, "taken over", f"VRX's {stock.name}")
+
+    def parameter(self, element: Element, scope: _Scope, _: dict[str, str]) -> None:
+        """Keep the description of a robot, which `<param>` gives as a command of xacro or as a file."""
+        name = _joined(scope.namespace, self.needed(element, "name", scope))
+        if "command" in element.attributes:
+            command = self.worked_out(element, element.attributes["command"], scope)
+            self.descriptions[name] = self.description(element, command)
+        elif "textfile" in element.attributes:
+            path = self.worked_out(element, element.attributes["textfile"], scope)
+            self.descriptions[name] = self.robot_file(element, path), {}
+        elif name == "/use_sim_time" and truth(element.attributes.get("value", "")):
+            self.report.note(element, "taken over", "time is always that of the simulation")
+        else:
+            self.report.note(element, "ignored", "a parameter; set it with `rosparam set` while `vrx-mj serve` runs")
+
+    def parameters(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
+        """Take over a fleet's file that `<rosparam>` loads; other parameters are those of nodes."""
+        path = self.worked_out(element, element.attributes.get("file", ""), scope)
+        try:
+            self.fleet = checked_fleet(self.allowed(element, path))
+            self.report.note(element, "taken over", f"the fleet: `{self.fleet.name}`")
+        except VrxError:
+            self.ignore(element, scope, given)
+
+    def description(self, element: Element, command: str) -> Description:
+        """File and arguments of a command of xacro; nothing is run."""
+        try:
+            words = [word for word in shlex.split(command) if not word.startswith("-")]
+        except ValueError as error:
+            raise element.fault(f"{shown(command)}: {error}", "command") from None
+        if len(words) < 2 or PurePosixPath(words[0]).name not in {"xacro", "xacro.py", "cat"}:
+            raise element.fault(f"expected a command of xacro, got {shown(command)}; others are not run", "command")
+        arguments = dict(word.split(":=", 1) for word in words[2:] if ":=" in word)
+        return self.robot_file(element, words[1]), arguments
+
+    def robot_file(self, element: Element, path: str) -> Path | str:
+        """The file of a description or a model of SDF; the name of ours for VRX's own."""
+        named = robot_named(path) or object_named(path)
+        if named is None and path.startswith(NOWHERE):
+            raise element.fault(f"no package for {path.removeprefix(NOWHERE)}: add its folder to VRX_MJ_PACKAGE_PATH")
+        ends = (".xacro", ".erb") if path.lower().endswith(".sdf") else ()
+        return named or self.allowed(element, self.made_from(path, *ends))
+
+    def node(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
+        """Spawn a boat; other nodes are not of the simulation."""
+        if element.attributes.get("type") == SERVING:
+            self.serve(element, scope)
+            return
+        if self.fleet and element.attributes.get("type") == "spawn_usvs.py":
+            self.report.note(element, "taken over", f"the boats of `{self.fleet.name}`")
+            return
+        if element.attributes.get("type") not in {"spawn_model", "spawn_wamv.bash", "spawn_entity.py"}:
+            self.ignore(element, scope, given)
+            return
+        scope = self.claim_node(element, scope)
+        text = self.worked_out(element, element.attributes.get("args", ""), scope)
+        options = self.options(element, text)
+        name = options.get("model") or options.get("entity")
+        if not name:
+            raise element.fault("a spawned model needs -model NAME", "args")
+        pose = self.pose(element, [options.get(key, "0") for key in POSE])
+        if "database" in options or "-sdf" in text.split():
+            found = self.sdf_model(element, name, options, scope)
+            if found is None:
+                return
+            robot, arguments = found, dict[str, str]()
+        else:
+            robot, arguments = self.spawned(element, options, scope)
+        if robot in self.known_objects or (isinstance(robot, Path) and _is_object(robot)):
+            self.spawn_object(element, SpawnedObject(name, pose, element.place, robot))
+            return
+        if isinstance(robot, Path) and is_gazebo_model(robot.name):
+            pose = _with_own(pose, robot)
+        boat = SpawnedBoat(name, pose, element.place, robot, self.known(element, name, robot, arguments))
+        self.spawn(element, boat)
+        self.report.note(element, "taken over", "a boat of the fleet", f"<node> '{name}'")
+
+    def claim_node(self, element: Element, scope: _Scope) -> _Scope:
+        """Keep the name of a node that spawns, for roslaunch starts no two of one name; returns its own scope."""
+        own = self.worked_out(element, element.attributes.get("name", ""), scope)
+        namespace = _joined(scope.namespace, self.worked_out(element, element.attributes.get("ns", ""), scope))
+        name = f"/{_joined(namespace, own).lstrip('/')}"
+        first = self.nodes.setdefault(name, element.place)
+        if own and first != element.place:
+            same = first.file.name == element.place.file.name
+            here = f"line {first.line}" if same else f"{first.file.name}:{first.line}"
+            text = f"a node named '{name}' is on {here} already, so roslaunch starts nothing: give each another name"
+            self.report.problems += element.fault(text, "name").problems
+        return replace(scope, namespace=namespace)
+
+    def sdf_model(self, element: Element, name: str, options: Mapping[str, str], scope: _Scope) -> Path | str | None:
+        """The file of a model of SDF, or its name in the catalogue; None, with a note: there is no such model."""
+        what = f"<node> '{name}'"
+        if "database" in options:
+            model, folder = options["database"], self.open[0].parent
+            if model in self.known_objects:
+                return model
+            if has_model(model, folder):
+                return model_file(f"{SCHEME}{model}", folder)
+            self.report.note(element, "ignored", f"no model named '{shortened(model)}'; {NO_MODEL}", what)
+            return None
+        try:
+            robot, arguments = self.spawned(element, options, scope)
+        except ConfigError as error:
+            if "file" not in options:
+                raise
+            self.report.note(element, "ignored", error.problems[0].message, what)
+            return None
+        if arguments:
+            self.report.note(element, "ignored", f"arguments of the xacro of an SDF: {' '.join(arguments)}", what)
+        return robot
+
+    def spawn_object(self, element: Element, thing: SpawnedObject) -> None:
+        """Add an object, whose name no other model has; a pose in its own file is in the frame of the spawned one."""
+        self.claim(element, thing.name)
+        if isinstance(thing.model, Path) and not is_template(thing.model):
+            thing = replace(thing, pose=_with_own(thing.pose, thing.model))
+        if len(self.objects) == MOST:
+            raise element.fault(f"more than {MOST} objects")
+        self.objects.append(thing)
+
+    def known(self, element: Element, name: str, robot: Path | str, given: dict[str, str]) -> dict[str, str]:
+        """The arguments that the xacro of a boat declares; xacro ignores others."""
+        if not given or not isinstance(robot, Path):
+            return given
+        declares = declared(robot, given, package_paths()) if robot.name.lower().endswith(".xacro") else ()
+        unknown = [key for key in given if key not in declares and key not in OWN_ARGUMENTS]
+        if unknown:
+            listed = ", ".join(f"{key}:=" for key in unknown)
+            self.report.note(element, "ignored", f"{robot.name} declares no {listed}", f"<node> '{name}'")
+        return {key: value for key, value in given.items() if key in declares}
+
+    def serve(self, element: Element, scope: _Scope) -> None:
+        """Start what one of VRX's own launch files starts, as `vrx-mj ros packages` writes them."""
+        name, *words = self.words(element, self.worked_out(element, element.attributes.get("args", ""), scope)) or [""]
+        stock = stock_launch(PurePosixPath(name).name, PurePosixPath(name).parent.name)
+        if stock is None:
+            raise element.fault(str(UnknownNameError("launch file", name, sorted(STOCK_LAUNCHES))), "args")
+        given = dict(word.split(":=", 1) for word in words if ":=" in word)
+        self.open_stock(stock, {key: value for key, value in given.items() if value}, element)
+
+    def spawn(self, element: Element | None, boat: SpawnedBoat) -> None:
+        """Add a boat, whose name no other model has."""
+        self.claim(element, boat.name)
+        if len(self.boats) > MOST:
+            return
+        if len(self.boats) == MOST and element is not None:
+            self.boats.append(boat)  # the next one says no second time that they are too many
+            raise element.fault(f"more than {MOST} boats")
+        self.boats.append(boat)
+
+    def claim(self, element: Element | None, name: str) -> None:
+        """Keep the name of a model; that of another one is an error."""
+        first = self.places.get(safe_name(name))
+        if first is not None and element is not None:
+            same = first.file.name == element.place.file.name
+            here = f"line {first.line}" if same else f"{first.file.name}:{first.line}"
+            text = f"a model named '{name}' is spawned on {here} already: each needs -model NAME of its own"
+            raise element.fault(text, "args")
+        if element is not None:
+            self.places[safe_name(name)] = element.place
+
+    def spawned(self, element: Element, options: Mapping[str, str], scope: _Scope) -> Description:
+        """File and arguments of the description that a node spawns."""
+        if "file" in options:
+            return self.robot_file(element, options["file"]), {}
+        given = options.get("param", "robot_description")
+        name = given if given.startswith("/") else _joined(scope.namespace, given)
+        if name not in self.descriptions:
+            raise element.fault(f"-param: {UnknownNameError('parameter', name, sorted(self.descriptions))}", "args")
+        return self.descriptions[name]
+
+    def options(self, element: Element, text: str) -> dict[str, str]:
+        """The options of spawn_model: each word with one dash has a value, but for those that say a format."""
+        words = self.words(element, text)
+        found: dict[str, str] = {}
+        index = 0
+        while index < len(words):
+            key = words[index].lstrip("-")
+            if key in FLAGS or not words[index].startswith("-"):
+                index += 1
+                continue
+            value = words[index + 1] if index + 1 < len(words) else ""
+            if not value or (value[0] == "-" and value[1:2] not in set("0123456789.i")):
+                raise element.fault(f"-{key} needs a value", "args")
+            found[key] = value
+            index += 2
+        return found
+
+    def words(self, element: Element, text: str) -> list[str]:
+        """The words of a command line."""
+        try:
+            return shlex.split(text)
+        except ValueError as error:
+            raise element.fault(f"{shown(text)}: {error}", "args") from None
+
+    def pose(self, element: Element, values: list[str]) -> Pose:
+        """Six numbers."""
+        pose = pose_of_words(values)
+        if pose is None:
+            message = f"expected numbers for -x -y -z -R -P -Y, got {shown(' '.join(values))}"
+            raise element.fault(message, "args")
+        return pose
+
+    def needed(self, element: Element, name: str, scope: _Scope) -> str:
+        """An attribute that must be there."""
+        if name not in element.attributes:
+            raise element.fault("required, but missing", name)
+        return self.worked_out(element, element.attributes[name], scope)
+
+    def worked_out(self, element: Element, text: str, scope: _Scope) -> str:
+        """A text with its substitutions worked out."""
+        folder = self.open[-1].parent if self.open else Path.cwd()
+        known = _Known(self.files, scope.arguments, self.budget)
+        try:
+            if text.strip().startswith("$(eval ") and text.strip().endswith(")"):
+                found = known.resolve(text.strip()[2:-1], folder)
+            elif "$(eval" in text:
+                raise ExpressionError(
+                    "$(eval ...) must be the whole value, as in roslaunch; give it an <arg> of its own"
+                )
+            else:
+                found = _substituted(text, lambda inner: known.resolve(inner, folder))
+            if len(found) > LONGEST_TEXT:
+                raise ExpressionError(f"a text of more than {LONGEST_TEXT} characters is too long")
+            self.budget.write(found)
+        except ExpressionError as error:
+            raise element.fault(f"{shown(text)}: {error}".replace("a robot file", "a launch file")) from None
+        return found
+
+    def allowed(self, element: Element, path: str) -> Path:
+        """A file that may be read: beside the first file, or in a package."""
+        try:
+            return self.files.allowed(str(self.open[0].parent / path) if self.open else path)
+        except (ExpressionError, FileNotFoundError) as error:
+            raise element.fault(str(error)) from None
+
+
+class _Known(Substitutions):
+    """Substitutions of launch files: packages of VRX and ROS need not be there."""
+
+    def find(self, name: str) -> str:
+        """The folder of a package."""
+        return f"{NOWHERE}{name}" if name in PACKAGES and not self.files.has_package(name) else super().find(name)
+
+    def argument(self, name: str) -> str:
+        """The value of an argument."""
+        if name not in self.arguments:
+            raise ExpressionError(
+                f"{UnknownNameError('argument', name, self.arguments)}; declare it before in an <arg>"
+            )
+        return super().argument(name)
+
+
+def _is_object(file: Path) -> bool:
+    """Whether a file is a model of SDF without thrusters, or the template of a dock."""
+    return is_gazebo_model(file.name) and (is_template(file) or not is_boat(model_element(file)[0]))
+
+
+def _with_own(pose: Pose, model: Path) -> Pose:
+    """The pose of a spawned model of SDF: one in its own file is in the frame of the spawned one."""
+    x, y, z, roll, pitch, yaw = own = pose_of(model_element(model)[0]).value
+    return compose(pose, (x, y, z, roll, pitch, yaw)) if any(own) else pose
+
+
+def _declarations(element: Element) -> Iterator[Element]:
+    """The arguments that a file declares, in groups or not."""
+    yield from element.all("arg")
+    for group in element.all("group"):
+        yield from _declarations(group)
+
+
+def _substituted(text: str, resolve: Callable[[str], str]) -> str:
+    """A text with each `$(...)` in it replaced."""
+    parts, start = [], 0
+    while (found := text.find("$(", start)) >= 0:
+        end = text.find(")", found)
+        if end < 0:
+            raise ExpressionError("'$(' is never closed")
+        parts += [text[start:found], resolve(text[found + 2 : end])]
+        start = end + 1
+    return "".join([*parts, text[start:]])
+
+
+def _joined(namespace: str, name: str) -> str:
+    """A name in a namespace, as ROS has them."""
+    return name if name.startswith("/") else f"{namespace.rstrip('/')}/{name}" if name else namespace
+
+
+_TAKE: Mapping[str, Callable[[_Run, Element, _Scope, dict[str, str]], Any]] = {
+    "arg": _Run.argument, "group": _Run.group, "include": _Run.include, "param": _Run.parameter,
+    "rosparam": _Run.parameters, "node": _Run.node,
+}  # fmt: skip

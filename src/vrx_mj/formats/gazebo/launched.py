@@ -1,0 +1,228 @@
+"""What a launch file starts, as a world's and a fleet's file of ours say it."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from vrx_mj.config.fleet import FleetConfig
+from vrx_mj.config.kinds import MARKS
+from vrx_mj.config.loading import Loading, read_source, validated
+from vrx_mj.config.tree import Entry, File, Items, Place, Section, merged
+from vrx_mj.config.wording import shown
+from vrx_mj.errors import ConfigError, Problem, VrxError
+from vrx_mj.formats.gazebo.document import Report
+from vrx_mj.formats.gazebo.model_frames import safe_name
+from vrx_mj.formats.gazebo.stock import StockBoat
+from vrx_mj.formats.urdf.elements import truth
+from vrx_mj.frames import Pose
+
+__all__ = [
+    "ENDING",
+    "POSE",
+    "Launch",
+    "SpawnedBoat",
+    "SpawnedObject",
+    "checked_fleet",
+    "fleet_of",
+    "objects_of",
+    "pose_of_words",
+    "stock_boat",
+    "with_objects",
+]
+
+ENDING = ".launch"
+"""How the names of launch files end."""
+POSE = ("x", "y", "z", "R", "P", "Y")
+"""Names of arguments for a pose."""
+
+
+@dataclass(frozen=True)
+class SpawnedBoat:
+    """A boat that a launch file spawns."""
+
+    name: str
+    """Its name in Gazebo."""
+    pose: Pose
+    """Pose in the world [m, rad]."""
+    place: Place
+    """What spawns it."""
+    robot: Path | str = "wamv"
+    """File of its description, or the name of one of our robots."""
+    arguments: Mapping[str, str] = field(default_factory=dict)
+    """Arguments of its xacro."""
+
+
+@dataclass(frozen=True)
+class SpawnedObject:
+    """An object of SDF that a launch file spawns into the world."""
+
+    name: str
+    """Its name in Gazebo."""
+    pose: Pose
+    """Pose in the world [m, rad]."""
+    place: Place
+    """What spawns it."""
+    model: Path | str
+    """File of its model, or its name in the catalogue."""
+
+
+@dataclass(frozen=True)
+class Launch:
+    """What a launch file starts, as far as it is a simulation."""
+
+    world: Path | str | None
+    """File of the world, or the name of one of ours; None: it opens none."""
+    boats: tuple[SpawnedBoat, ...]
+    objects: tuple[SpawnedObject, ...]
+    report: Report
+    unlocked: bool = False
+    """Whether it frees the boat that a task would hold at the start."""
+    included: tuple[Path, ...] = ()
+    """The launch files that it includes."""
+    fleet: Path | None = None
+    """A fleet's file among those that its parameters are loaded from."""
+
+
+def stock_boat(boat: StockBoat, given: Mapping[str, str], place: Place, *, alone: bool) -> SpawnedBoat:
+    """A boat of one of VRX's launch files, started with arguments; several have names and places of their own."""
+    moved = given if alone else {}
+    texts = [moved.get(key, repr(value)) for key, value in zip(POSE, boat.pose, strict=True)]
+    pose = pose_of_words(texts)
+    if pose is None:
+        message = f"expected numbers, got {shown(' '.join(texts))}"
+        raise ConfigError([Problem(place.file.name, place.line, None, "x:= y:= z:= R:= P:= Y:=", message)])
+    arguments = {key: given.get(key, value) for key, value in boat.arguments.items() if alone or key != "thrust_config"}
+    own = {} if alone else {key: value for key, value in boat.arguments.items() if key == "thrust_config"}
+    return SpawnedBoat(moved.get("namespace", boat.name), pose, place, boat.robot, arguments | own)
+
+
+def pose_of_words(values: Sequence[str]) -> Pose | None:
+    """Six numbers; None: they are others."""
+    try:
+        x, y, z, roll, pitch, yaw = numbers = [float(value) for value in values]
+    except ValueError:
+        return None
+    return (x, y, z, roll, pitch, yaw) if all(map(math.isfinite, numbers)) else None
+
+
+def fleet_of(launch: Launch) -> Section | None:
+    """The boats of a launch file as a fleet's file says them; None: it spawns none."""
+    loaded = _loaded(launch.fleet) if launch.fleet else None
+    if not launch.boats:
+        return loaded
+    place = Place(launch.boats[0].place.file, 1)
+    boats = [_boat(boat) for boat in launch.boats]
+    items = Items.of(boats, [boat.place for boat in launch.boats])
+    name = PurePosixPath(place.file.name).name.removesuffix(ENDING)
+    spawned = Section({"name": name, "boats": items}, place, dict.fromkeys(("name", "boats"), Entry(place, place)))
+    return spawned if loaded is None else merged(loaded, spawned, ("boats",))
+
+
+def checked_fleet(file: Path) -> Path:
+    """The file, if it is a fleet's. Raises VrxError: it is another."""
+    section = read_source("fleets", file)
+    if MARKS["fleets"].isdisjoint(validated(FleetConfig, section, Loading()).model_fields_set):
+        raise VrxError(f"{file} is not a fleet")
+    return file
+
+
+def _loaded(file: Path) -> Section:
+    """A fleet's file, with a name."""
+    found = read_source("fleets", file)
+    return Section({"name": file.stem, **found}, found.place, found.entries)
+
+
+def _boat(boat: SpawnedBoat) -> Section:
+    """One boat of a fleet's file; the path of a robot begins where its file is."""
+    place, robot = boat.place, boat.robot
+    values: dict[str, Any] = {"name": safe_name(boat.name), "pose": Items.of(boat.pose, [place] * 6)}
+    at, named = place, str(robot)
+    if isinstance(robot, Path):
+        named, at = robot.name, Place(File(place.file.name, robot.absolute().parent, place.file.lines), *place[1:])
+    values["robot"] = named
+    if isinstance(robot, str):
+        values |= _wamv(boat)
+    elif boat.arguments:
+        values["arguments"] = Section(dict(boat.arguments), place, dict.fromkeys(boat.arguments, Entry(place, place)))
+    entries = {key: Entry(place, at if key == "robot" else place) for key in values}
+    return Section(values, place, entries)
+
+
+def _wamv(boat: SpawnedBoat) -> dict[str, Any]:
+    """Thrusters and sensors of VRX's WAM-V, by the arguments of its description or of a launch file."""
+    arguments = boat.arguments
+    layout = arguments.get("thruster_config") or arguments.get("thrust_config")
+    on = [key for key, value in arguments.items() if key.endswith("_enabled") and _is_on(boat, key, value)]
+    suites = [key.removesuffix("_enabled").replace("vrx_sensors", "vrx") for key in on]
+    return {**({"thrusters": layout} if layout else {}), "sensors": suites or "none"}
+
+
+def _is_on(boat: SpawnedBoat, key: str, value: str) -> bool:
+    """Whether an argument switches sensors on. Raises ConfigError where it is neither true nor false."""
+    found = truth(value)
+    if found is None:
+        text = f"expected true or false, got {shown(value)}"
+        place = boat.place
+        raise ConfigError([Problem(place.file.name, place.line, place.column, f"'{boat.name}' / {key}:=", text)])
+    return found
+
+
+def with_objects(world: Section, launch: Launch) -> Section:
+    """A world with a launch file's lock and the objects that it spawns. Raises ConfigError for names that are taken."""
+    world = _unlocked(world) if launch.unlocked else world
+    items = objects_of(launch, _beside)
+    if not items:
+        return world
+    there = [one for one in world.get("objects") or () if isinstance(one, Section) and "name" in one]
+    first = {thing["name"]: thing.entries["name"].value for thing in there}
+    problems = [_is_there(thing, first[thing["name"]]) for thing in items if thing["name"] in first]
+    if problems:
+        raise ConfigError(problems)
+    place = items.places[0]
+    return merged(world, Section({"objects": items}, place, {"objects": Entry(place, place)}))
+
+
+def _unlocked(world: Section) -> Section:
+    """A world whose task, if it has one, does not hold its boat at the start."""
+    if not isinstance(world.get("task"), Section):
+        return world
+    place = world.entries["task"].value
+    task = Section({"locked": False}, place, {"locked": Entry(place, place)})
+    return merged(world, Section({"task": task}, place, {"task": Entry(place, place)}))
+
+
+def _is_there(thing: Section, first: Place) -> Problem:
+    """The problem of an object whose name one of the world has."""
+    name, place = thing["name"], thing.place
+    where = f"{first.file.name}:{first.line}"
+    text = f"a model named '{name}' is in the world already ({where}): each needs -model NAME of its own"
+    return Problem(place.file.name, place.line, place.column, f"<node> '{name}' / args", text)
+
+
+def objects_of(launch: Launch, named: Callable[[SpawnedObject], tuple[str, Path | None]]) -> Items:
+    """The objects of a launch file as a world's file says them.
+
+    Args:
+        launch: what starts them.
+        named: gives what the model of one is called, and the folder in which its path starts.
+    """
+    return Items.of((_object(one, *named(one)) for one in launch.objects), [one.place for one in launch.objects])
+
+
+def _beside(thing: SpawnedObject) -> tuple[str, Path | None]:
+    """The model of an object by its folder and file, as a file beside the folder names it."""
+    if isinstance(thing.model, str):
+        return thing.model, None
+    folder = thing.model.absolute().parent
+    return f"./{folder.name}/{thing.model.name}", folder.parent
+
+
+def _object(thing: SpawnedObject, model: str, folder: Path | None) -> Section:
+    """One object of a world's file."""
+    place = thing.place
+    where = Place(File(place.file.name, folder or place.file.folder, place.file.lines), *place[1:])
+    values = {"name": safe_name(thing.name), "model": model, "pose": Items.of(thing.pose, [place] * 6)}
+    entries = {key: Entry(place, where if key == "model" else place) for key in values}
+    return Section(values, where, entries)

@@ -1,0 +1,322 @@
+"""What a command opens: a world, the world and the boats of a launch file, or the file of a folder that is meant."""
+
+import os.path
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from vrx_mj.config.loading import Source, file_of, path_of, read_source
+from vrx_mj.config.search import (
+    SOURCES,
+    WORLD_SUFFIXES,
+    catalogue,
+    display,
+    is_built_in,
+    package_name,
+    package_paths,
+    workspace_packages,
+)
+from vrx_mj.config.tree import Section
+from vrx_mj.config.wording import shown
+from vrx_mj.errors import ChoiceError, ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, shortened
+from vrx_mj.formats.gazebo.document import read_document
+from vrx_mj.formats.gazebo.folders import files_below, is_folder, links_below, short_names
+from vrx_mj.formats.gazebo.launch import is_launch, launch_of, read_launch
+from vrx_mj.formats.gazebo.launched import Launch, fleet_of, with_objects
+from vrx_mj.formats.gazebo.packages import PACKAGES
+from vrx_mj.formats.gazebo.robot_fleets import is_robot_xacro, robot_fleet
+from vrx_mj.formats.gazebo.stock import instead_of, is_tool, stock_launch
+from vrx_mj.formats.gazebo.worlds import NO_BOATS, GazeboWorld, gazebo_world, is_gazebo_world, warn_of_losses
+from vrx_mj.formats.urdf.expand import arguments as declared_arguments
+from vrx_mj.packages import shell_word
+
+__all__ = ["file_in", "file_of_folder", "joined", "opened"]
+
+LAUNCH = (".launch",)
+ROS2 = (".launch.py", ".launch.xml")
+ROBOTS = (".urdf", ".urdf.xacro")
+MOST_LAUNCHES = 200
+"""Launch files of a folder that are read to choose one."""
+NEWER = ("vrx_gz", "vrx_ros")
+"""VRX's packages whose launch files are programs of ROS 2, or open no world."""
+OLDER = "vrx_2019"
+"""VRX's package with worlds of 2019, some of whose launch files are called as those of `vrx_gazebo`."""
+LISTED = 3
+"""Names of boats that a line lists."""
+
+
+def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) -> tuple[Source, Source | None]:
+    """World and fleet that a source opens: a launch file, a folder, or a world of Gazebo with arguments or boats.
+
+    Other sources stay as they are. Of a fleet that is a xacro those arguments are the robot's which the world has not.
+
+    Raises:
+        ConfigError: the file is wrong, or opens no world, or a file without arguments is given some.
+        VrxError: there is nothing to open in the folder.
+        ChoiceError: there are several.
+    """
+    if isinstance(world, str | Path) and is_folder(world) and str(world) not in catalogue("worlds"):
+        world = file_of_folder(Path(world), arguments)
+    if is_launch(world):
+        launch = launch_of(str(world), arguments)
+        if launch.world is None:
+            name = Path(world).name
+            sails = f"opens no world of Gazebo; its boats sail in one: vrx-mj run WORLD --fleet {shortened(world)}"
+            text = instead_of(name, arguments) if is_tool(name) and not launch.boats else sails
+            raise ConfigError([Problem(str(world), None, None, "", text)])
+        warn_of_losses(launch.report.notes, str(world), stacklevel=4)
+        if fleet is None and launch.fleet is not None:
+            text = (
+                f"{shortened(world)}: its <rosparam> loads a fleet, as --fleet {shell_word(display(launch.fleet))} does"
+            )
+            warnings.warn(text, VrxWarning, stacklevel=4)
+        fleet = fleet_of(launch) if fleet is None else fleet
+        if launch.objects or launch.unlocked:
+            return joined(launch.world, launch, fleet)
+        world, arguments = launch.world, {}
+    if arguments and is_robot_xacro(fleet):
+        arguments, own = _shared(world, arguments)
+        fleet = robot_fleet(fleet, own)
+    if not arguments and (fleet is not None or not is_gazebo_world(world)):
+        return world, fleet
+    if not is_gazebo_world(world):
+        message = "takes no arguments NAME:=VALUE: they are for launch files and for xacro of worlds and boats"
+        raise ConfigError([Problem(str(world), None, None, "", message)])
+    found = gazebo_world(path_of("worlds", world), arguments)
+    fleet = _fleet_in(found, world) if fleet is None else fleet
+    if not arguments and not isinstance(found.fleet, Section):
+        return world, fleet
+    warn_of_losses(found.notes, str(world), stacklevel=4)
+    return _named(found.section, found.name), fleet
+
+
+def joined(world: Path | str, launch: Launch, fleet: Source | None) -> tuple[Section, Source | None]:
+    """The world of a launch file with the objects that it spawns, and the fleet, by default that in the world.
+
+    Raises:
+        ConfigError: the world is wrong, or has a model of the name of an object.
+    """
+    if is_gazebo_world(world):
+        found = gazebo_world(path_of("worlds", world))
+        warn_of_losses(found.notes, str(world), stacklevel=5)
+        name, section = found.name, found.section
+        fleet = _fleet_in(found, world) if fleet is None else fleet
+    else:
+        file = file_of("worlds", world)
+        name, section = world if isinstance(world, str) else file.stem, read_source("worlds", file)
+    return with_objects(_named(section, name), launch), fleet
+
+
+def _fleet_in(found: GazeboWorld, world: str | Path) -> Source | None:
+    """The boats of a world of Gazebo, with a warning where it has none."""
+    if found.fleet == NO_BOATS:
+        text = (
+            f"{shortened(world)}: no boat is in this world, and none is added; --fleet FLEET adds some, as --fleet trio"
+        )
+        warnings.warn(text, VrxWarning, stacklevel=5)
+    return found.fleet
+
+
+def _named(section: Section, name: str) -> Section:
+    """A world with a name, unless it has one."""
+    return Section({"name": name, **section}, section.place, section.entries)
+
+
+def _shared(world: Source, arguments: Mapping[str, str]) -> tuple[dict[str, str], dict[str, str]]:
+    """The arguments that a world of Gazebo declares, and the others."""
+    known = (
+        declared_arguments(path_of("worlds", world))
+        if is_gazebo_world(world) and str(world).lower().endswith(".xacro")
+        else {}
+    )
+    theirs = {name: value for name, value in arguments.items() if name in known}
+    return theirs, {name: value for name, value in arguments.items() if name not in known}
+
+
+@dataclass
+class _Found:
+    """What the launch files of a folder start."""
+
+    launches: dict[Path, Launch] = field(default_factory=dict)
+    """Those that start a world."""
+    others: list[Path] = field(default_factory=list)
+    """Those that start none."""
+    failed: list[str] = field(default_factory=list)
+    """Messages of those that cannot be read."""
+
+
+def file_of_folder(folder: Path, arguments: Mapping[str, str] | None = None) -> Path:
+    """The file of a folder that is meant: its one launch file that starts a world, without any its one world.
+
+    Launch files that another one includes do not count.
+
+    Raises:
+        ChoiceError: there are several.
+        VrxError: the folder holds nothing that can be opened; the message says what it holds.
+    """
+    found = _launches(folder, arguments or {})
+    tops = {file: launch for file, launch in found.launches.items() if not _is_included(file, found)}
+    if len(tops) == 1:
+        (file,) = tops
+        _warn_of_failures(folder, found)
+        return file
+    if tops:
+        raise _choice(folder, "launch files that open a world", {file: _about(one) for file, one in tops.items()})
+    worlds = [file for file in files_below(folder, WORLD_SUFFIXES) if _has_world(file)]
+    if len(worlds) == 1:
+        _warn_of_failures(folder, found)
+        return worlds[0]
+    if worlds:
+        raise _choice(folder, "worlds", dict.fromkeys(worlds, ""))
+    raise VrxError(_nothing(folder, found))
+
+
+def file_in(folder: str, name: str) -> str:
+    """The file of a name in a folder or a package, as roslaunch finds it.
+
+    Args:
+        folder: a folder, or the name of a package in the current folder's workspace, on ROS_PACKAGE_PATH or of VRX.
+        name: its name, or the end of its path in that folder.
+
+    Raises:
+        UnknownNameError: no such package, or no such file in it.
+        ChoiceError: several files end so.
+    """
+    place = Path(folder) if is_folder(folder) else _package(folder)
+    if place is None:
+        return _of_vrx(folder, name)
+    ends = (*LAUNCH, *WORLD_SUFFIXES, ".yaml")
+    files = list(files_below(place, ends))
+    path = f"/{name}"
+    found = [file for file in files if f"/{file.relative_to(place).as_posix()}".endswith(path)]
+    if not found:
+        raise UnknownNameError(f"launch file or world in {display(place)}", name, short_names(files, place))
+    if len(found) > 1:
+        raise _choice(place, f"files that end in {name}", dict.fromkeys(found, ""), files)
+    return str(found[0])
+
+
+def _around() -> dict[str, Path]:
+    """The packages of the workspace that the current folder is, or is in."""
+    sources = Path.cwd() / SOURCES
+    return workspace_packages(sources if is_folder(sources) else Path.cwd())
+
+
+def _package(name: str) -> Path | None:
+    """The folder of a package, by its name."""
+    found = _around().get(name)
+    below = [folder for path in package_paths() for folder in (path / name, path)]
+    named = (folder for folder in below if is_folder(folder) and name in {folder.name, package_name(folder)})
+    place = found or next(named, None)
+    return None if place is None or is_built_in(place) else place
+
+
+def _of_vrx(package: str, name: str) -> str:
+    """One of VRX's own launch files, whose package is not there; of the package of 2019 a world."""
+    if package not in PACKAGES and not (package in NEWER and is_tool(name)):
+        raise UnknownNameError("folder or package", package, sorted({*_around(), *PACKAGES}))
+    stock = stock_launch(name)
+    if stock is None:
+        if not is_tool(name):
+            launch_of(name, {})  # raises: it has none of this name
+        return name
+    older = f"{OLDER.replace('_', '')}/{stock.world}"
+    return older if package == OLDER and older in catalogue("worlds") else name
+
+
+def _launches(folder: Path, arguments: Mapping[str, str]) -> _Found:
+    """What the launch files of a folder start, with those of the arguments that each takes."""
+    files = list(files_below(folder, LAUNCH))
+    if len(files) > MOST_LAUNCHES:
+        raise VrxError(f"{len(files)} launch files in {display(folder)}: name one, or a smaller folder")
+    found = _Found()
+    for file in files:
+        try:
+            launch = read_launch(file, arguments, strict=False)
+        except VrxError as error:
+            found.failed += str(error).splitlines()[:1]
+            continue
+        if launch.world is None:
+            found.others.append(file)
+        else:
+            found.launches[file] = launch
+    return found
+
+
+def _is_included(file: Path, found: _Found) -> bool:
+    """Whether another launch file of the folder includes this one."""
+    path = file.resolve()
+    return any(path in launch.included for other, launch in found.launches.items() if other != file)
+
+
+def _about(launch: Launch) -> str:
+    """What a launch file opens, in a few words."""
+    world = launch.world.name if isinstance(launch.world, Path) else str(launch.world)
+    names = [boat.name for boat in launch.boats]
+    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
+    count = f"{len(names)} boat{'s' * (len(names) > 1)}: {', '.join(names[:LISTED])}{more}" if names else "no boat"
+    return f"{world}, {count if launch.fleet is None or names else launch.fleet.name}"
+
+
+def _choice(folder: Path, kind: str, files: Mapping[Path, str], among: Sequence[Path] = ()) -> ChoiceError:
+    """The error about a folder of which several files may be meant, each with what it opens."""
+    names = short_names([*files, *among], folder)[: len(files)]
+    if among:
+        names = [os.path.relpath(file, folder) for file in files]
+    words = [f"{shell_word(_typed(folder))} {shell_word(name)}" for name in names]
+    return ChoiceError(display(folder), kind, dict(zip(words, files.values(), strict=True)))
+
+
+def _typed(folder: Path) -> str:
+    """A folder as a command line names it."""
+    return "." if folder.absolute() == Path.cwd() else display(folder)
+
+
+def _warn_of_failures(folder: Path, found: _Found) -> None:
+    """One warning of the launch files that could not be read, where one could."""
+    if found.failed:
+        lines = [f"{display(folder)}: launch files that are not read", *found.failed[:LISTED]]
+        more = [f"and {len(found.failed) - LISTED} more"] if len(found.failed) > LISTED else []
+        warnings.warn("\n".join([*lines, *more]), VrxWarning, stacklevel=5)
+
+
+def _has_world(file: Path) -> bool:
+    """Whether there is a world in a file, not the model of an object; of what cannot be read that is not known."""
+    if not file.name.lower().endswith((".sdf", ".sdf.xacro")):
+        return True
+    try:
+        return any(one.tag == "world" for one in read_document(file).walk())
+    except VrxError:
+        return not file.name.startswith("model")
+
+
+def _nothing(folder: Path, found: _Found) -> str:
+    """Why nothing of a folder can be opened, and what to do."""
+    if found.failed:
+        return "\n".join(found.failed)
+    where = shown(display(folder))
+    return f"{where}: {next(_reasons(folder, found), 'no launch file and no world of Gazebo in this folder')}"
+
+
+def _reasons(folder: Path, found: _Found) -> Iterator[str]:
+    """What there is instead of a launch file that opens a world."""
+    if found.others:
+        names = ", ".join(short_names(found.others, folder)[:LISTED])
+        yield f"its launch files open no world: {names}; give one to --fleet, with a world"
+    robots = short_names(list(files_below(folder, ROBOTS)), folder)
+    if robots:
+        yield f"no world, but boats: {', '.join(robots[:LISTED])}; sail one: vrx-mj run example_course --fleet FILE"
+    models = list(files_below(folder, ("model.config", "model.sdf", "model.sdf.erb")))
+    if models:
+        names = ", ".join(dict.fromkeys(file.parent.name for file in models[:LISTED]))
+        yield f"no world, but models: {names}; a world names one in `objects` as model: model://NAME"
+    newer = short_names(list(files_below(folder, ROS2)), folder)
+    if newer:
+        yield f"no world; launch files of ROS 2 are programs, which are not run: {', '.join(newer[:LISTED])}"
+    ours = short_names(list(files_below(folder, (".yaml", ".yml"))), folder)
+    if ours:
+        yield f"no launch file and no world of Gazebo; name one of its YAML files: {', '.join(ours[:LISTED])}"
+    links = links_below(folder)
+    if links:
+        yield f"no world; links are not followed: name the folder that {shown(display(links[0]))} leads to"

@@ -1,0 +1,69 @@
+"""Packages of ROS and VRX that need not be there: which worlds and robots of ours their files are."""
+
+from pathlib import Path, PurePosixPath
+
+from vrx_mj.config.search import PLACES, catalogue, is_built_in
+from vrx_mj.errors import UnknownNameError
+from vrx_mj.formats.gazebo.document import LIBRARIES, home_path
+
+__all__ = ["NOWHERE", "PACKAGES", "is_nowhere", "named_world", "object_named", "robot_named", "world_named"]
+
+PACKAGES = LIBRARIES | {
+    "gazebo_ros",
+    "wamv_gazebo",
+    "wamv_description",
+    "xacro",
+    "rviz",
+    "joy",
+    "teleop_twist_keyboard",
+}
+"""Packages of ROS and VRX that need not be there: what they hold is known here, or not needed."""
+NOWHERE = "/package:/"
+"""Beginning of a path in such a package that is missing."""
+OURS = {"wamv_gazebo": "wamv", "cora_gazebo": "cora"}
+"""How the names of VRX's descriptions begin, and our robots."""
+DEEPEST = 5
+"""Folders above a file in which the folder of its package is looked for."""
+
+
+def is_nowhere(path: str) -> bool:
+    """Whether a path leads into a package that is missing, or that `vrx-mj ros packages` wrote for roslaunch alone."""
+    return path.startswith(NOWHERE) or any(map(is_built_in, list(Path(path).parents)[:DEEPEST]))
+
+
+def world_named(path: str) -> str:
+    """The name here of a world of VRX's, by its path in VRX's packages.
+
+    Raises:
+        UnknownNameError: VRX has none of this name.
+    """
+    parts = PurePosixPath(path).parts
+    stem = parts[-1].partition(".")[0]
+    known = catalogue("worlds")
+    names = (f"vrx2019/{stem}" if "vrx_2019" in parts else stem, PLACES.get(stem, stem))
+    found = next((name for name in names if name in known), None)
+    if found is None:
+        raise UnknownNameError("world of VRX", stem, known)
+    return found
+
+
+def named_world(path: str) -> Path | str:
+    """A world's file, or the name here of one of VRX's that is not at hand.
+
+    Raises:
+        UnknownNameError: it leads into a package of VRX, which has none of this name.
+    """
+    return world_named(path) if is_nowhere(path) else home_path(path)
+
+
+def robot_named(path: str) -> str | None:
+    """The name here of a description of VRX's that is not at hand; None: it is another."""
+    name = PurePosixPath(path).name
+    return next((robot for start, robot in OURS.items() if name.startswith(start) and is_nowhere(path)), None)
+
+
+def object_named(path: str) -> str | None:
+    """The name here of a model of VRX's that is not at hand, by the folder of its file; None: it is another."""
+    file = PurePosixPath(path)
+    name = file.parent.name
+    return name if is_nowhere(path) and file.name == "model.sdf" and name in catalogue("objects") else None

@@ -1,0 +1,257 @@
+"""The scoring plugins of both generations of VRX as a world's task."""
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+from vrx_mj.config.base import COLORS
+from vrx_mj.formats.gazebo.document import Element
+
+__all__ = ["kind_of", "marked", "task_of", "unread"]
+
+Content = dict[str, Any]
+
+BOAT = "wamv"
+STATES = {
+    "initial_state_duration": (30.0, 10.0),
+    "ready_state_duration": (60.0, 10.0),
+    "running_state_duration": (300.0, 300.0),
+}
+"""What a state lasts [s] where a plugin says nothing: VRX's scoring_plugin.cc, and ours."""
+BUFFER = 3.0
+"""VRX's collision_buffer [s] where a plugin says nothing."""
+ALL_READ = {"vehicle", "task_name", *STATES, "collision_buffer", "markers"}
+"""Elements of all scoring plugins that are read."""
+READ: Mapping[str, set[str]] = {
+    "acousticperception": {"pinger_position", "goal_tolerance"},
+    "acoustictracking": {"pinger_model", "pinger_depth", "obstacle_penalty"},
+    "gymkhana": {"obstacle_penalty", "pinger_position"},
+    "navigation": {"course_name", "gates", "obstacle_penalty", "points_per_gate_crossed", "bonus"},
+    "perception": {"object_sequence", "loop_forever"},
+    "scandock": {"color_1", "color_2", "color_3", "enable_color_checker", "color_bonus_points", "dock_bonus_points",
+                 "correct_dock_bonus_points", "bays", "targets"},
+    "stationkeeping": {"goal_pose", "goal_pose_cart", "head_error_on"},
+    "wayfinding": {"waypoints"},
+    "wildlife": {"buoys", "engagement_distance", "time_bonus", "publication_frequency"},
+}  # fmt: skip
+"""Elements of each scoring plugin that are read besides."""
+WITHOUT_LOSS = {"release_joints", "per_plugin_exit_on_completion", "silent"}
+"""Elements that say what is the same here whatever they say: the task's own lock, and the end of a run."""
+TOPICS = ("_topic", "_service", "_topic_name", "robot_namespace")
+"""How elements end that name topics."""
+OURS = {"", "vrx", "wamv", "scan_dock", "scan_dock_deliver"}
+"""How the names of topics begin that are the same here."""
+PART_OF_GYMKHANA = ("navigation", "stationkeeping")
+"""Plugins that a gymkhana brings along."""
+
+
+def kind_of(plugin: Element) -> str | None:
+    """Which of VRX's scoring plugins an element is, as `scandock`; None: another plugin."""
+    name = plugin.attributes.get("filename", "").lower()
+    name = name.removeprefix("lib").removesuffix(".so").replace("_", "")
+    found = re.fullmatch(r"(\w+?)(vrx)?scoringplugin", name)
+    return found[1] if found and found[1] in _TASKS else None
+
+
+def task_of(plugins: Sequence[Element], objects: Sequence[Mapping[str, Any]]) -> tuple[Element, Content]:
+    """The task of a world's scoring plugins, and the plugin that says most of it.
+
+    A gymkhana has three plugins; otherwise the first one counts. `objects` are those of the world.
+    """
+    first = next((plugin for plugin in plugins if kind_of(plugin) == "gymkhana"), plugins[0])
+    own = _TASKS[kind_of(first) or ""](first, plugins, objects)
+    return first, _named(first, own) | _common(first, own) | own
+
+
+def unread(plugin: Element) -> Iterator[tuple[Element, str]]:
+    """The elements of a scoring plugin without effect here by which something is lost, each with the reason."""
+    read = ALL_READ | READ[kind_of(plugin) or ""] | WITHOUT_LOSS
+    for child in plugin.children:
+        text = child.own_text.strip("/")
+        if child.tag.endswith(TOPICS):
+            if text.partition("/")[0] not in OURS | {plugin.text("vehicle")}:
+                yield child, "topics have the names that VRX gives them"
+        elif child.tag == "frame":
+            if text not in {"", plugin.text("vehicle") or BOAT}:
+                yield child, "poses are relative to the boat"
+        elif child.tag not in read:
+            yield child, "no such element is read of this plugin"
+
+
+def marked(plugin: Element) -> Content | None:
+    """How a plugin marks the places of its task."""
+    markers = plugin.child("markers")
+    if markers is None:
+        return None
+    scaling, height = markers.numbers("scaling", "x y z"), markers.number("height")
+    color = markers.text("material").rpartition("/")[2].lower()
+    return {
+        **({"scaling": scaling} if scaling else {}),
+        **({"height": height} if height is not None else {}),
+        **({"color": color} if color in COLORS else {}),
+    }
+
+
+def _named(plugin: Element, own: Content) -> Content:
+    name = plugin.text("task_name")
+    return {} if not name or name == own["type"] else {"name": name}
+
+
+def _common(plugin: Element, own: Content) -> Content:
+    """What all tasks have, where it differs from our defaults."""
+    boat = plugin.text("vehicle")
+    found: Content = {"boat": boat} if boat and boat != BOAT else {}
+    for tag, (theirs, ours) in STATES.items():
+        value = plugin.number(tag, theirs)
+        if value != ours:
+            found[tag] = value
+    buffer = plugin.number("collision_buffer", BUFFER)
+    usual = 10.0 if own["type"] in {"navigation_course", "follow_path", "wildlife"} else BUFFER
+    return found | ({"collision_buffer": buffer} if buffer != usual else {})
+
+
+def _goal(plugin: Element, tag: str) -> list[float] | None:
+    found = plugin.child(tag)
+    return found.read_numbers("latitude longitude yaw") if found is not None else None
+
+
+def _stationkeeping(plugin: Element, _: object, __: object) -> Content:
+    name = plugin.text("task_name")
+    kind = name if name in {"stationkeeping", "station_keeping"} else "stationkeeping"
+    geodetic, local = _goal(plugin, "goal_pose"), plugin.numbers("goal_pose_cart", "x y yaw")
+    goal = {"goal": geodetic} if geodetic else {"goal_cart": local} if local else {}
+    heading = plugin.switch("head_error_on", default=True)
+    return {"type": kind, **goal, **({} if heading else {"heading": False})}
+
+
+def _wayfinding(plugin: Element, _: object, __: object) -> Content:
+    points = [point for group in plugin.all("waypoints") for point in group.all("waypoint")]
+    poses = [_goal(point, "pose") for point in points]
+    if not poses or None in poses:
+        raise plugin.fault("each <waypoint> of <waypoints> needs a <pose>", "waypoints")
+    return {"type": "wayfinding", "waypoints": poses}
+
+
+def _perception(plugin: Element, _: object, __: object) -> Content:
+    shown = [thing for group in plugin.all("object_sequence") for thing in group.all("object")]
+    loops = {"loop_forever": True} if plugin.switch("loop_forever") else {}
+    return {"type": "perception", "objects": [_object(thing) for thing in shown], **loops}
+
+
+def _object(thing: Element) -> Content:
+    pose = thing.numbers("pose", "x y z roll pitch yaw")
+    if pose is None or not thing.text("name"):
+        raise thing.fault("<name> and <pose> are required")
+    kind = {"type": thing.text("type")} if thing.text("type") else {}
+    return {**thing.given("time", "duration"), **kind, "name": thing.text("name"), "pose": pose}
+
+
+def _navigation(plugin: Element, _: object, __: object) -> Content:
+    counted = any(plugin.child(tag) is not None for tag in ("points_per_gate_crossed", "bonus"))
+    by_points = counted or plugin.text("task_name") == "follow_path"
+    kind = "follow_path" if by_points else "navigation_course"
+    points = plugin.given("points_per_gate_crossed", "bonus") if by_points else {}
+    return {"type": kind, **_channel(plugin), **points}
+
+
+def _channel(plugin: Element) -> Content:
+    course = {"course": plugin.text("course_name")} if plugin.text("course_name") else {}
+    gates = [gate for group in plugin.all("gates") for gate in group.all("gate")]
+    pairs = [[gate.text("left_marker"), gate.text("right_marker")] for gate in gates]
+    return {**course, **({"gates": pairs} if pairs else {}), **plugin.given("obstacle_penalty")}
+
+
+def _gymkhana(plugin: Element, plugins: Sequence[Element], _: object) -> Content:
+    channel = next((one for one in plugins if kind_of(one) == "navigation"), None)
+    pinger = plugin.numbers("pinger_position", "x y z")
+    if channel is None or pinger is None:
+        raise plugin.fault("a gymkhana needs a navigation scoring plugin and a <pinger_position>")
+    course = _channel(channel) | channel.given("collision_buffer")
+    return {"type": "gymkhana", "channel": course, "pinger": pinger, **plugin.given("obstacle_penalty")}
+
+
+def _wildlife(plugin: Element, _: object, __: object) -> Content:
+    buoys = [buoy for group in plugin.all("buoys") for buoy in group.all("buoy")]
+    names = [(buoy.text("model_name") or buoy.text("name")).partition("::")[0] for buoy in buoys]
+    animals = [{"name": name, "goal": buoy.text("goal")} for name, buoy in zip(names, buoys, strict=True)]
+    rate = plugin.number("publication_frequency")
+    return {
+        "type": "wildlife",
+        "animals": animals,
+        **plugin.given("engagement_distance", "time_bonus"),
+        **({} if rate is None else {"publication_rate": rate}),
+    }
+
+
+def _acoustic_perception(plugin: Element, _: object, __: object) -> Content:
+    pinger = plugin.numbers("pinger_position", "x y z")
+    if pinger is None:
+        raise plugin.fault("<pinger_position> is required")
+    return {"type": "acoustic_perception", "pinger": pinger, **plugin.given("goal_tolerance")}
+
+
+def _acoustic_tracking(plugin: Element, _: object, __: object) -> Content:
+    name = plugin.text("pinger_model") or "pinger"
+    return {"type": "acoustic_tracking", "pinger": name, **plugin.given("pinger_depth", "obstacle_penalty")}
+
+
+POINTS = ("color_bonus_points", "dock_bonus_points", "correct_dock_bonus_points")
+LIGHT = "robotx_light_buoy"
+"""The light buoy that a task sets; VRX 3's have fixed colours."""
+HOLES = (("big", 5.0), ("small", 10.0))
+"""Points for the holes of a placard by default."""
+_HOLE = re.compile(r"placard_?(\d)\w{0,40}?_(big|small)_hole")
+
+
+def _scan_dock(plugin: Element, _: object, objects: Sequence[Mapping[str, Any]]) -> Content:
+    targets = [one for group in plugin.all("targets") for one in group.all("target")]
+    light = next((one for one in objects if one["model"] == LIGHT), None)
+    dock = next((one for one in objects if re.match(r"(vrx_)?dock_(?!block)", one["model"])), None)
+    if dock is None:
+        raise plugin.fault("no dock is among the models of the world, which this task needs")
+    name = plugin.text("task_name")
+    usual = "scan_dock_deliver" if targets else "scan_and_dock" if light else "dock"
+    found: Content = {"type": name if name in {"dock", "scan_and_dock", "scan_dock_deliver"} else usual}
+    found["dock"] = dock["name"]
+    if light is not None:
+        found["light_buoy"] = light["name"]
+    colors = [plugin.text(f"color_{i}").lower() for i in (1, 2, 3)]
+    checker = plugin.switch("enable_color_checker") if plugin.text("enable_color_checker") else None
+    bays = [bay for group in plugin.all("bays") for bay in group.all("bay")]
+    stay = next((bay.number("min_dock_time") for bay in bays if bay.child("min_dock_time")), None)
+    return {
+        **found,
+        **({"color_sequence": colors} if all(colors) else {}),
+        **({} if checker is None else {"enable_color_checker": checker}),
+        **plugin.given(*POINTS),
+        **({} if stay is None else {"min_dock_time": stay}),
+        "bays": [_bay(bay) for bay in bays],
+        **_targets(targets, len(bays)),
+    }
+
+
+def _targets(targets: Sequence[Element], bays: int) -> Content:
+    """Points of holes, unless they are the usual ones of all bays."""
+    found = [_target(one) for one in targets]
+    usual = [{"bay": bay, "size": size, "points": points} for bay in range(1, bays + 1) for size, points in HOLES]
+    return {"targets": found} if sorted(found, key=str) != sorted(usual, key=str) and found else {}
+
+
+def _bay(bay: Element) -> Content:
+    allowed = bay.switch("dock_allowed", default=bay.switch("correct_dock"))
+    name = {"name": bay.text("name")} if bay.text("name") else {}
+    return {**name, "symbol": bay.text("symbol") or "blue_circle", **({"dock_allowed": True} if allowed else {})}
+
+
+def _target(target: Element) -> Content:
+    found = _HOLE.search(target.text("topic"))
+    if found is None:
+        raise target.fault("expected the topic of a hole, as vrx/dock_2022_placard1_big_hole/contain", "topic")
+    return {"bay": int(found[1]), "size": found[2], "points": target.number("bonus_points", 0.0)}
+
+
+_TASKS: Mapping[str, Callable[[Element, Sequence[Element], Sequence[Mapping[str, Any]]], Content]] = {
+    "acousticperception": _acoustic_perception, "acoustictracking": _acoustic_tracking, "gymkhana": _gymkhana,
+    "navigation": _navigation, "perception": _perception, "scandock": _scan_dock,
+    "stationkeeping": _stationkeeping, "wayfinding": _wayfinding, "wildlife": _wildlife,
+}  # fmt: skip

@@ -1,0 +1,90 @@
+"""Models of Gazebo whose SDF comes as a text over a network: no file is read but those of the catalogue and the path.
+
+The path of models is that of the environment's variables; nothing is looked for beside the text or in the current
+folder.
+"""
+
+from pathlib import Path
+from typing import NamedTuple
+
+from vrx_mj.config.search import SCHEME, catalogue
+from vrx_mj.formats.gazebo.document import Element, Report, read_document
+from vrx_mj.formats.gazebo.erb_docks import is_template
+from vrx_mj.formats.gazebo.model_frames import pose_of, safe_name
+from vrx_mj.formats.gazebo.models import PATHS, has_model, model_element, model_file, model_name, model_section
+from vrx_mj.formats.gazebo.sdf_boats import is_boat
+from vrx_mj.frames import Pose
+
+__all__ = ["TextModel", "model_of_text"]
+
+MOST_NOTES = 3
+"""Parts of a model that is not taken over as it is, which a message names."""
+
+
+class TextModel(NamedTuple):
+    """What the text of an SDF is here."""
+
+    model: str | Path
+    """Name in the catalogue, or path of the file of a model."""
+    pose: Pose
+    """Pose that the text itself gives [m, rad]."""
+    title: str
+    """What it is, in words."""
+    is_boat: bool = False
+    """Whether it has thrusters."""
+    notes: tuple[str, ...] = ()
+    """What of it is another way here, or not at all, in words."""
+
+
+def model_of_text(text: str, folder: Path) -> TextModel:
+    """The model that an SDF text brings: of several models or includes the first, as in Gazebo.
+
+    A model of a name that the catalogue knows is the catalogue's. One that is on the path of models as it is in the
+    text is that, with its meshes. Any other is the text alone, which is written to `folder`.
+
+    Raises:
+        ConfigError: it is no SDF with a model, or the model is not known.
+    """
+    file = folder / "text" / "model.sdf"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(text, encoding="utf-8", errors="replace")
+    root = read_document(file)
+    found = next((one for one in root.walk() if one.tag in {"model", "include"}), None)
+    if found is None or root.tag not in {"sdf", "gazebo", "model", "world"}:
+        raise root.fault("expected <sdf> with a <model> or an <include>")
+    included = found.tag == "include"
+    name = model_name(found) if included else found.attributes.get("name", "")
+    if name in catalogue("objects"):
+        return TextModel(name, _pose(found), f"the catalogue's {name}")
+    there = model_file(SCHEME + name, file.parent) if has_model(name, file.parent) else None
+    if included and there is None:
+        raise found.fault(f"no model '{name}' in `vrx-mj list objects`, nor on {PATHS[0]} or {PATHS[1]}", "uri")
+    if there is not None and (included or _is_text_of(there, found)):
+        boat = not is_template(there) and is_boat(model_element(there)[0])
+        return TextModel(there.absolute(), _pose(found), f"{SCHEME}{name}", boat)
+    own = folder / "own" / safe_name(name) / "model.sdf"
+    own.parent.mkdir(parents=True, exist_ok=True)
+    file.replace(own)
+    title = f"the SDF's own {safe_name(name)}"
+    if is_boat(found):
+        return TextModel(own, _pose(found), title, is_boat=True)
+    return TextModel(own, _pose(found), title, notes=_notes(own))
+
+
+def _pose(element: Element) -> Pose:
+    x, y, z, roll, pitch, yaw = pose_of(element).value
+    return x, y, z, roll, pitch, yaw
+
+
+def _is_text_of(file: Path, model: Element) -> bool:
+    """Whether the model in a file is another one, but for comments and blanks."""
+    return not is_template(file) and model_element(file)[0].inner_xml() == model.inner_xml()
+
+
+def _notes(file: Path) -> tuple[str, ...]:
+    """What of an object is not taken over as it is, in words."""
+    report = Report()
+    model_section(file, report)
+    notes = dict.fromkeys(f"{note.what} {note.fate}: {note.ours}" for note in report.notes if note.fate != "taken over")
+    more = [f"and {len(notes) - MOST_NOTES} more"] if len(notes) > MOST_NOTES else []
+    return (*[*notes][:MOST_NOTES], *more)

@@ -1,0 +1,529 @@
+"""A world of Gazebo, of either generation of VRX, as a world's file of ours."""
+
+import math
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeGuard
+
+from vrx_mj.config.loading import path_of, read_source
+from vrx_mj.config.profiles import CLASSIC, NEWER
+from vrx_mj.config.search import SCHEME, WORLD_SUFFIXES, catalogue
+from vrx_mj.config.tree import Entry, Place, Section
+from vrx_mj.config.wording import shown
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning, nearest, shortened
+from vrx_mj.formats.gazebo.document import MACRO, Element, Note, Report, read_document
+from vrx_mj.formats.gazebo.model_frames import in_world_frame, pose_of, safe_name
+from vrx_mj.formats.gazebo.models import (
+    NO_MODEL,
+    buoyancy_of,
+    follow_path,
+    has_model,
+    hold_models,
+    model_element,
+    model_file,
+    model_name,
+    model_section,
+    same_buoyancy,
+)
+from vrx_mj.formats.gazebo.sdf_boats import is_boat
+from vrx_mj.formats.gazebo.surroundings import georeference, published_sea, scene, view, wave_field, wind
+from vrx_mj.formats.gazebo.task_plugins import kind_of, marked, task_of, unread
+from vrx_mj.formats.series.calls import BLOCK, SYMBOLS, At, Call, located, named_as, thing
+from vrx_mj.formats.series.macros import MACROS, made
+from vrx_mj.formats.series.pieces import Piece, assembled, base_objects
+
+__all__ = ["NO_BOATS", "GazeboWorld", "gazebo_world", "is_gazebo_world", "warn_of_losses", "world_document"]
+
+BASES = {
+    "sydney_regatta": "sydney_regatta",
+    "sandisland": "sand_island",
+    "marina": "marina",
+    "nathan_benderson_park": "vrx2023/nbpark",
+}
+"""Terrains of VRX, and the worlds of ours that have them."""
+NEWER_BASES = {"sydney_regatta": "base/vrx2023"}
+"""The same for worlds of VRX 3 where it is another one."""
+WATER = {"ocean_waves", "coast_waves", "ocean", "waves"}
+"""Models that are the water, which is everywhere here."""
+SUN = "sun"
+WINDS = {"usvgazebowindplugin", "usvwind"}
+"""Files of VRX's wind plugins, as `_file` gives them."""
+PLATFORMS = {"platform", "articulated_platform"}
+"""What holds a boat of VRX 3 until its task is ready: a lock, which is the task's here."""
+ONCE = {"scene", "gui", "spherical_coordinates", "gravity", "physics"}
+"""Elements of which a world has one, in Gazebo the first."""
+NO_BOATS = "none"
+"""Name of the fleet without boats."""
+BALL = "blue_projectile"
+CLOSE = 2e-3
+"""Difference of numbers [m, rad] up to which an object is that of the base."""
+GZ_SIM = (1, 7)
+"""Version of SDF from which a world is one of gz-sim."""
+INCLUDES = "include_all_xacros"
+"""VRX's macro that includes the files of the others."""
+UNUSED: Mapping[str, str] = {
+    "competition": "vrx",
+    "topic_wind_speed": "/vrx/debug/wind/speed",
+    "topic_wind_direction": "/vrx/debug/wind/direction",
+}
+"""Parameters of macros that name topics, and the names that these have here."""
+MOST_HINTS = 100
+"""Unknown names of models for which a known one is guessed."""
+SHOWN = 6
+"""Notes that a warning lists."""
+
+Content = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class GazeboWorld:
+    """What the file of a world says, in our keys, and what became of each part."""
+
+    name: str
+    section: Section
+    notes: tuple[Note, ...]
+    fleet: Section | str | None = None
+    """The boats that are in the world, as a fleet's file says them; without any "none", or None for that of a world of
+    ours which it extends."""
+
+
+def is_gazebo_world(source: object) -> TypeGuard[str | Path]:
+    """Whether a source of a world is the path of a file of Gazebo."""
+    return isinstance(source, str | Path) and str(source).lower().endswith(WORLD_SUFFIXES)
+
+
+def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> GazeboWorld:
+    """The world in a file of Gazebo: `.world`, `.sdf` or `.world.xacro`.
+
+    Raises:
+        ConfigError: it cannot be read, or a part of it is wrong; the error lists every problem with its place.
+    """
+    root = read_document(file, arguments)
+    world = root if root.tag == "world" else root.child("world")
+    if world is None:
+        raise ConfigError([_no_world(file, root)])
+    if "#" in str(file):
+        raise world.fault("the path of the file has a '#', which stands for what follows it, a model: rename it")
+    hold_models(file, root)
+    return _Reader(file, root, world).world()
+
+
+def world_document(source: str | Path) -> tuple[Section, str]:
+    """What the file of a world of Gazebo says, and the world's name."""
+    found = gazebo_world(path_of("worlds", source))
+    warn_of_losses(found.notes, str(source), stacklevel=5)
+    return read_source("worlds", found.section), found.name
+
+
+def warn_of_losses(notes: Sequence[Note], source: str, *, stacklevel: int) -> None:
+    """One warning of the parts of a file that are another way here, or not at all."""
+    once = dict.fromkeys(notes)
+    lost = [note for note in once if note.fate != "taken over"]
+    if lost:
+        lines = [f"  {_where(note.place)}: {note.what} {note.fate}: {note.ours}" for note in lost]
+        more = [f"  and {len(lines) - SHOWN} more"] if len(lines) > SHOWN else []
+        head = f"{source}: {len(lost)} of {len(once)} parts are not as in Gazebo (`vrx-mj import` lists all)"
+        warnings.warn("\n".join([head, *lines[:SHOWN], *more]), VrxWarning, stacklevel=stacklevel)
+
+
+def _where(place: Place) -> str:
+    """File and line, as messages show them."""
+    return place.file.name if place.line is None else f"{place.file.name}:{place.line}"
+
+
+def _no_world(file: Path, root: Element) -> Any:
+    kinds = {"model": "a model", "robot": "the description of a robot", "launch": "a launch file", "mujoco": "MJCF"}
+    inside = next((child.tag for child in root.children if child.tag in kinds), root.tag)
+    empty = "this <sdf> has none" if root.tag == "sdf" else f"got <{root.tag}>"
+    uses = {"model": "; a world names it in `objects`; a boat is given to --fleet", "robot": "; give it to --fleet"}
+    found = f"this is {kinds[inside]}{uses.get(inside, '')}" if inside in kinds else empty
+    return root.fault(f"expected <sdf> with a <world>; {found}").problems[0]
+
+
+class _Reader:
+    """One world being read: its pieces so far, and what became of the parts of the file."""
+
+    def __init__(self, file: Path, root: Element, world: Element) -> None:
+        self.file = file
+        self.root = in_world_frame(world)
+        self.others = [one for one in root.all("world") if one is not world]
+        self.report = Report()
+        self.pieces: list[Piece] = []
+        self.placed: list[tuple[Element, Content]] = []
+        self.scoring: list[Element] = []
+        self.first: dict[str, Element] = {}
+        self.terrain: Element | None = None
+        self.boats: list[Content] = []
+        self.afloat: list[tuple[Element, str]] = []
+        self.kinds: dict[str, bool] = {}
+        self.known = catalogue("objects")
+        self.hints: dict[str, str] = {}
+        self.newer = _is_newer(root)
+
+    def world(self) -> GazeboWorld:
+        """All of it."""
+        for child in self.root.children:
+            self.checked(child, self.take)
+        for other in self.others:
+            self.report.note(other, "ignored", "a file has one world: the first")
+        self.checked(self.root, self.finish)
+        self.report.settle()
+        place = self.root.place
+        name = self.root.attributes.get("name") or self.file.name.partition(".")[0]
+        section = assembled({"description": f"{shortened(self.file.name)}, a world of Gazebo"}, place, self.pieces)
+        return GazeboWorld(safe_name(name), section, tuple(self.report.notes), self.fleet(safe_name(name)))
+
+    def fleet(self, name: str) -> Section | str | None:
+        """The boats, under the name of the world."""
+        if not self.boats:
+            return NO_BOATS if self.terrain is None else None
+        found: Section = located({"name": name, "boats": self.boats}, self.root.place)
+        return found
+
+    def add_boat(self, element: Element, name: str, robot: str) -> None:
+        """Add a boat of the fleet."""
+        self.afloat.append((element, safe_name(name)))
+        self.boats.append({"name": safe_name(name), "pose": pose_of(element), "robot": At(robot, element.place)})
+        self.report.note(element, "taken over", "a boat, unless a fleet is given")
+
+    def checked(self, element: Element, work: Callable[[Element], None]) -> None:
+        """Do something with an element; what is wrong is kept for the end."""
+        try:
+            work(element)
+        except ConfigError as error:
+            self.report.problems += error.problems
+        except VrxError as error:
+            self.report.problems += element.fault(str(error)).problems
+
+    def take(self, element: Element) -> None:
+        """Take over one element of the world."""
+        if element.tag.startswith(MACRO):
+            self.take_macro(element)
+        elif self.is_second(element.tag, element):
+            return
+        elif element.tag in _TAKE:
+            _TAKE[element.tag](self, element)
+        else:
+            self.report.note(element, "ignored", _IGNORED.get(element.tag, "unknown here"))
+
+    def is_second(self, tag: str, element: Element) -> bool:
+        """Whether Gazebo has this of an element that came before, which is noted."""
+        first = self.first.setdefault(tag, element) if tag in ONCE else element
+        if first is not element:
+            text = f"a world has one <{tag}>: the first, on line {first.place.line}"
+            self.report.note(element, "ignored", text)
+        return first is not element
+
+    def add(self, part: str, element: Element, content: Content, ours: str = "") -> None:
+        """Add a piece of the world."""
+        self.pieces.append(Piece(part, element.label, element.place, (element.label,), content))
+        self.report.note(element, "taken over", ours or f"`{part}`")
+
+    def take_macro(self, element: Element) -> None:
+        """Take over the call of a macro of VRX."""
+        name = element.tag.removeprefix(MACRO)
+        if name == INCLUDES:
+            self.report.note(element, "taken over", "its macros are known here")
+            return
+        if name not in MACROS:
+            raise element.fault(f"{UnknownNameError('macro', name, MACROS)}; is its <xacro:include> missing?")
+        piece = made(_call(name, element))
+        if self.is_second(piece.part, element):
+            return
+        ours = "`objects`" if piece.part == "objects" else f"`{'extends' if piece.part == 'base' else piece.part}`"
+        if piece.stale:
+            self.report.note(element, "approximated", "`wind`: its link `base_link` is the boat's here")
+        else:
+            self.report.note(element, "taken over", ours)
+        for key in sorted(UNUSED.keys() & element.attributes.keys() & MACROS[name].defaults.keys()):
+            if element.attributes[key] not in {"", str(MACROS[name].defaults[key]), UNUSED[key]}:
+                self.report.note(element, "ignored", f"here it is `{UNUSED[key]}`", f"{element.label} / {key}")
+        self.pieces.append(piece)
+
+    def take_include(self, element: Element) -> None:
+        """Take over a model by its name."""
+        name = model_name(element)
+        if name in BASES and self.terrain is not None:
+            raise element.fault(f"a world has one terrain, which line {self.terrain.place.line} already gives")
+        if name in BASES:
+            self.terrain = element
+        elif name == SUN:
+            self.report.note(element, "taken over", "the sun, which every world has")
+        elif name in WATER:
+            self.report.note(element, "taken over", "the water, which is everywhere")
+        elif name in PLATFORMS:
+            self.report.note(element, "taken over", "the lock of the boat, which is the task's `locked`")
+        else:
+            self.place(element, name)
+
+    def place(self, element: Element, name: str) -> None:
+        """Place an object."""
+        ours = self.catalogued(name, element)
+        if ours is None and not has_model(name, self.file.parent):
+            self.report.note(element, "ignored", f"no model named '{name}'; {self.hint(name)}")
+            return
+        if ours is None and self.has_boat(name):
+            self.add_boat(element, element.text("name") or name, f"{SCHEME}{name}")
+            return
+        own = At(safe_name(element.text("name") or named_as(name)), element.place)
+        content = thing(At(ours or name, element.place), pose_of(element), own)
+        if ours is None:
+            content["model"] = At(f"{SCHEME}{name}", element.place)
+        path = follow_path(element, self.report)
+        if path is not None:
+            content["path"] = At(path, element.place)
+        self.placed.append((element, content))
+
+    def has_boat(self, name: str) -> bool:
+        """Whether the model of a folder is a boat; what is wrong with its file is said where it is an object."""
+        if name not in self.kinds:
+            try:
+                self.kinds[name] = is_boat(model_element(model_file(f"{SCHEME}{name}", self.file.parent))[0])
+            except VrxError:
+                self.kinds[name] = False
+        return self.kinds[name]
+
+    def hint(self, name: str) -> str:
+        """What may be meant by the name of a model that is not there; guesses are slow, and are made of the first."""
+        if name not in self.hints and len(self.hints) < MOST_HINTS:
+            close = nearest(name, self.known)
+            self.hints[name] = f"did you mean '{close}'?" if close else NO_MODEL
+        return self.hints.get(name, NO_MODEL)
+
+    def catalogued(self, name: str, include: Element) -> str | None:
+        """The model of our catalogue that an include of VRX means; None: it has none.
+
+        VRX 3 says in the include what a model displaces: of ours, the one that displaces the same.
+        """
+        names = [f"{name}_2023", name.replace("2022", "2023"), name] if self.newer else [name]
+        known = [one for one in names if one in self.known or SYMBOLS.fullmatch(one)]
+        given = buoyancy_of(include, self.report)
+        if given is None or not known:
+            return next(iter(known), None)
+        kinds = [one for one in (known[0], *self.known) if one == known[0] or one.startswith(f"{name}_2023_")]
+        found = next((one for one in kinds if same_buoyancy(given, self.buoyancy(one))), None)
+        if found is None:
+            self.report.note(include, "approximated", f"`{known[0]}`, which displaces another shape or has other drag")
+        return found or known[0]
+
+    def buoyancy(self, model: str) -> Mapping[str, Any]:
+        """What a model of the catalogue displaces."""
+        file = self.known.get(model)
+        return (read_source("objects", file).get("buoyancy") if file else None) or {"elements": ()}
+
+    def take_model(self, element: Element) -> None:
+        """Take over a model that is written into the world."""
+        waves = next((one for one in element.walk() if "wavefieldmodelplugin" in _file(one)), None)
+        name = element.attributes.get("name", "")
+        if waves is not None:
+            self.add("sea", waves, {"sea": wave_field(waves)})
+        elif name in WATER:
+            self.report.note(element, "taken over", "the water, which is everywhere")
+        elif not name:
+            raise element.fault("required, but missing", "name")
+        else:
+            model = f"{self.file.name}#{name}"
+            if is_boat(element):
+                self.add_boat(element, name, model)
+                return
+            model_section(self.file.parent / model, self.report)
+            content = {"name": safe_name(name), "model": At(model, element.place), "pose": pose_of(element)}
+            self.placed.append((element, content))
+
+    def take_plugin(self, element: Element) -> None:
+        """Take over a plugin of the world."""
+        file = _file(element)
+        if kind_of(element):
+            self.scoring.append(element)
+        elif file.removeprefix("lib").removesuffix(".so") in WINDS:
+            content = wind(element)
+            self.add("wind", element, {"wind": content})
+        elif "publisherplugin" in file:
+            sea = published_sea(element)
+            if sea is not None:
+                self.add("sea", element, {"sea": sea})
+            else:
+                self.report.note(element, "ignored", "it publishes what nothing here listens to")
+        elif "contain" in file or element.child("performer"):
+            self.report.note(element, "taken over", "zones of the task's dock")
+        elif "wind-effects" in file:
+            self.report.note(element, "ignored", _IGNORED["wind"])
+        elif file.startswith(("gz-sim", "libgz-sim", "ignition-gazebo")):
+            self.report.note(element, "taken over", "every world has it")
+        else:
+            self.report.note(element, "ignored", "no such plugin here")
+
+    def take_scene(self, element: Element) -> None:
+        """Take over light, sky and fog."""
+        self.add("scene", element, {"scene": scene(element)})
+        if element.child("sky", "clouds"):
+            self.report.note(element, "ignored", "clouds are not drawn", "<clouds>")
+
+    def take_view(self, element: Element) -> None:
+        """Take over the pose of the view."""
+        pose = view(element)
+        if pose is not None:
+            self.add("camera", element, {"camera": pose})
+        else:
+            self.report.note(element, "ignored", "it belongs to Gazebo's window")
+
+    def take_georeference(self, element: Element) -> None:
+        """Take over where the world is on Earth."""
+        self.add("georeference", element, {"georeference": georeference(element)})
+
+    def take_physics(self, element: Element) -> None:
+        """Take over the physics, as far as it is not ours."""
+        step = element.number("max_step_size")
+        usual = 0.004 if self.newer else 0.01
+        if step is None or step == usual:
+            self.report.note(element, "taken over", f"`physics`: a step of {usual:g} s")
+        else:
+            self.report.note(element, "approximated", f"a step of {step:g} s; here {usual:g} s, `physics: timestep`")
+
+    def take_gravity(self, element: Element) -> None:
+        """Take over gravity."""
+        x, y, z = element.read_numbers("x y z")
+        if x or y or z > 0:
+            raise element.fault(f"gravity must point down, got {shown(element.own_text)}")
+        self.add("gravity", element, {"physics": {"gravity": -z}}, "`physics: gravity`")
+
+    def take_light(self, element: Element) -> None:
+        """Note a light: the sun is ours."""
+        sun = element.attributes.get("type") == "directional"
+        self.report.note(element, "approximated" if sun else "ignored", "every world has one sun, where ours is")
+
+    def finish(self, _: Element) -> None:
+        """Add what needs the whole file: the base, the objects that it lacks, and the task."""
+        base = self.base()
+        extended = any(piece.part == "base" for piece in self.pieces)
+        if not extended:
+            profile = NEWER if self.newer else CLASSIC
+            self.pieces.insert(0, Piece("physics", profile, self.root.place, (), {"physics": {"profile": profile}}))
+        objects = [content for _, content in self.placed]
+        for element, content in self.placed:
+            if any(_same(content, one) for one in base):
+                self.report.note(element, "taken over", "part of the world that this one extends")
+                objects.remove(content)
+            else:
+                self.report.note(element, "taken over", "`objects`")
+        self.check_names(objects, base)
+        if objects:
+            self.pieces.append(Piece("objects", "objects", self.root.place, ("objects",), {"objects": objects}))
+        if self.scoring:
+            self.add_task(objects)
+
+    def check_names(self, objects: Sequence[Content], base: Sequence[Section]) -> None:
+        """Keep the problem of each model whose name another one has already, in the world or in its base."""
+        first: dict[str, str] = {}
+        if self.terrain is not None:
+            where = f"is part of the terrain on line {self.terrain.place.line}"
+            first = {str(one["name"]): where for one in base if "name" in one}
+        labels = {id(content): element for element, content in self.placed}
+        things = [(labels[id(content)], content["name"]) for content in objects]
+        for element, said in sorted([*things, *self.afloat], key=lambda one: one[0].place.line or 0):
+            name = str(_plain(said))
+            if name in first:
+                text = f"a model named '{name}' {first[name]} already: give one another {_naming(element)}"
+                self.report.problems += element.fault(text).problems
+            verb = "included" if element.tag == "include" else "defined"
+            first.setdefault(name, f"is {verb} on line {element.place.line}")
+
+    def base(self) -> list[Section]:
+        """Extend the world that has this one's terrain, and return the objects that it brings."""
+        if self.terrain is None:
+            return []
+        element, name = self.terrain, model_name(self.terrain)
+        world = (NEWER_BASES if self.newer else {}).get(name, BASES[name])
+        found = base_objects(_section({"extends": world}, element.place))
+        here = [content for _, content in self.placed]
+        missing = [one for one in found if one["model"] != BALL and not any(_same(other, one) for other in here)]
+        if missing:
+            self.report.note(element, "approximated", f"`extends: {world}`, which has {missing[0]['name']}, too")
+        else:
+            self.report.note(element, "taken over", f"`extends: {world}`")
+        self.pieces.insert(0, Piece("base", element.label, element.place, (element.label,), {"extends": world}))
+        return list(found)
+
+    def add_task(self, objects: list[Content]) -> None:
+        """Add the task of the scoring plugins."""
+        named = [{"name": _plain(one["name"]), "model": str(_plain(one["model"]))} for one in objects]
+        plugin, task = task_of(self.scoring, named)
+        earth = next((one.content["georeference"] for one in self.pieces if one.part == "georeference"), None)
+        for place in [*task.get("waypoints", ()), *([task["goal"]] if "goal" in task else ())]:
+            place[2] += math.radians(earth["heading"] if earth else 0.0)  # of a plugin it is from x, of ours from east
+        markers = marked(plugin)
+        self.add("task", plugin, {"task": task, **({"markers": markers} if markers else {})})
+        for element, reason in unread(plugin):
+            self.report.note(element, "ignored", reason)
+        for other in self.scoring:
+            if other is not plugin and task["type"] == "gymkhana":
+                self.report.note(other, "taken over", "part of the gymkhana")
+            elif other is not plugin:
+                self.report.note(other, "ignored", "a world has one task: that of the first scoring plugin")
+
+
+def _is_newer(root: Element) -> bool:
+    """Whether a world is one of gz-sim: by its version of SDF, or by its plugins."""
+    try:
+        version = tuple(int(part) for part in root.attributes.get("version", "").split("."))
+    except ValueError:
+        version = ()
+    plugins = (one for one in root.walk() if one.tag == "plugin")
+    return version >= GZ_SIM or any(one.attributes.get("name", "").startswith(("gz::", "vrx::")) for one in plugins)
+
+
+def _call(name: str, element: Element) -> Call:
+    """The call of a macro as a world of a series has it: its attributes, and the XML of its blocks."""
+    values: dict[str, str] = {key: value.strip() for key, value in element.attributes.items()}
+    places = dict.fromkeys(values, element.place)
+    for block in element.children:
+        values[BLOCK + block.tag], places[BLOCK + block.tag] = block.inner_xml(), block.place
+    entries = {key: Entry(place, place) for key, place in places.items()}
+    return Call(name, Section(values, element.place, entries), element.place, (element.label,), in_xml=True)
+
+
+def _same(content: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    """Whether an object is that of the base: of its model, at its pose."""
+    if _plain(content["model"]) != other["model"]:
+        return False
+    ours, theirs = _plain(content["pose"]), other.get("pose", (0.0,) * 6)
+    return all(abs(a - b) <= CLOSE for a, b in zip(ours, theirs, strict=True))
+
+
+def _naming(element: Element) -> str:
+    """Where an element has the name of its model."""
+    return "<name>" if element.tag == "include" else "name"
+
+
+def _plain(value: Any) -> Any:
+    return value.value if isinstance(value, At) else value
+
+
+def _file(element: Element) -> str:
+    return element.attributes.get("filename", "").lower().replace("_", "")
+
+
+def _section(values: Content, place: Place) -> Section:
+    return Section(values, place, {key: Entry(place, place) for key in values})
+
+
+_IGNORED = {
+    "state": "a saved state of Gazebo",
+    "audio": "sound",
+    "road": "roads",
+    "atmosphere": "air has no density here",
+    "magnetic_field": "no sensor here measures it",
+    "wind": "Gazebo's own wind, which VRX's boats do not feel",
+    "joint": "joints between models",
+    "population": "populations",
+    "frame": "frames of its own",
+}
+"""Why elements of a world are ignored."""
+
+_TAKE: Mapping[str, Callable[[_Reader, Element], None]] = {
+    "include": _Reader.take_include, "model": _Reader.take_model, "plugin": _Reader.take_plugin,
+    "scene": _Reader.take_scene, "gui": _Reader.take_view, "spherical_coordinates": _Reader.take_georeference,
+    "physics": _Reader.take_physics, "gravity": _Reader.take_gravity, "light": _Reader.take_light,
+}  # fmt: skip

@@ -1,0 +1,382 @@
+"""What a boat may carry, and where: sets of rules (`assets/robots/wamv/compliance/*.yaml`), checked for a boat's files.
+
+Beside our own result there is that of VRX's generator, `generate_wamv.launch`. It goes through a file part by part and
+keeps only the result of the last one; a count that is too high is logged and forgotten at the next part; a parameter
+that is not permitted is logged, and any piece of the list of permitted names counts as permitted. Sources:
+vrx_gazebo/src/vrx_gazebo/{configure_wamv,utils,compliance}.py.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal, NamedTuple
+
+from pydantic import Field
+
+from vrx_mj.config.base import Config, Name, Positive, Vec3, numbers
+from vrx_mj.config.loading import Loading, validated
+from vrx_mj.config.search import display
+from vrx_mj.config.tree import File
+from vrx_mj.config.wording import ALLOWED, is_ros_name, shown
+from vrx_mj.config.yaml_text import parse, read_lines
+from vrx_mj.errors import UnknownNameError
+from vrx_mj.formats.parts.catalogue import TYPES, Instance, Kind, PartsFile, Release
+from vrx_mj.formats.parts.read import name_of, place_of
+from vrx_mj.resources import root
+
+__all__ = [
+    "FACE",
+    "Box",
+    "PartVerdict",
+    "Point",
+    "Rules",
+    "Spot",
+    "Verdict",
+    "assigned",
+    "judge",
+    "load_rules",
+    "nearest_box",
+    "nearest_place",
+    "rule_sets",
+]
+
+Point = tuple[float, float, float]
+"""x, y, z in base_link [m]."""
+
+FACE = 1e-9
+"""How far beyond a face still counts as on it [m]: 0.8 - 0.5 is not 0.3 to the last bit."""
+INSET = 1e-3
+"""Beside a face that two boxes share, a place this far inside one of them is in that one alone [m]."""
+
+
+class Box(Config):
+    """A box along the axes of base_link; its faces belong to it."""
+
+    name: Name
+    """Name of the box, as messages give it."""
+    center: Vec3
+    """[m]"""
+    size: Annotated[tuple[Positive, Positive, Positive], numbers("x y z")]
+    """Edges [m]."""
+    capacity: Annotated[int, Field(ge=0)] | None = None
+    """How many parts it takes; None for any number."""
+
+    @property
+    def low(self) -> Point:
+        """Least x, y and z [m]."""
+        (x, y, z), (a, b, c) = self.center, self.size
+        return x - a / 2.0, y - b / 2.0, z - c / 2.0
+
+    @property
+    def high(self) -> Point:
+        """Greatest x, y and z [m]."""
+        (x, y, z), (a, b, c) = self.center, self.size
+        return x + a / 2.0, y + b / 2.0, z + c / 2.0
+
+    def contains(self, point: Point) -> bool:
+        """Whether a point is inside or on a face."""
+        return all(low - FACE <= x <= high + FACE for x, low, high in zip(point, self.low, self.high, strict=True))
+
+    def nearest(self, point: Point, inset: float = 0.0) -> Point:
+        """The place nearest to a point that is at least `inset` [m], or half an edge, inside."""
+        x, y, z = (
+            min(max(x, low + min(inset, edge / 2.0)), high - min(inset, edge / 2.0))
+            for x, low, high, edge in zip(point, self.low, self.high, self.size, strict=True)
+        )
+        return x, y, z
+
+
+class Spot(NamedTuple):
+    """A place in a box."""
+
+    point: Point
+    box: Box
+    distance: float
+    """Distance from the part's present place [m]."""
+
+
+def assigned(points: Sequence[Point], boxes: Sequence[Box]) -> list[Box | None]:
+    """The box of each point in turn: the first that contains it and has room. VRX's algorithm."""
+    room = [math.inf if box.capacity is None else box.capacity for box in boxes]
+    found: list[Box | None] = []
+    for point in points:
+        free = (i for i, box in enumerate(boxes) if room[i] > 0 and box.contains(point))
+        index = next(free, None)
+        if index is not None:
+            room[index] -= 1
+        found.append(None if index is None else boxes[index])
+    return found
+
+
+def nearest_box(point: Point, boxes: Sequence[Box]) -> Spot | None:
+    """The box nearest to a point, whether it has room or not, and its nearest place."""
+    return min((_spot(box.nearest(point), box, point) for box in boxes), key=_distance, default=None)
+
+
+def nearest_place(points: Sequence[Point], index: int, boxes: Sequence[Box]) -> Spot | None:
+    """The nearest place at which point `index` gets a box and no other point loses its own.
+
+    None if no box has room. Exact but for places on a face that two boxes share: there it may be `INSET` off.
+    """
+    point, had = points[index], assigned(points, boxes)
+    near = [_spot(box.nearest(point, inset), box, point) for box in boxes for inset in (0.0, INSET)]
+    for spot in sorted(near, key=_distance):
+        moved = [*points[:index], spot.point, *points[index + 1 :]]
+        gets = assigned(moved, boxes)
+        box = gets[index]
+        if box is not None and all(gets[i] or not had[i] for i in range(len(points)) if i != index):
+            return Spot(spot.point, box, spot.distance)
+    return None
+
+
+def _spot(place: Point, box: Box, point: Point) -> Spot:
+    return Spot(place, box, math.dist(place, point))
+
+
+def _distance(spot: Spot) -> float:
+    return spot.distance
+
+
+class TypeRules(Config):
+    """The rules of a type of part."""
+
+    most: Annotated[int, Field(ge=0)]
+    """Most parts of this type."""
+    parameters: tuple[str, ...]
+    """Those that a file may give."""
+
+
+class KindRules(Config):
+    """The rules for a kind of file."""
+
+    boxes: tuple[Box, ...]
+    """The boxes in the order in which they are tried."""
+    types: dict[str, TypeRules]
+    """Types that a file may have."""
+
+
+class Rules(Config):
+    """A set of rules."""
+
+    description: str
+    """Whose rules they are."""
+    release: Release
+    """Whose macros they go with."""
+    empty_passes: bool
+    """Whether VRX's own generator lets an empty file pass."""
+    components: KindRules
+    thrusters: KindRules
+
+    def of(self, kind: Kind) -> KindRules:
+        """The rules for a kind of file."""
+        return self.components if kind == "components" else self.thrusters
+
+
+def rule_sets() -> dict[str, Path]:
+    """The file of each set of rules, by name: `classic`, `jazzy`, `2019`."""
+    folder = root() / "assets" / "robots" / "wamv" / "compliance"
+    return {file.stem: file for file in sorted(folder.glob("*.yaml"), reverse=True)}
+
+
+def load_rules(name: str) -> Rules:
+    """The set of rules of this name.
+
+    Raises:
+        UnknownNameError: no set has that name.
+    """
+    known = rule_sets()
+    if name not in known:
+        raise UnknownNameError("set of rules", name, known)
+    file = known[name]
+    return validated(Rules, parse(File(display(file), file.parent, read_lines(file))), Loading())
+
+
+@dataclass(frozen=True)
+class GeneratorResult:
+    """How VRX's generator would end."""
+
+    passes: bool | None
+    """Whether it would end without calling the boat not compliant; None where it stops before that."""
+    errors: bool
+    """Whether it would log any error: by that a VRX competition decides."""
+    stops: tuple[str, ...]
+    """What it would stop at."""
+
+
+def generator_result(files: Sequence[PartsFile], book: Rules) -> GeneratorResult:
+    """How VRX's generator would end for these files, by a set of rules."""
+    stops = tuple(stop for file in files for stop in (*file.stops, *_unknown(file, book)))
+    ends = [_end(file, book) for file in files]
+    passes = None if stops else all(passed for passed, _ in ends)
+    return GeneratorResult(passes, bool(stops) or not passes or any(logged for _, logged in ends), stops)
+
+
+def _unknown(file: PartsFile, book: Rules) -> Iterator[str]:
+    """Types of which its rules have no count."""
+    names = dict.fromkeys(part.type for part in file.instances)
+    yield from (f"type {name}" for name in names if name not in book.of(file.kind).types)
+
+
+def _end(file: PartsFile, book: Rules) -> tuple[bool, bool]:
+    """The result of a file, which is that of its last part, and whether an error is logged on the way."""
+    if not file.instances:
+        return book.empty_passes, False
+    rules = book.of(file.kind)
+    places = [place_of(part) for part in file.instances]
+    boxes = iter(assigned([place for place in places if place is not None], rules.boxes))
+    inside = [place is None or next(boxes) is not None for place in places]
+    counts = Counter(part.type for part in file.instances)
+    too_many = any(name in rules.types and count > rules.types[name].most for name, count in counts.items())
+    odd = any(not _permitted(part, book) for part in file.instances)
+    return inside[-1], too_many or odd or not all(inside)
+
+
+def _permitted(instance: Instance, book: Rules) -> bool:
+    """Whether each parameter is a piece of the list of permitted ones, which is one text there."""
+    rules = book.of(TYPES[instance.type].kind).types.get(instance.type)
+    return rules is None or all(key in " ".join(rules.parameters) for key in instance.parameters)
+
+
+WAYS = (
+    ("too far aft", "too far forward"),
+    ("too far to starboard", "too far to port"),
+    ("too low", "too high"),
+)
+"""Which way a part misses a box along x, y and z: below its least, above its greatest."""
+
+
+@dataclass(frozen=True)
+class Breach:
+    """A rule that a part breaks."""
+
+    rule: Literal["type", "count", "parameter", "place", "name"]
+    message: str
+
+
+@dataclass(frozen=True)
+class PartVerdict:
+    """The verdict of the rules on one part."""
+
+    instance: Instance
+    kind: Kind
+    point: Point | None
+    """Its place in base_link [m]; None for a part without one that rules speak of."""
+    box: Box | None
+    """The box that took it."""
+    breaches: tuple[Breach, ...]
+    legal: Spot | None = None
+    """Nearest legal place of a part outside every box; None if no place is legal, or its own is."""
+
+    @property
+    def name(self) -> str:
+        """What the part is called."""
+        return name_of(self.instance)
+
+    @property
+    def compliant(self) -> bool:
+        """Whether it breaks no rule."""
+        return not self.breaches
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The verdicts of a set of rules on a boat."""
+
+    rules: Rules
+    parts: tuple[PartVerdict, ...]
+    """Verdicts in the order of the files, components first."""
+    reasons: tuple[str, ...]
+    """Why it is not legal, each once; empty if it is."""
+    generator: GeneratorResult
+
+    @property
+    def compliant(self) -> bool:
+        """Whether no part breaks a rule."""
+        return not self.reasons
+
+
+def judge(components: PartsFile | None, thrusters: PartsFile | None, rules: str = "classic") -> Verdict:
+    """Judge the parts of a boat; a file that is None is left out.
+
+    Raises:
+        UnknownNameError: no set of rules has that name.
+    """
+    book = load_rules(rules)
+    files = [file for file in (components, thrusters) if file is not None]
+    judged = {file.kind: tuple(_judged(file, book)) for file in files}
+    reasons = dict.fromkeys(reason for kind, parts in judged.items() for reason in _reasons(parts, book.of(kind)))
+    parts = tuple(part for each in judged.values() for part in each)
+    return Verdict(book, parts, tuple(reasons), generator_result(files, book))
+
+
+def _judged(file: PartsFile, book: Rules) -> Iterator[PartVerdict]:
+    """The verdict on each part of a file."""
+    rules = book.of(file.kind)
+    points = {i: point for i, part in enumerate(file.instances) if (point := place_of(part)) is not None}
+    boxes = dict(zip(points, assigned(list(points.values()), rules.boxes), strict=True))
+    legal = _legal_places(list(points.values()), rules.boxes)
+    spots = dict(zip(points, legal, strict=True))
+    for i, instance in enumerate(file.instances):
+        breaches = [*_against_type(instance, book)]
+        point, box = points.get(i), boxes.get(i)
+        if point is not None and box is None:
+            breaches.append(Breach("place", _outside(point, rules.boxes)))
+        yield PartVerdict(instance, file.kind, point, box, tuple(breaches), spots.get(i))
+
+
+def _legal_places(points: list[Point], boxes: Sequence[Box]) -> list[Spot | None]:
+    """For each point outside every box, where it may go if those before it have moved too."""
+    moved, found = list(points), list[Spot | None]()
+    for index, box in enumerate(assigned(points, boxes)):
+        spot = None if box is not None else nearest_place(moved, index, boxes)
+        if spot is not None:
+            moved[index] = spot.point
+        found.append(spot)
+    return found
+
+
+def _against_type(instance: Instance, book: Rules) -> Iterator[Breach]:
+    """What a part breaks whatever its place."""
+    part, name = TYPES[instance.type], name_of(instance)
+    if name and not is_ros_name(name):
+        yield Breach("name", f"ROS refuses the name {shown(name)}: {ALLOWED} are allowed")
+    rules = book.of(part.kind).types.get(instance.type)
+    if rules is None:
+        yield Breach("type", f"type {instance.type} is not an accepted {part.kind.removesuffix('s')} type")
+        return
+    if instance.index >= rules.most:
+        yield Breach("count", f"number {instance.index + 1} of its type; at most {rules.most}")
+    for key in instance.parameters:
+        if key not in rules.parameters:
+            release = getattr(part.parameter(key), "release", None)
+            missing = "" if release in {None, book.release} else "; this VRX's macro has no such parameter"
+            yield Breach("parameter", f"parameter {key} not permitted{missing}")
+
+
+def _outside(point: Point, boxes: Sequence[Box]) -> str:
+    """Why a point got no box, and by how much it misses the nearest."""
+    full = [box.name for box in boxes if box.contains(point)]
+    if full:
+        return f"inside {' and '.join(full)}, which {'is' if len(full) == 1 else 'are'} full"
+    near = nearest_box(point, boxes)
+    if near is None:
+        return "no box exists for it"
+    off = (x - there for x, there in zip(point, near.point, strict=True))
+    ways = (f"{abs(d):.4g} m {words[d > 0]}" for d, words in zip(off, WAYS, strict=True) if abs(d) > FACE)
+    return f"outside every box; it misses {near.box.name} by {near.distance:.4g} m: {', '.join(ways)}"
+
+
+def _reasons(parts: Sequence[PartVerdict], rules: KindRules) -> Iterator[str]:
+    """Why the parts of a file are not legal: counts by type, all else by part."""
+    counts = Counter(part.instance.type for part in parts)
+    for part in parts:
+        name = part.instance.type
+        for breach in part.breaches:
+            if breach.rule == "type":
+                yield breach.message
+            elif breach.rule == "count":
+                yield f"{counts[name]} {name} requested, maximum {rules.types[name].most}"
+            else:
+                yield f"{name} {part.name}: {breach.message}"

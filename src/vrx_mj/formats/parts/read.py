@@ -1,0 +1,403 @@
+"""Reading thruster and component files: values with expressions, names and places of parts, and suspicious values."""
+
+import math
+import re
+import warnings
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from vrx_mj.config.base import MAX_COORDINATE
+from vrx_mj.config.kinds import MARKS, other_kind, wrong_kind
+from vrx_mj.config.search import display
+from vrx_mj.config.tree import File, Items, Loc, Place, Section, key_path
+from vrx_mj.config.wording import shown, unknown_key
+from vrx_mj.config.yaml_text import parse, read_lines
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning, shortened
+from vrx_mj.formats.parts.catalogue import (
+    ELSEWHERE,
+    FIXED,
+    HULL_LINKS,
+    JAZZY_NAMES,
+    MISNAMED,
+    TYPES,
+    Instance,
+    Kind,
+    Parameter,
+    PartsFile,
+    PartType,
+)
+from vrx_mj.formats.urdf.expression_values import GLOBALS, MATH, Budget, ExpressionError, Module
+from vrx_mj.formats.urdf.expressions import Names, evaluate
+
+__all__ = [
+    "has_expression",
+    "load_parts",
+    "meant",
+    "name_of",
+    "place_of",
+    "triple_of",
+]
+
+_NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_-]{0,63}")
+_WORD = re.compile(r"[A-Za-z0-9_./-]{1,64}")
+_SWITCHES = {
+    "true": True, "yes": True, "on": True, "1": True,
+    "false": False, "no": False, "off": False, "0": False,
+}  # fmt: skip
+_EXPRESSION = re.compile(r"\$\{([^}]*)\}")
+NAMES = Names({**GLOBALS, "math": Module("math", MATH)})
+"""What an expression may use: those of xacro that no file defines, `radians` and `pi` among them."""
+WORK = 20_000
+"""Limit of the work on one expression, about 1 us each."""
+LONGEST = 2000
+"""Characters of a text with an expression in it."""
+LARGEST = {"Hz": 10_000.0}
+"""Largest value by unit; any other number is a coordinate or an angle."""
+
+
+def meant(parameter: Parameter, value: object) -> str | float | bool:
+    """What a parameter's value means.
+
+    Raises:
+        ValueError: it is nothing that the parameter can be, and why.
+    """
+    if parameter.form == "number":
+        return number(value, parameter.unit)
+    if parameter.form == "switch":
+        return switch(value)
+    if parameter.form == "triple":
+        return triple(value)
+    return _text(value, named=parameter.form == "name")
+
+
+def number(value: Any, unit: str = "") -> float:
+    """A finite number, as YAML has it, in quotes, or as an expression."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise ValueError(f"expected a number, got {shown(value)}")  # noqa: TRY004
+    text = _substituted(value).strip() if isinstance(value, str) else repr(value)
+    if isinstance(value, str) and not _NUMBER.fullmatch(text):
+        raise ValueError(f"expected a number, got {shown(value)}{_result(value, text)}")
+    found, most = float(text) if isinstance(value, str) else _float(value), LARGEST.get(unit, MAX_COORDINATE)
+    if not math.isfinite(found):
+        raise ValueError(f"must be finite, got {shown(value)}")
+    if unit == "Hz" and not 0.0 < found <= most:
+        raise ValueError(f"must be above 0 and at most {most:g} Hz, got {shown(value)}")
+    if abs(found) > most:
+        raise ValueError(f"must lie between -{most:g} and {most:g}, got {shown(value)}")
+    return found
+
+
+def switch(value: object) -> bool:
+    """True or false, as YAML has it, as a word, or as an expression."""
+    text = _substituted(value) if isinstance(value, str) else repr(value)
+    found = _SWITCHES.get(text.strip().lower())
+    if found is None:
+        raise ValueError(f"expected true or false, got {shown(value)}{_result(value, text)}")
+    return found
+
+
+def triple(value: object) -> str:
+    """Three numbers with blanks between, from such a text or from a list."""
+    text = _substituted(value) if isinstance(value, str) else ""
+    words = text.split() if isinstance(value, str) else value
+    if not isinstance(words, list | tuple) or len(words) != 3:
+        raise ValueError(f"expected three numbers as in '1.0 0 -1.0', got {shown(value)}{_result(value, text)}")
+    try:
+        numbers = [number(word) for word in words]
+    except ValueError as error:
+        raise ValueError(f"expected three numbers as in '1.0 0 -1.0', got {shown(value)}: {error}") from None
+    return " ".join(map(_written, numbers))
+
+
+def triple_of(text: str) -> tuple[float, float, float]:
+    """The three numbers of a text that `triple` made."""
+    x, y, z = map(float, text.split())
+    return x, y, z
+
+
+def has_expression(value: object) -> bool:
+    """Whether a value, or one in a list of values, needs evaluating."""
+    if isinstance(value, list | tuple):
+        return any(map(has_expression, value))
+    return isinstance(value, str) and len(value) <= LONGEST and _EXPRESSION.search(value) is not None
+
+
+def _text(value: object, *, named: bool) -> str:
+    if not isinstance(value, str):
+        hint = "; put it in quotes" if isinstance(value, int | float) and not isinstance(value, bool) else ""
+        raise ValueError(f"expected text, got {shown(value)}{hint}")  # noqa: TRY004
+    if named and not _NAME.fullmatch(value):
+        raise ValueError(f"expected a name of up to 64 letters A-Z, digits, '_' or '-', got {shown(value)}")
+    if not named and not _WORD.fullmatch(value):
+        raise ValueError(f"expected up to 64 letters A-Z, digits, '_', '-', '.' or '/', got {shown(value)}")
+    return value
+
+
+def _substituted(text: str) -> str:
+    """The text with its expressions worked out."""
+    if len(text) > LONGEST:
+        raise ValueError(f"expected at most {LONGEST} characters, got {shown(text)}")
+    return _EXPRESSION.sub(lambda found: _worked_out(found[1]), text)
+
+
+def _worked_out(expression: str) -> str:
+    try:
+        found = evaluate(expression, NAMES, Budget(WORK))
+    except ExpressionError as error:
+        raise ValueError(f"'${{{shortened(expression)}}}': {error}") from None
+    return repr(found) if isinstance(found, float) else str(found)
+
+
+def _result(value: object, text: str) -> str:
+    """What an expression came to, where a message needs it."""
+    return f", which is {shown(text)}" if has_expression(value) else ""
+
+
+def _float(value: float) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+def _written(value: float) -> str:
+    return repr(value).removesuffix(".0")
+
+
+def name_key(instance: Instance) -> str:
+    """The parameter that names a part."""
+    if TYPES[instance.type].kind == "thrusters":
+        return "prefix"
+    return "sensor_name" if JAZZY_NAMES & instance.parameters.keys() else "name"
+
+
+def name_of(instance: Instance) -> str:
+    """What a part is called; empty where its file owes it a name."""
+    key = name_key(instance)
+    return str(instance.parameters.get(key) or TYPES[instance.type].default(key) or "")
+
+
+def place_of(instance: Instance) -> tuple[float, float, float] | None:
+    """Where a part is in base_link [m]; None for a type without coordinates, which no box limits."""
+    part, given = TYPES[instance.type], instance.parameters
+    if part.kind == "thrusters":
+        return triple_of(str(given["position"]))
+    if part.parameter("z") is None:
+        return None
+    x, y, z = (float(given.get(axis, part.default(axis) or 0.0)) for axis in "xyz")
+    return x, y, z
+
+
+LIDAR_TYPES = ("16_beam", "32_beam")
+"""Lidars there are; any other type makes none, as in VRX."""
+FULL_TURN = 2.0 * math.pi
+"""An angle beyond this is rather meant in degrees [rad]."""
+
+
+def _suspicious_values(instance: Instance) -> Iterator[tuple[str, str]]:
+    """Warnings of parameters of a valid part that VRX accepts and that are hardly meant."""
+    for key, value in instance.parameters.items():
+        parameter = TYPES[instance.type].parameter(key)
+        if parameter is None or parameter.unit != "rad":
+            continue
+        for angle in map(float, str(value).split()):
+            if abs(angle) > FULL_TURN:
+                yield (
+                    key,
+                    f"{angle:g} exceeds a full turn, {FULL_TURN:.4f}; angles are in radians: ${{radians({angle:g})}}",
+                )
+                break
+    yield from _post(instance)
+    kind = instance.parameters.get("type", LIDAR_TYPES[0])
+    if instance.type == "lidar" and kind not in LIDAR_TYPES:
+        yield "type", f"VRX makes no lidar of type {shown(kind)}; known: {', '.join(LIDAR_TYPES)}"
+    if JAZZY_NAMES & instance.parameters.keys() and "position" in instance.parameters:
+        message = "VRX jazzy takes it for the beacon's place in the world; the receiver is at base_link's origin"
+        yield "position", message
+
+
+def _post(instance: Instance) -> Iterator[tuple[str, str]]:
+    """A post's length is what is left of the height of what it carries."""
+    part = TYPES[instance.type]
+    if part.drop is None:
+        return
+    height, foot = (float(instance.parameters.get(key, part.default(key) or 0.0)) for key in ("z", "post_z_from"))
+    length = height - foot - part.drop
+    if length < -1e-9:  # rounding may leave a little of zero
+        least = foot + part.drop
+        yield (
+            "z",
+            f"at {height:g} m its post is {length:.4g} m long, with a negative mass; it needs {least:g} m or more",
+        )
+
+
+FILES = {"components": "component file", "thrusters": "thruster file"}
+
+_NOTHING = re.compile(r"\s*(---|\.\.\.)?\s*(#.*)?")
+
+
+def load_parts(path: Path | str, kind: Kind) -> PartsFile:
+    """Read a component or a thruster file.
+
+    Expressions are worked out, and numbers in quotes are numbers. An empty file has no parts. A lidar of
+    unknown type stays in the list, with a warning: it makes no lidar.
+
+    Raises:
+        ConfigError: the file cannot be read or is wrong; every problem with its line, column and key.
+    """
+    file, reading = Path(path), _Reading(kind)
+    said = wrong_kind(file, f"a {FILES[kind]}")
+    section = None if said else _content(file)
+    said = said or _of_another_kind(kind, section or {})
+    if said:
+        raise ConfigError([Problem(display(file), None, None, "", said)])
+    if section is not None:
+        for key in section:
+            _read_type(reading, section, key)
+    _check_names(reading)
+    if reading.problems:
+        raise ConfigError(sorted(reading.problems, key=lambda each: (each.line or 0, each.column or 0)))
+    for loc, instance in reading.parts:
+        for key, message in _suspicious_values(instance):
+            place = reading.places.get((*loc, key), instance.place)
+            warnings.warn(str(_problem(place, (*loc, key), message)), VrxWarning, stacklevel=2)
+    return PartsFile(file, kind, tuple(part for _, part in reading.parts), tuple(map(str, reading.stops)))
+
+
+def _of_another_kind(kind: Kind, section: Mapping[str, object]) -> str | None:
+    """The message about the file of a world, a fleet or the like; of the other file of parts each key has its own."""
+    parts = MARKS["thrusters"] | MARKS["components"]
+    return None if parts & set(section) else other_kind(kind, section)
+
+
+@dataclass
+class _Reading:
+    """A file while it is read: its parts so far, what is wrong, and what VRX's generator would stop at."""
+
+    kind: Kind
+    parts: list[tuple[Loc, Instance]] = field(default_factory=list)
+    places: dict[Loc, Place] = field(default_factory=dict)
+    """Places of the values of parameters."""
+    problems: list[Problem] = field(default_factory=list)
+    stops: list[Problem] = field(default_factory=list)
+
+    def wrong(self, place: Place, loc: Loc, message: str) -> None:
+        self.problems.append(_problem(place, loc, message))
+
+    def stop(self, place: Place, loc: Loc, message: str) -> None:
+        self.stops.append(_problem(place, loc, message))
+
+
+def _problem(place: Place, loc: Loc, message: str) -> Problem:
+    return Problem(place.file.name, place.line, place.column, key_path(loc), message)
+
+
+def _content(path: Path) -> Section | None:
+    """What a file holds; None where it is empty."""
+    lines = read_lines(path)
+    return None if all(map(_NOTHING.fullmatch, lines)) else parse(File(display(path), path.parent, lines))
+
+
+def _read_type(reading: _Reading, section: Section, key: str) -> None:
+    """The instances of one key, whose stars at either end only tell it from others of the same type."""
+    name, place = key.strip("*"), section.entries[key].key
+    meaning = MISNAMED.get(name, name)
+    if name not in TYPES or TYPES[name].kind != reading.kind:
+        reading.wrong(place, (key,), _unknown_type(name, reading.kind))
+    if meaning not in TYPES or TYPES[meaning].kind != reading.kind:
+        return
+    if name != key:
+        reading.stop(place, (key,), "a key with '*'")
+    for loc, value, where in _instances(reading, section, key):
+        if isinstance(value, Section):
+            _read_instance(reading, TYPES[meaning], value, loc)
+        else:
+            message = f"expected parameters, got {shown(value)}"
+            hint = "; {} takes every default" if value is None else ""
+            reading.wrong(where, loc, message + hint)
+
+
+def _instances(reading: _Reading, section: Section, key: str) -> Iterator[tuple[Loc, Any, Place]]:
+    """Path, value and place of each entry of a type's list; a mapping counts as a list of one."""
+    value, place = section[key], section.entries[key].value
+    if isinstance(value, Items):
+        yield from (((key, i), item, where) for i, (item, where) in enumerate(zip(value, value.places, strict=True)))
+    elif isinstance(value, Section):
+        reading.stop(place, (key,), "one instance that is not in a list")
+        yield (key,), value, place
+    elif value is None:
+        reading.stop(section.entries[key].key, (key,), "a type without instances")
+    else:
+        reading.wrong(place, (key,), f"expected a list of instances, each with its parameters, got {shown(value)}")
+
+
+def _unknown_type(name: str, kind: Kind) -> str:
+    known = [each for each, part in TYPES.items() if part.kind == kind]
+    found = MISNAMED.get(name, name)
+    if name in ELSEWHERE:
+        return ELSEWHERE[name]
+    if found in TYPES and TYPES[found].kind != kind:
+        return f"'{found}' belongs in the {FILES[TYPES[found].kind]}; this is the {FILES[kind]}"
+    if found in known:
+        return f"no type named '{name}'; did you mean '{found}'?"
+    return str(UnknownNameError("type", name, known))
+
+
+def _read_instance(reading: _Reading, part: PartType, section: Section, loc: Loc) -> None:
+    parameters = {}
+    for key, value in section.items():
+        parameter = part.parameter(key)
+        if parameter is None:
+            reading.wrong(section.entries[key].key, (*loc, key), _unknown_parameter(part, key))
+            continue
+        place = reading.places[*loc, key] = section.entries[key].value
+        try:
+            parameters[key] = meant(parameter, value)
+        except ValueError as error:
+            reading.wrong(place, (*loc, key), str(error))
+        _check_generator(reading, parameter, value, (*loc, key))
+    for parameter in part.parameters:
+        if parameter.default is None and parameter.name not in section:
+            reading.wrong(section.place, (*loc, parameter.name), "required, but missing")
+    if "name" in section and JAZZY_NAMES & section.keys():
+        message = "give 'name' (VRX classic) or 'sensor_name' or 'pinger_name' (VRX jazzy), not both"
+        reading.wrong(section.place, loc, message)
+    index = sum(instance.type == part.name for _, instance in reading.parts)
+    reading.parts.append((loc, Instance(part.name, index, parameters, section.place)))
+
+
+def _unknown_parameter(part: PartType, key: str) -> str:
+    if key in FIXED.get(part.name, ()):
+        return f"no parameter '{key}'; VRX fixes it for every {part.name}"
+    return unknown_key(key, [each.name for each in part.parameters])
+
+
+def _check_generator(reading: _Reading, parameter: Parameter, value: object, loc: Loc) -> None:
+    """Note a value that VRX's generator stops at: it needs coordinates as plain numbers, in a text."""
+    place = reading.places[loc]
+    if isinstance(value, Items):
+        reading.stop(place, loc, "a list instead of a text")
+    coordinate = parameter.name in {"x", "y", "z"} or (reading.kind == "thrusters" and parameter.name == "position")
+    if coordinate and has_expression(value):
+        reading.stop(place, loc, "an expression for a coordinate")
+
+
+def _check_names(reading: _Reading) -> None:
+    """Every part of a file needs a name of its own, and its link one that the hull does not have."""
+    seen: dict[str, Place] = {}
+    for loc, instance in reading.parts:
+        name, key = name_of(instance), name_key(instance)
+        place = reading.places.get((*loc, key), instance.place)
+        if (*loc, key) in reading.places and key not in instance.parameters:
+            continue  # an invalid name is a problem already
+        if name in seen:
+            default = "" if key in instance.parameters else ", as this one is by default"
+            message = f"the part on line {seen[name].line} is named '{name}'{default}; each needs its own name"
+            reading.wrong(place, (*loc, key), message)
+        elif name in HULL_LINKS and reading.kind == "components":
+            reading.wrong(place, (*loc, key), f"the hull already has a link '{name}_link'; choose another name")
+        if name:
+            seen.setdefault(name, place)

@@ -1,0 +1,186 @@
+"""The worlds of a VRX series, and the YAML files that they become."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from vrx_mj.config.loading import file_of, read_source
+from vrx_mj.config.search import is_path
+from vrx_mj.config.tree import Items, Place, Section
+from vrx_mj.errors import ConfigError, Problem, VrxError
+from vrx_mj.formats.series.axes import Series, looks_like_axes, read_series
+from vrx_mj.formats.series.calls import calls_of
+from vrx_mj.formats.series.macros import made
+from vrx_mj.formats.series.pieces import Piece, assembled
+
+__all__ = [
+    "HEAD",
+    "SeriesWorld",
+    "refuse_axes",
+    "section_text",
+    "series_world",
+    "side_text",
+    "world_document",
+    "world_text",
+]
+
+MARK = "#"
+"""Between the name of an axes file and the number of a world."""
+
+
+@dataclass(frozen=True)
+class SeriesWorld:
+    """One world of a series."""
+
+    name: str
+    number: int
+    coordinate: dict[str, int]
+    """The step of each axis."""
+    section: Section
+    """The content of its file."""
+    side: Any
+    """What is written to a file beside it; None: nothing."""
+    stale: bool
+    """Whether VRX's own world names a link for the wind that boats have no more."""
+
+
+def world_document(source: str | Path) -> tuple[Section, str] | None:
+    """The content and the name of a world of a series, from `FILE#k`; None: it is no such text.
+
+    Raises:
+        ConfigError: the file is wrong, or is not there.
+        VrxError: the series has no world of this number.
+    """
+    text, _, number = str(source).rpartition(MARK)
+    if is_path(source) or not (is_path(text) or number.isdigit()):
+        return None
+    world = _numbered(read_series(file_of("worlds", text)), number)
+    return read_source("worlds", world.section), world.name
+
+
+def refuse_axes(file: Path, source: str | Path) -> None:
+    """Refuse a series in the place of one of its worlds.
+
+    Raises:
+        VrxError: the file is a series.
+    """
+    if looks_like_axes(file):
+        last = read_series(file).count - 1
+        raise VrxError(f"{source} is a series of worlds: name one of them, '{source}#0' to '{source}#{last}'")
+
+
+def series_world(series: Series, number: int) -> SeriesWorld:
+    """One world of a series.
+
+    Raises:
+        ConfigError: one of its macros is called wrongly; the error lists every problem with its place.
+    """
+    pieces = list(_pieces(series, number))
+    coordinate = series.coordinate(number)
+    steps = ", ".join(f"{name} {step}" for name, step in coordinate.items())
+    place = Place(series.file, 1)
+    head = {"description": f"world {number} of {Path(series.file.name).name}: {steps}"}
+    section = assembled(head, place, pieces)
+    name, stale = f"{series.stem}{number}", any(piece.stale for piece in pieces)
+    return SeriesWorld(name, number, coordinate, section, _side(series, coordinate), stale)
+
+
+def _numbered(series: Series, text: str) -> SeriesWorld:
+    last = series.count - 1
+    if not re.fullmatch("[0-9]{1,9}", text) or int(text) > last:
+        raise VrxError(f"{series.file.name}{MARK}{text}: no such world; the series has 0 to {last}")
+    return series_world(series, int(text))
+
+
+def _pieces(series: Series, number: int) -> Iterator[Piece]:
+    """What the calls of a world make; an error lists what is wrong with any of them."""
+    problems: list[Problem] = []
+    for call in calls_of(series, number):
+        try:
+            yield made(call)
+        except ConfigError as error:
+            problems += error.problems
+    if problems:
+        raise ConfigError(problems)
+
+
+def _side(series: Series, coordinate: dict[str, int]) -> object:
+    """The last of the trees that axes have for a file beside the world: VRX writes all of them to one file."""
+    found = [axis.sides[coordinate[axis.name]] for axis in series.axes if coordinate[axis.name] in axis.sides]
+    return found[-1] if found else None
+
+
+HEAD = "# World "
+"""How the text of a world of a series begins."""
+WIDTH = 120
+STALE = """# VRX's wind acts on the link base_link, which boats no longer have; here it acts on the boat
+# (`physics: {quirks: [wind_stale_link]}` for VRX's).
+"""
+SHORT = 100
+"""Characters of what is still written on one line."""
+_PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_/-]*")
+_WORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}
+
+
+def world_text(series: Series, world: SeriesWorld) -> str:
+    """The file of a world: YAML under a comment with its origin, and with VRX's line of the coordinate."""
+    return _head(series, world) + (STALE if world.stale else "") + section_text(world.section)
+
+
+def side_text(series: Series, world: SeriesWorld) -> str:
+    """The file beside a world."""
+    return _head(series, world) + _dumped(_plain(world.side))
+
+
+def _head(series: Series, world: SeriesWorld) -> str:
+    source = series.file.name.rpartition("/")[2]
+    coordinate = _dumped(world.coordinate, flow=True, width=10_000_000)
+    return f"{HEAD}{world.number} of {source}, made by vrx-mj worlds generate.\n# COORDINATE: {coordinate}"
+
+
+class _Inline(dict[str, Any]):
+    """A mapping on one line."""
+
+
+class _Dumper(yaml.SafeDumper):
+    """PyYAML's, which quotes whatever YAML 1.1 or 1.2 could take for something else than text."""
+
+    def ignore_aliases(self, data: object) -> bool:
+        """Whether to write a thing anew where it comes again: always."""
+        return True
+
+
+def _text(dumper: yaml.SafeDumper, value: str) -> yaml.ScalarNode:
+    plain = _PLAIN.fullmatch(value) and value.lower() not in _WORDS
+    return dumper.represent_scalar("tag:yaml.org,2002:str", value, style=None if plain else '"')
+
+
+def _inline(dumper: yaml.SafeDumper, value: _Inline) -> yaml.MappingNode:
+    return dumper.represent_mapping("tag:yaml.org,2002:map", value.items(), flow_style=True)
+
+
+_Dumper.add_representer(str, _text)
+_Dumper.add_representer(_Inline, _inline)
+
+
+def _dumped(tree: object, *, flow: bool | None = None, width: int = WIDTH) -> str:
+    return yaml.dump(tree, Dumper=_Dumper, default_flow_style=flow, sort_keys=False, width=width, allow_unicode=True)
+
+
+def section_text(section: Section) -> str:
+    """A world as YAML, as our own files are written."""
+    return _dumped(_plain(section))
+
+
+def _plain(value: object, *, inside: bool = False) -> object:
+    """Dicts and lists of sections and items; short mappings inside of others on one line."""
+    if isinstance(value, Section):
+        content = {key: _plain(item, inside=True) for key, item in value.items()}
+        return _Inline(content) if inside and len(str(content)) < SHORT else content
+    if isinstance(value, Items):
+        return [_plain(item, inside=True) for item in value]
+    return value

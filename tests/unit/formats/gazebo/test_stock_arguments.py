@@ -1,0 +1,166 @@
+"""VRX's launch files: each argument is taken, and what has no effect is said once; those without a world name ours."""
+
+import csv
+from pathlib import Path, PurePosixPath
+
+import pytest
+
+from vrx_mj.config.world import load_world
+from vrx_mj.errors import ConfigError, VrxWarning
+from vrx_mj.formats.gazebo.launch import launch_of
+from vrx_mj.formats.gazebo.launched import fleet_of
+from vrx_mj.formats.gazebo.opening import file_in, opened
+from vrx_mj.formats.gazebo.stock import STOCK_LAUNCHES, is_tool, stock_launch
+
+LISTED = Path(__file__).parents[3] / "golden/vrx_names/launch_arguments.csv"
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def listed():
+    """Arguments of VRX's launch files that open a world, each with its launch file's package and name."""
+    lines = (line for line in LISTED.read_text(encoding="utf-8").splitlines() if not line.startswith("#"))
+    rows = ((row["name"], PurePosixPath(row["file"])) for row in csv.DictReader(lines))
+    return [(name, file.parts[0], file.name) for name, file in rows if not is_tool(file.name)]
+
+
+def notes(launch, **given):
+    """What is said about the arguments of a launch file."""
+    return [(note.what, note.fate, note.ours) for note in launch_of(launch, given).report.notes]
+
+
+@pytest.mark.parametrize(("name", "package", "file"), listed())
+def test_every_argument_of_every_launch_file_is_taken(name, package, file):
+    assert name in stock_launch(file, package).arguments
+
+
+@pytest.mark.parametrize("launch", sorted(STOCK_LAUNCHES))
+def test_arguments_as_they_are_by_default_lose_nothing(launch):
+    usual = {"gui": "true", "verbose": "True", "paused": "false", "joy": "0", "non_competition_mode": "1"}
+    usual |= {"recording": "false", "debug": "false", "use_sim_time": "true", "enable_ros_network": "true"}
+    usual |= {"extra_gazebo_args": "", "extra_gz_args": ""}
+    own = {name: value for name, value in stock_launch(launch).own.items() if name.endswith("_locked")}
+    assert notes(launch, **usual, **own) == []
+
+
+@pytest.mark.parametrize(
+    ("launch", "given", "ours"),
+    [
+        ("vrx.launch", {"paused": "true"}, "`vrx-mj serve --paused` starts paused"),
+        ("vrx.launch", {"joy": "true"}, "`vrx-mj teleop --web` beside `vrx-mj serve` has a joystick"),
+        ("vrx.launch", {"non_competition_mode": "false"}, "VRX_DEBUG=false hides the topics of wind and contacts"),
+        ("vrx.launch", {"extra_gazebo_args": "-s x.so"}, "no Gazebo runs; type options of `vrx-mj` instead"),
+        ("vrx.launch", {"extra_gz_args": "-v 4"}, "no Gazebo runs; type options of `vrx-mj` instead"),
+        ("ocean_world.launch", {"recording": "true"}, "`--record run.rrd` records"),
+        ("ocean_world.launch", {"debug": "True"}, "no Gazebo runs that a debugger could take"),
+        ("ocean_world.launch", {"use_sim_time": "false"}, "time is always that of the simulation"),
+        (
+            "sandisland.launch", {"enable_ros_network": "false"},
+            "`vrx-mj serve` opens the wires that its options name",
+        ),
+        (
+            "gymkhana.launch", {"pinger_params": "a.yaml"},
+            "VRX's launch files do not read it; `task: {pinger: [x, y, z]}` of the world does",
+        ),
+        ("marina.launch", {"robot_locked": "true"}, "a boat is held by a task, until it is ready"),
+        ("vrx.launch", {"wamv_locked": "1"}, "a boat is held by a task, until it is ready"),
+        ("vrx.launch", {"wamv_locked": "yes"}, "true or false is expected"),
+    ],
+)  # fmt: skip
+def test_an_argument_without_effect_is_said(launch, given, ours):
+    ((name, value),) = given.items()
+    assert notes(launch, **given) == [(f"{name}:={value}", "ignored", ours)]
+
+
+def test_it_is_said_once_by_the_name_of_the_launch_file():
+    with pytest.warns(VrxWarning) as caught:
+        opened("marina.launch", None, {"robot_locked": "true", "recording": "true", "gui": "false"})
+    (said,) = (str(one.message) for one in caught)
+    assert said.splitlines() == [
+        "marina.launch: 2 of 2 parts are not as in Gazebo (`vrx-mj import` lists all)",
+        "  marina.launch: robot_locked:=true ignored: a boat is held by a task, until it is ready",
+        "  marina.launch: recording:=true ignored: `--record run.rrd` records",
+    ]
+
+
+@pytest.mark.parametrize("launch", ["station_keeping.launch", "vrx_2019/dock.launch"])
+def test_a_boat_that_is_not_locked_is_free_from_the_start(launch):
+    locked, free = (load_world(opened(launch, None, given)[0]) for given in ({}, {"wamv_locked": "false"}))
+    assert (locked.task.locked, free.task.locked) == (True, False)
+    assert free.model_dump(exclude={"task"}) == locked.model_dump(exclude={"task"})
+
+
+@pytest.mark.parametrize(("word", "suites"), [("true", ["gps"]), ("1", ["gps"]), ("False", "none"), ("0", "none")])
+def test_switches_of_sensors(word, suites):
+    (boat,) = fleet_of(launch_of("sandisland.launch", {"gps_enabled": word}))["boats"]
+    assert boat["sensors"] == suites
+
+
+def test_a_switch_that_is_no_boolean_is_refused():
+    text = """<launch><include file="$(find gazebo_ros)/launch/empty_world.launch"/>
+<param name="d" command="$(find xacro)/xacro $(find wamv_gazebo)/urdf/wamv_gazebo.urdf.xacro gps_enabled:=yes"/>
+<node name="s" pkg="gazebo_ros" type="spawn_model" args="-urdf -param d -model cat"/>
+</launch>
+"""
+    Path("bay.launch").write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError) as error:
+        fleet_of(launch_of("bay.launch", {}))
+    assert str(error.value) == "bay.launch:3:1: 'cat' / gps_enabled:=: expected true or false, got 'yes'"
+
+
+@pytest.mark.parametrize(
+    ("package", "name", "given", "said"),
+    [
+        ("vrx_gazebo", "generate_wamv.launch", {}, "type: vrx-mj robot build -o my_wamv.urdf"),
+        (
+            "vrx_gazebo", "generate_wamv.launch",
+            {"thruster_yaml": "t.yaml", "component_yaml": "my c.yaml", "wamv_target": "a.urdf", "wamv_locked": "true"},
+            "type: vrx-mj robot build --thrusters t.yaml --components 'my c.yaml' --locked -o a.urdf",
+        ),
+        (
+            "vrx_gazebo", "generate_wamv.launch", {"sensor_yaml": "s.yaml", "wamv_locked": "false"},
+            "type: vrx-mj robot build --sensor-yaml s.yaml -o my_wamv.urdf",
+        ),
+        (
+            "vrx_gazebo", "generate_worlds.launch", {"requested": "a.yaml"},
+            "type: vrx-mj worlds generate a.yaml -o my_worlds",
+        ),
+        (
+            "vrx_gazebo", "usv_keydrive.launch", {"namespace": "cat"},
+            "keys are for a second terminal, beside `vrx-mj serve`; type: vrx-mj teleop --boat cat",
+        ),
+        (
+            "vrx_gazebo", "usv_joydrive.launch", {},
+            "a joystick is on a page, beside `vrx-mj serve`; type: vrx-mj teleop --web",
+        ),
+        (
+            "vrx_gazebo", "playback.launch", {"log_file": "state.log"},
+            "logs of Gazebo are not read; `--record run.rrd` records; type: vrx-mj replay run.rrd",
+        ),
+        (
+            "vrx_gazebo", "pinger.launch", {},
+            "publish places of the beacon yourself, to /wamv/sensors/pingers/pinger/set_pinger_position",
+        ),
+        ("wamv_gazebo", "rviz_vrx.launch", {}, "start it with `roslaunch`, beside `vrx-mj serve`"),
+        (
+            "vrx_gz", "competition.launch.py", {"world": "gymkhana_task", "headless": "true"},
+            "launch files of ROS 2 are programs, which are not run; type: vrx-mj serve --ros2 vrx2023/gymkhana_task",
+        ),
+    ],
+)  # fmt: skip
+def test_a_launch_file_without_a_world_names_what_to_type(package, name, given, said):
+    assert file_in(package, name) == name
+    with pytest.raises(ConfigError) as error:
+        opened(name, None, given)
+    assert str(error.value) == f"{name}: opens no world here; {said}"
+
+
+def test_ones_own_copy_of_such_a_launch_file_names_it_too():
+    Path("generate_wamv.launch").write_text("<launch><arg name='wamv_target'/></launch>", encoding="utf-8")
+    with pytest.raises(ConfigError) as error:
+        opened("./generate_wamv.launch", None, {"wamv_target": "a.urdf"})
+    said = "opens no world here; type: vrx-mj robot build -o a.urdf"
+    assert str(error.value) == f"./generate_wamv.launch: {said}"

@@ -1,0 +1,191 @@
+"""What is wrong with an axes file, said with its place; and files that would take all time or memory."""
+
+import re
+
+import pytest
+
+from vrx_mj.config.world import load_world
+from vrx_mj.errors import ConfigError, VrxError, VrxWarning
+from vrx_mj.formats.series.axes import MOST_WORLDS
+from vrx_mj.formats.series.worlds import series_world
+from work import calls_at_most
+
+SHAPES = {
+    "": "bay.yaml:1:1: empty; expected keys and values",
+    "{}": "bay.yaml:1:1: no axes; an axis has `steps` and `macros`",
+    "extends: sand_island": "bay.yaml:1:10: extends: an axis has `steps` and `macros`, got 'sand_island'",
+    "a: {macros: {}}": "bay.yaml:1:4: a.steps: required, but missing; an axes file has nothing but axes",
+    "a: {steps: 0}": "bay.yaml:1:12: a.steps: expected a whole number of at least 1, got 0",
+    "a: {steps: true}": "bay.yaml:1:12: a.steps: expected a whole number of at least 1, got true",
+    "a: {steps: 2.0}": "bay.yaml:1:12: a.steps: expected a whole number of at least 1, got 2",
+    "a: {steps: 1, macro: {}}": "bay.yaml:1:22: a.macro: unknown key 'macro'; did you mean 'macros'?",
+    "a: {steps: 1, macros: [sandisland]}": (
+        "bay.yaml:1:23: a.macros: expected macros, each with a list of calls, got ['sandisland']"
+    ),
+    "a: {steps: 1, macros: {sandisland: }}": (
+        "bay.yaml:1:35: a.macros.sandisland: "
+        "expected a list of calls, where '-' alone is a call with the defaults, got nothing"
+    ),
+    "a: {steps: 1, macros: {sandisland: [7]}}": ("bay.yaml:1:37: a.macros.sandisland[0]: expected parameters, got 7"),
+    "a: {steps: 1, sequence: {first: {}}}": (
+        "bay.yaml:1:33: a.sequence.first: expected a whole number of 0 or more as step, got 'first'"
+    ),
+    "a: {steps: 1, sequence: [1]}": "bay.yaml:1:25: a.sequence: expected steps, as in `0:`, got [1]",
+    "a: {steps: 1}\n+ b: {steps: 1}": ("bay.yaml:2:6: + b: begins with '+', as in a patch file; remove the '+'"),
+    "a: {steps: 100}\nb: {steps: 101}": "bay.yaml:1: 100 x 101 steps make 10100 worlds; a file may have 10000",
+}
+
+
+@pytest.mark.parametrize(("text", "expected"), SHAPES.items(), ids=range(len(SHAPES)))
+def test_a_file_that_holds_no_axes_says_why(axes, text, expected):
+    with pytest.raises(ConfigError) as caught:
+        axes(text)
+    assert str(caught.value) == expected
+
+
+def test_every_problem_of_a_file_is_told_at_once(axes):
+    with pytest.raises(ConfigError) as caught:
+        axes("a: {steps: 0}\nb: {steps: 1, yaml: 3}\n")
+    assert [problem.line for problem in caught.value.problems] == [1, 2]
+
+
+CALLS = {
+    "oceanwaves: [null]": (
+        "bay.yaml:4:18: a.macros.oceanwaves[0]: no macro named 'oceanwaves'; did you mean 'ocean_waves'?"
+    ),
+    "ocean_waves: [{gian: 1}]": (
+        "bay.yaml:4:26: a.macros.ocean_waves[0].gian: no parameter of ocean_waves named 'gian'; did you mean 'gain'?"
+    ),
+    "stationkeeping: [{/**gates: ''}]": (
+        "bay.yaml:4:33: a.macros.stationkeeping[0]./**gates: no parameter of stationkeeping named '/**gates'; "
+        "known: lat, lon, heading, namespace, competition, /**wp_markers"
+    ),
+    "nav_challenge: [null]": "bay.yaml:4:21: a.macros.nav_challenge[0]: nav_challenge needs the parameter 'name'",
+    "wayfinding: [null]": "bay.yaml:4:18: a.macros.wayfinding[0]: wayfinding needs the parameter '/**waypoints'",
+    "ocean_waves: [{gain: big}]": (
+        "bay.yaml:4:26: a.macros.ocean_waves[0].gain: 'big': no name 'big'; known: n; "
+        "a text needs single quotes inside the double ones"
+    ),
+    "ocean_waves: [{gain: \"'big'\"}]": ("bay.yaml:4:26: a.macros.ocean_waves[0].gain: expected a number, got 'big'"),
+    "ocean_waves: [{gain: [1]}]": "bay.yaml:4:26: a.macros.ocean_waves[0].gain: expected a number, got [1]",
+    "ocean_waves: [{gain: 1 / n}]": (
+        "bay.yaml:4:26: a.macros.ocean_waves[0].gain: '1 / n': division by zero; "
+        "a text needs single quotes inside the double ones"
+    ),
+    "ocean_waves: [{gain: lambda}]": (
+        "bay.yaml:4:26: a.macros.ocean_waves[0].gain: 'lambda': is not an expression; "
+        "a text needs single quotes inside the double ones"
+    ),
+    "ocean_waves: [{gain: n.__class__}]": (
+        "bay.yaml:4:26: a.macros.ocean_waves[0].gain: 'n.__class__': names that begin with '__' are not allowed: "
+        "__class__; a text needs single quotes inside the double ones"
+    ),
+    "usv_wind_gazebo: [{seed: 1.5}]": (
+        "bay.yaml:4:30: a.macros.usv_wind_gazebo[0].seed: expected a whole number, got 1.5"
+    ),
+    "dock: [{light_buoy_present: 2}]": (
+        "bay.yaml:4:33: a.macros.dock[0].light_buoy_present: expected true or false, got 2"
+    ),
+    "wayfinding: [{/**waypoints: '<waypoint><pose>1 2</pose></waypoint>'}]": (
+        "bay.yaml:4:33: a.macros.wayfinding[0]./**waypoints: "
+        "<pose>: expected 3 numbers latitude longitude yaw, got '1 2'"
+    ),
+    "wayfinding: [{/**waypoints: '<way><pose>1 2 3</pose></way>'}]": (
+        "bay.yaml:4:33: a.macros.wayfinding[0]./**waypoints: no element of this block named 'way'; known: waypoint"
+    ),
+    "wayfinding: [{/**waypoints: '<waypoint>'}]": (
+        "bay.yaml:4:33: a.macros.wayfinding[0]./**waypoints: not XML: the <waypoint> does not end"
+    ),
+    "wayfinding: [{/**waypoints: \"'1 2 3'\"}]": (
+        "bay.yaml:4:33: a.macros.wayfinding[0]./**waypoints: expected elements <waypoint>, got '1 2 3'"
+    ),
+    "wayfinding: [{/**waypoints: '<!DOCTYPE a [<!ENTITY b \"c\">]><a>&b;</a>'}]": (
+        "bay.yaml:4:33: a.macros.wayfinding[0]./**waypoints: document types and entities are not allowed; "
+        "remove '<!...'"
+    ),
+    "usv_wind_gazebo: [{/**wind_objs: '<wind_obj><name>wamv</name></wind_obj>'}]": (
+        "bay.yaml:4:38: a.macros.usv_wind_gazebo[0]./**wind_objs: <wind_obj> needs a <coeff_vector>"
+    ),
+    "sandisland: [null]\n    marina: [null]": (
+        "bay.yaml:5:14: a.macros.marina[0]: a world has one base, which 'sandisland' on line 4 already gives"
+    ),
+    "ocean_waves: [{period: n}]": "bay.yaml:4:28: sea.period: must be above 0, got 0",
+    "insert_model: [{uri: \"'dock_2019'\"}]": (
+        "bay.yaml:4:26: objects[0].model: no object model named 'dock_2019'; did you mean 'dock_2018'?"
+    ),
+    "stationkeeping: [null]": (
+        "bay.yaml:4:22: task.goal: latitude and longitude need a `georeference`, which this world does not have"
+    ),
+}
+
+
+@pytest.mark.parametrize(("call", "expected"), CALLS.items(), ids=range(len(CALLS)))
+def test_a_wrong_call_says_what_and_where(axes, call, expected):
+    axes(f"a:\n  steps: 1\n  macros:\n    {call}\n")
+    with pytest.raises(VrxError) as caught:
+        load_world("bay.yaml#0")
+    assert str(caught.value) == expected
+
+
+def test_every_wrong_call_of_a_world_is_told(axes):
+    axes("a:\n  steps: 1\n  macros:\n    ocean: [null]\n    ocean_waves: [{gian: 1}]\n")
+    with pytest.raises(ConfigError) as caught:
+        load_world("bay.yaml#0")
+    assert [problem.line for problem in caught.value.problems] == [4, 5]
+
+
+@pytest.mark.parametrize("number", ["2", "-1", "x", "", "1.5", "99999999999"])
+def test_a_number_that_no_world_has(axes, number):
+    axes("a: {steps: 2, macros: {}}")
+    with pytest.raises(VrxError, match=f"^bay.yaml#{re.escape(number)}: no such world; the series has 0 to 1$"):
+        load_world(f"bay.yaml#{number}")
+
+
+def test_a_series_without_a_number_says_how_to_name_one(axes):
+    for text in ("a: {steps: 2, macros: {}}", "a: {steps: 2, macros: {}, sequence: {0: {}}}"):
+        axes(text)
+        with pytest.raises(VrxError) as caught:
+            load_world("bay.yaml")
+        assert str(caught.value) == "bay.yaml is a series of worlds: name one of them, 'bay.yaml#0' to 'bay.yaml#1'"
+
+
+def test_a_hash_in_a_folder_is_no_number(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "c#").mkdir()
+    (tmp_path / "c#" / "bay.yaml").write_text("sea: {gain: 0.2}", encoding="utf-8")
+    assert load_world("c#/bay.yaml").name == "bay"
+
+
+def test_a_step_that_never_comes_is_told(axes):
+    with pytest.warns(VrxWarning, match="^bay.yaml: step 2, 7 of a does not exist: it has steps 0 to 1$"):
+        axes("a: {steps: 2, macros: {}, sequence: {7: {}, 2: {}}}")
+
+
+def quickly(run):
+    """The error of a call that must give up soon."""
+    with calls_at_most(6_000_000), pytest.raises(ConfigError) as caught:
+        run()
+    return str(caught.value)
+
+
+def test_aliases_that_multiply_are_refused(axes):
+    lines = ["a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]"]
+    lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]" for i in range(1, 10)]
+    assert "more than 200000 values, including aliases" in quickly(lambda: axes("\n".join(lines)))
+
+
+@pytest.mark.parametrize("steps", [MOST_WORLDS + 1, 10**30])
+def test_too_many_steps_are_refused(axes, steps):
+    assert f"{steps} steps make {steps} worlds" in quickly(lambda: axes(f"a: {{steps: {steps}, macros: {{}}}}"))
+
+
+@pytest.mark.parametrize("text", ["9 ** 9 ** 9", "sum(range(10 ** 9))", "'a' * 10 ** 9 + ''", "[0] * 10 ** 9"])
+def test_expressions_that_would_take_forever_are_refused(axes, text):
+    series = axes(f'a:\n  steps: 1\n  macros:\n    ocean_waves: [{{gain: "{text}"}}]\n')
+    assert quickly(lambda: series_world(series, 0)).startswith("bay.yaml:4:26: a.macros.ocean_waves[0].gain: ")
+
+
+def test_the_most_worlds_are_counted_at_once(axes):
+    series = axes("a: {steps: 100, macros: {}}\nb: {steps: 100, macros: {ocean_waves: [{gain: n}]}}")
+    assert series.count == MOST_WORLDS
+    assert series_world(series, MOST_WORLDS - 1).section["sea"]["gain"] == 99

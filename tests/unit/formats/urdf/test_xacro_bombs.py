@@ -1,0 +1,112 @@
+"""Small xacro files that would grow without end: each is given up in words, after bounded work."""
+
+from pathlib import Path
+
+import pytest
+
+from vrx_mj.errors import ConfigError
+from vrx_mj.formats.urdf.expand import expand
+
+HEAD = '<robot name="boat" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
+TOO_MUCH = "takes too much work to expand; is there a loop, or a macro that repeats itself?"
+TOO_LONG = "the expressions make more than 4 MB of text"
+CALL = '<xacro:m n="${n + 1}"/>'
+START = '<xacro:m n="0"/>'
+INSERT = '<xacro:insert_block name="b"/>'
+WRAPPED = "<xacro:m><q>" * 20 + "<a/>" + "</q></xacro:m>" * 20
+LONG = '<xacro:property name="p" value="${\'x\' * 19000}"/>'
+
+
+def doubling(count, line):
+    return "".join(line.format(n=n, m=n + 1) for n in range(count))
+
+
+BOMBS = {
+    "power": ('<a b="${9**9**9}"/>', "9 to the power 387420489 is too large"),
+    "text": ("<a b=\"${'a' * 10**10}\"/>", "repeats a text"),
+    "range": ('<a b="${list(range(10**10))}"/>', "more than 20000 values"),
+    "macros": (
+        '<xacro:macro name="m0"><a/></xacro:macro>'
+        + "".join(f'<xacro:macro name="m{n + 1}">{f"<xacro:m{n}/>" * 10}</xacro:macro>' for n in range(9))
+        + "<xacro:m9/>",
+        TOO_MUCH,
+    ),
+    "macro_tree": (
+        f'<xacro:macro name="m" params="n"><xacro:if value="${{n &lt; 40}}">{CALL * 2}</xacro:if></xacro:macro>{START}',
+        TOO_MUCH,
+    ),
+    "macro_of_itself": ('<xacro:macro name="m"><a><xacro:m/></a></xacro:macro><xacro:m/>', "macros call each other"),
+    "macro_clones": (
+        f'<xacro:macro name="m"><xacro:if value="0">{"<a/>" * 20000}</xacro:if></xacro:macro>{"<xacro:m/>" * 9000}',
+        TOO_MUCH,
+    ),
+    "blocks": (
+        f'<xacro:macro name="m" params="**b">{INSERT * 2}</xacro:macro>{WRAPPED}',
+        TOO_MUCH,
+    ),
+    "properties": (
+        '<xacro:property name="p0" value="xxxxxxxx"/>'
+        + doubling(60, '<xacro:property name="p{m}" value="${{p{n}}}${{p{n}}}"/>')
+        + '<a b="${p60}"/>',
+        "more than 20000 characters",
+    ),
+    "arguments": (
+        '<xacro:arg name="p0" default="xxxxxxxx"/>'
+        + doubling(60, '<xacro:arg name="p{m}" default="$(arg p{n})$(arg p{n})"/>'),
+        TOO_LONG,
+    ),
+    "chain": (doubling(400, '<xacro:property name="p{n}" value="${{p{m}}}"/>') + '<a b="${p0}"/>', "nested too deeply"),
+    "include_itself": ('<xacro:include filename="boat.xacro"/>', "files include each other"),
+    "include_itself_twice": ('<xacro:include filename="boat.xacro"/>' * 2, "files include each other"),
+    "deep_xml": ("<a>" * 9000 + "</a>" * 9000, "nested deeper than 60"),
+    "wide_xml": ("<a/>" * 60000, "more than 50000 elements"),
+    "comments": ("<!-- a -->\n" * 30000 + '<xacro:property name="a" value="1"/>', TOO_MUCH),
+    "siblings": ("<a/>" * 20000 + '<xacro:if value="1"><b/></xacro:if>' * 9000, TOO_MUCH),
+    "dollars": ("<a>" + "$ " * 9000 + "</a>" + ("<a>" + "$ " * 9000 + "</a>") * 99, TOO_MUCH),
+    "long_text": ("<a>${1}" + "x" * 30000 + "</a>", "more than 20000 characters"),
+    "parameters": (f'<xacro:macro name="m" params="{"a" * 40}:={"a" * 40}\'"/>', "is not a parameter"),
+    "quotes": (f'<xacro:macro name="m" params="a:={chr(39) * 60}&quot;"/>', "is not a parameter"),
+    "many_parameters": (f'<xacro:macro name="m" params="{" ".join(f"p{n}" for n in range(900))}"/>', "at most 500"),
+    "slices": (
+        '<xacro:property name="l" value="${list(range(9000))}"/><a b="${[l[::2][0] for x in l for y in l]}"/>',
+        TOO_MUCH,
+    ),
+    "splits": ("<a b=\"${[('a b ' * 4000).split() for x in range(9000)]}\"/>", "more than 20000 values"),
+    "searches": (
+        f'{LONG}<a b="${{[max(map(p.count, [p, p])) for x in range(9000)]}}"/>',
+        TOO_MUCH,
+    ),
+    "digits": (
+        '<a b="${[len(list(map(str, [2**4000 for x in range(90)]))) for x in range(9000)]}"/>',
+        TOO_MUCH,
+    ),
+    "output": (f"{LONG}<xacro:macro name='m'><a b='${{p}}'/></xacro:macro>{'<xacro:m/>' * 9000}", TOO_LONG),
+}
+
+
+def refused(folder, body, monkeypatch):
+    """What a file that must be refused says."""
+    monkeypatch.chdir(folder)
+    Path("boat.xacro").write_text(f"{HEAD}{body}</robot>", encoding="utf-8")
+    with pytest.raises(ConfigError) as caught:
+        expand(Path("boat.xacro"), packages={})
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("name", BOMBS)
+def test_bombs_do_not_go_off(name, tmp_path, monkeypatch):
+    body, message = BOMBS[name]
+    assert message in refused(tmp_path, body, monkeypatch)
+
+
+def test_what_is_merely_large_is_expanded(tmp_path):
+    file = tmp_path / "boat.xacro"
+    file.write_text(f"{HEAD}{'<a>' + 'x' * 19000 + '</a>'}{'<b/>' * 9000}</robot>", encoding="utf-8")
+    assert expand(file).count("<b/>") == 9000
+
+
+@pytest.mark.parametrize("size", [0, 1, 100, 4_000_001])
+def test_bytes_of_any_kind_end_in_words(size, tmp_path):
+    (tmp_path / "boat.xacro").write_bytes(bytes(range(256)) * (size // 256) + bytes(range(size % 256)))
+    with pytest.raises(ConfigError):
+        expand(tmp_path / "boat.xacro")
