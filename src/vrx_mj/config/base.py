@@ -136,7 +136,7 @@ class Only(NamedTuple):
 class Config(BaseModel):
     """Frozen and strict: unknown keys, NaN and infinities are errors; whole numbers pass as floats."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False, defer_build=True)
 
     folder_keys: ClassVar[Mapping[str, str]] = {}
     """Key whose relative path starts in a folder, by the field of the folder; others hold that of the section."""

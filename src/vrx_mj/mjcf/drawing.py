@@ -15,7 +15,7 @@ from vrx_mj.mjcf.markers import add_markers
 from vrx_mj.mjcf.world import World
 from vrx_mj.physics.surface import EDGE, RINGS, SPOKES, fan, fan_triangles, reflectance
 
-__all__ = ["SEA", "add_signs", "drawing_model", "drawing_spec", "sea_palette", "sky_cube"]
+__all__ = ["SEA", "add_signs", "drawing_model", "drawing_spec", "sea_palette", "signed_spec", "sky_cube"]
 
 
 SEA = "vrx_mj/sea"
@@ -52,10 +52,9 @@ def drawing_spec(world: World) -> mujoco.MjSpec:
     A skin takes the place of the plane of water, so that waves can be drawn: `vrx_mj.physics.surface` gives its
     vertices. Until somebody moves them it is a calm sea. A painted sky takes the place of MuJoCo's gradient.
     """
-    spec = mujoco.MjSpec.from_string(world.mjcf, assets=dict(world.assets))
+    spec = signed_spec(world)
     quality = spec.visual.quality
     quality.numslices, quality.numstacks, quality.numquads = SLICES, STACKS, QUADS
-    add_signs(spec, world)
     light, sky, plane = spec.light(SUN), spec.texture(SKY), spec.geom(WATER)
     if light is None or sky is None:
         return spec
@@ -69,6 +68,13 @@ def drawing_spec(world: World) -> mujoco.MjSpec:
         material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = SEA
         _add_sea(spec, level)
     _paint(sky, sky_cube(SKY_SIDE, *colors, -np.array(light.dir) / np.linalg.norm(light.dir), np.array(light.diffuse)))
+    return spec
+
+
+def signed_spec(world: World) -> mujoco.MjSpec:
+    """The saved world with its signs, its water and sky as MuJoCo has them: for who looks at its geoms alone."""
+    spec = mujoco.MjSpec.from_string(world.mjcf, assets=dict(world.assets))
+    add_signs(spec, world)
     return spec
 
 
