@@ -8,7 +8,7 @@ import pytest
 import vrx_mj
 from vrx_mj.cli.screen import print_summary
 from vrx_mj.errors import CommandError, UnknownNameError
-from vrx_mj.recording.session import following
+from vrx_mj.recording.session import viewable
 from vrx_mj.runtime.subscriptions import ContactWatch, forces_of_pairs
 
 SPAWN = {"sensors": "none", "thrusters": "H"}
@@ -133,12 +133,12 @@ def test_a_recording_that_is_there_can_follow_another_boat(sim, tmp_path):
     with vrx_mj.record(sim, tmp_path / "run.rrd"):
         sim.step(duration=0.2)
     recorded = vrx_mj.read_record(tmp_path / "run.rrd")
-    copy = vrx_mj.read_record(following(recorded, "b", tmp_path))
+    copy = vrx_mj.read_record(viewable(recorded, "b", tmp_path))
     assert copy.path.name == "run_b.rrd"
     assert copy.has_views
     assert copy.rows.tobytes() == recorded.rows.tobytes()
     with pytest.raises(UnknownNameError) as refused:
-        following(recorded, "crane", tmp_path)
+        viewable(recorded, "crane", tmp_path)
     assert str(refused.value) == "no boat named 'crane'; known: a, b"
 
 

@@ -10,13 +10,13 @@ from dataclasses import replace
 import rerun as rr
 
 from vrx_mj.drive.session import Session
-from vrx_mj.recording.blueprint import blueprint_bytes, layout
+from vrx_mj.recording.blueprint import layout
 from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk
+from vrx_mj.recording.parts import APPLICATION
 from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.simulation_scene import scene_of
 from vrx_mj.recording.static_chunks import boat_chunks, still_chunks
 from vrx_mj.recording.viewer import Server
-from vrx_mj.recording.writer import APPLICATION
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.timing import Pause
 
@@ -34,7 +34,6 @@ class Browser:
         """Open it; `keys`: whether any are read, so that it is worth a line which boat they drive."""
         self._clock, self._keys = clock, keys
         self._scene: RecordScene = scene_of(sim)
-        self._views = blueprint_bytes(self._scene, APPLICATION)
         self.server = Server()
         """What serves the page."""
         self._stream: rr.RecordingStream | None = None
@@ -88,7 +87,7 @@ class Browser:
         self._stream = rr.RecordingStream(APPLICATION)
         self._stream.connect_grpc(self.server.data_url)
         rr.send_blueprint(layout(self._scene, live=True), recording=self._stream)
-        rr.send_chunks(still_chunks(self._scene, self._views), recording=self._stream)
+        rr.send_chunks(still_chunks(self._scene), recording=self._stream)
         rr.send_chunks(boat_chunks(self._scene), recording=self._stream)
         self._fleet = MovingChunks(_only(self._scene, boats=True))
         self._others = MovingChunks(_only(self._scene, boats=False))

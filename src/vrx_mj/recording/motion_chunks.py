@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import rerun as rr
@@ -15,6 +16,7 @@ from rerun.chunk import Chunk
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.frames import compass, rotation_matrix
 from vrx_mj.recording.packing import pack_rows
+from vrx_mj.recording.parts import EVENTS, ROWS, Part
 from vrx_mj.recording.record_scene import (
     PARKED,
     MovingBody,
@@ -29,8 +31,8 @@ from vrx_mj.recording.water_chunks import WaterChunks
 __all__ = [
     "MovingChunks",
     "event_chunk",
+    "part_chunk",
     "part_poses",
-    "state_chunk",
 ]
 
 
@@ -52,14 +54,7 @@ def event_chunk(events: Sequence[tuple[float, str, str, str]]) -> Chunk:
     """Events (time, text, level, JSON of a touch) as a log."""
     time, text, level, touch = zip(*events, strict=True)
     columns = [*rr.TextLog.columns(text=text, level=level), *rr.AnyValues.columns(touch=list(touch))]
-    return Chunk.from_columns("/events", [times(time)], columns)
-
-
-def state_chunk(states: Sequence[tuple[float, bytes]]) -> Chunk:
-    """Saved states (time, bytes); the time once more as float64, because the timeline rounds it."""
-    time, blob = zip(*states, strict=True)
-    columns = rr.AnyValues.columns(time=np.asarray(time), blob=list(blob))
-    return Chunk.from_columns("/record/states", [times(time)], columns)
+    return Chunk.from_columns(EVENTS, [times(time)], columns)
 
 
 class MovingChunks:
@@ -206,7 +201,17 @@ class MovingChunks:
 def exact_rows(rows: FloatArray, boat_set: int) -> Chunk:
     """A block of rows as they are, to the last bit, with the number of their boat set."""
     columns = rr.AnyValues.columns(block=[pack_rows(rows)], company=[boat_set])
-    return Chunk.from_columns("/record/rows", [times(rows[:1, 0])], columns)
+    return Chunk.from_columns(ROWS, [times(rows[:1, 0])], columns)
+
+
+def part_chunk(parts: Sequence[Part]) -> Chunk:
+    """Parts of one entity as they are."""
+    columns: dict[str, Any] = {}
+    for name in parts[0].columns:
+        cells: list[Any] = [cell for part in parts for cell in part.columns[name]]
+        columns[name] = np.concatenate(cells) if isinstance(cells[0], np.ndarray) else cells
+    index = [times(columns["time"])] if "time" in columns else []
+    return Chunk.from_columns(parts[0].entity, index, rr.AnyValues.columns(**columns))
 
 
 def transforms(path: str, time: FloatArray, position: FloatArray, quaternion: FloatArray | None = None) -> Chunk:

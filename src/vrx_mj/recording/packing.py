@@ -20,7 +20,7 @@ from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.errors import RecordError
 from vrx_mj.physics.kernel import kernel
 
-__all__ = ["archive", "pack_rows", "unpack_rows", "unpacked"]
+__all__ = ["archive", "pack_rows", "row_count", "unpack_rows", "unpacked"]
 
 ORDER = 3
 """Differences taken: the third are the smallest that pay for smooth 20 Hz rows of a boat in waves."""
@@ -57,6 +57,12 @@ def _write_planes(bits: IntArray, planes: ByteArray) -> None:
             small = (small << 1) ^ (small >> 63)  # the sign into the lowest bit, so that small means small bytes
             for plane in range(8):
                 planes[plane, column * count + i] = (small >> (8 * plane)) & 255
+
+
+def row_count(blob: bytes) -> int:
+    """How many rows `pack_rows` packed, as they say."""
+    count, _ = HEADER.unpack_from(blob)
+    return int(count)
 
 
 def unpack_rows(blob: bytes | memoryview) -> FloatArray:

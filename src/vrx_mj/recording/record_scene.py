@@ -37,17 +37,17 @@ __all__ = [
     "boat_colors",
 ]
 
-FORMAT = 1
-"""Version of what we write into a recording; a reader refuses any other."""
+FORMAT = 2
+"""Version of what we write into a recording; a reader refuses later ones."""
 
 Vec3 = tuple[float, float, float]
 SeaHeight = Callable[[FloatArray, FloatArray, float], npt.ArrayLike]
-"""Height of the sea [m] at x, y [m, ENU, equal shapes] and time [s]. Called from the writer's own thread."""
+"""Height of the sea [m] at x, y [m, ENU, equal shapes] and time [s]."""
 
 PARKED = -100.0
 """A ball below this height [m] waits for its shot, and is not shown."""
 ToWorld = Callable[[float, float, float], tuple[float, float, float]]
-"""x, y, z [m, ENU] of a latitude, longitude [degrees] and altitude [m]. Called from the writer's own thread."""
+"""x, y, z [m, ENU] of a latitude, longitude [degrees] and altitude [m]."""
 
 Name = Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f]{1,300}$")]
 """One line of text."""

@@ -19,7 +19,7 @@ from vrx_mj.mjcf.markers import MARKER, marker_names
 from vrx_mj.mjcf.objects import ball_name
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
-from vrx_mj.model.world import Parameters, tree_of
+from vrx_mj.model.world import tree_of
 from vrx_mj.recording.boat_sets import BoatSet
 from vrx_mj.recording.record_scene import (
     MovingBody,
@@ -32,7 +32,6 @@ from vrx_mj.recording.record_scene import (
     RecordScene,
     RowLayout,
     Surface,
-    ToWorld,
     Waypoint,
 )
 from vrx_mj.recording.shapes import coarser, geom_surface
@@ -95,20 +94,9 @@ def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Seque
         sensors=recorded,
         displays=tuple(_displays(world, looks, part_paths(world, model))),
         parts=tuple(parts_of(world, model, looks)),
-        to_world=_to_world(parameters, recorded),
+        to_world=None if parameters.georeference is None else parameters.georeference.to_enu,
         parameters=parameters,
     )
-
-
-def _to_world(parameters: Parameters, sensors: Sequence[RecordedSensor]) -> ToWorld | None:
-    """The conversion of fixes to the world frame; None where the world has no place on Earth."""
-    place = parameters.georeference
-    if place is None:
-        return None
-    to_enu = place.to_enu
-    if any(sensor.type == "gps" for sensor in sensors):
-        to_enu(place.latitude, place.longitude, place.elevation)  # loads packages before the writer's thread does
-    return to_enu
 
 
 def check_columns(boat_set: BoatSet, model: mujoco.MjModel) -> None:

@@ -13,11 +13,8 @@ from rerun.archetypes import RecordingInfo
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import ByteArray
-from vrx_mj.model.world import tree_of
 from vrx_mj.recording.motion_chunks import WIND_HEIGHT
-from vrx_mj.recording.packing import archive
 from vrx_mj.recording.record_scene import (
-    FORMAT,
     RecordedBody,
     RecordedDisplay,
     RecordedPart,
@@ -48,9 +45,9 @@ SHORE_HEIGHT = 0.15
 """Height of the shoreline [m], so that the sea does not hide it."""
 
 
-def still_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:
-    """What a recording begins with, but for its boats; `views` is its blueprint, kept for a run that is killed."""
-    yield from run_chunks(scene, views)
+def still_chunks(scene: RecordScene) -> Iterator[Chunk]:
+    """What a recording begins with, but for its boats."""
+    yield from run_chunks(scene)
     yield static("/world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     if scene.sea_height is not None:
         yield static("/world/sea", rr.Mesh3D.from_fields(triangle_indices=sea_triangles()))
@@ -87,22 +84,12 @@ def batch_size(batch: rr.ComponentBatchLike) -> int:
     return len(batch.as_arrow_array())
 
 
-def run_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:
-    """The run: for people as properties, for us as JSON and an archive of the world's files."""
+def run_chunks(scene: RecordScene) -> Iterator[Chunk]:
+    """The run, for people, as properties."""
     title = " + ".join(str(scene.properties[key]) for key in ("world", "fleet") if scene.properties.get(key))
     yield Chunk.from_property("RecordingInfo", RecordingInfo(name=title or "vrx_mj"))
     shown = {key: show(value) for key, value in scene.properties.items()}
     yield Chunk.from_property("run", rr.AnyValues(**shown))
-    head = {
-        "format": FORMAT,
-        "timestep": scene.timestep,
-        "properties": dict(scene.properties),
-        "wind_direction": list(scene.wind_direction),
-        "layout": scene.layout().to_json(),
-        "sensors": tree_of(scene.sensors),
-    }
-    columns = rr.AnyValues.columns(head=[json.dumps(head)], files=[archive(scene.files)], views=[views])
-    yield Chunk.from_columns("/record/run", [], columns)
 
 
 def show(value: object) -> str | int | float | bool:

@@ -23,7 +23,7 @@ from vrx_mj.draw.course import Course, Light, course_of, gates_of, poses_of, zon
 from vrx_mj.model import tasks
 from vrx_mj.model.world import Parameters
 from vrx_mj.recording.packing import pack_rows
-from vrx_mj.recording.reader import FRAMES
+from vrx_mj.recording.parts import FRAMES
 from vrx_mj.recording.rescoring import restore_referee
 from vrx_mj.recording.static_chunks import static
 from vrx_mj.recording.timeline import times

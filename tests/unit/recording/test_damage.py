@@ -19,10 +19,11 @@ from vrx_mj.recording import rrd_file
 from vrx_mj.recording.boat_sets import boat_set_head, head_of, sent_messages
 from vrx_mj.recording.compare import compare
 from vrx_mj.recording.packing import FILES, archive, pack_rows, unpack_rows, unpacked
+from vrx_mj.recording.parts import Part
 from vrx_mj.recording.reader import RecordedReadings, decoded, read_readings, read_record
 from vrx_mj.recording.record_scene import RecordedSensor
 from vrx_mj.recording.rescoring import rescore
-from vrx_mj.recording.rrd_file import Part, parsed_file
+from vrx_mj.recording.rrd_file import parsed_file
 
 MOST = 1 << 20
 ABORTS = "import os; os.abort()"
@@ -174,7 +175,7 @@ def layout(**other):
     ("change", "reason"),
     [
         ({"format": "new"}, "format: expected a whole number, got 'new'"),
-        ({"format": 9}, "format 9; this version reads 1"),
+        ({"format": 9}, "format 9; this version reads 1 and 2"),
         ({"timestep": -1.0}, "timestep: must be above 0, got -1"),
         ({"timestep": None}, "timestep: expected a number, got nothing"),
         ({"wind_direction": [1.0]}, "wind_direction[1]: required, but missing"),

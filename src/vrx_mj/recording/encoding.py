@@ -1,0 +1,151 @@
+"""From the parts of a run, as it appended them, to a rerun file: what was recorded, its views, a table of contents.
+
+The parts are read from the file once, some at a time, and go as chunks into another, which takes its place at the end.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import uuid
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+from rerun.chunk import Chunk, LazyChunkStream
+
+from vrx_mj.errors import RecordError
+from vrx_mj.outputs import written
+from vrx_mj.recording.blueprint import blueprint_bytes
+from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk, part_chunk
+from vrx_mj.recording.packing import row_count, unpack_rows
+from vrx_mj.recording.parts import APPLICATION, COMPANIES, EVENTS, FRAMES, ROWS, STATES, Part
+from vrx_mj.recording.raw_file import raw_parts
+from vrx_mj.recording.record_scene import RecordScene
+from vrx_mj.recording.rrd_footer import add_views
+from vrx_mj.recording.sensor_chunks import SensedChunks, sensor_chunks
+from vrx_mj.recording.static_chunks import boat_chunks, change_chunks, still_chunks
+from vrx_mj.recording.task_chunks import TaskChunks, WrittenFrame, frame_chunk, mark_chunks, task_chunks
+
+__all__ = ["UnwrittenError", "encode"]
+
+MOST_ROWS, MOST_BYTES = 1200, 64 << 20
+"""Rows, and bytes, that become chunks at once: a minute, as each chunk takes 1 kB besides what is in it."""
+
+
+class UnwrittenError(RecordError):
+    """There is no room for a file."""
+
+
+def encode(raw: Path, scenes: Iterable[RecordScene], target: Path) -> None:
+    """Write the run in a file to another, or to the same.
+
+    Args:
+        raw: the file, as `RecordWriter` appended to it.
+        scenes: what was recorded, and one more whenever boats or objects had come or gone.
+        target: is written whole or not at all.
+
+    Raises:
+        UnwrittenError: it cannot be written.
+        RecordError: what is in the file is damaged.
+    """
+    encoder = Encoder(iter(scenes))
+    with written(target, "the recording", UnwrittenError) as draft:
+        stream = LazyChunkStream.from_iter(encoder.chunks(raw_parts(raw, target)))
+        try:
+            stream.write_rrd(draft, application_id=APPLICATION, recording_id=str(uuid.uuid4()))
+        except RuntimeError as error:
+            if encoder.error is None:
+                raise OSError(str(error)) from error
+            raise RecordError(f"cannot write the recording '{target}': {encoder.error}") from encoder.error
+        add_views(draft, encoder.views())
+
+
+class Encoder:
+    """Turns parts into chunks."""
+
+    def __init__(self, scenes: Iterator[RecordScene]) -> None:
+        self._scenes = scenes
+        self._first = self._scene = next(scenes)
+        self._moving, self._sensed = MovingChunks(self._first), SensedChunks(self._first)
+        self._task = TaskChunks(self._first.parameters)
+        self.error: Exception | None = None
+        """What went wrong while chunks were made."""
+
+    def views(self) -> bytes:
+        """The blueprint, with the trails of who joined later."""
+        return blueprint_bytes(dataclasses.replace(self._first, earlier=self._scene.roster()), APPLICATION)
+
+    def chunks(self, parts: Iterator[Part]) -> Iterator[Chunk]:
+        """Every chunk of a file; its writer asks for the next when it wrote the last."""
+        try:
+            yield from self._still(next(parts))
+            for batch in batches(parts):
+                yield from self._going(batch)
+            yield from self._task.rest()
+        except Exception as error:
+            self.error = error  # rerun's own error has less detail
+            raise
+
+    def _still(self, run: Part) -> Iterator[Chunk]:
+        """What does not change with time."""
+        yield part_chunk([run])
+        yield from still_chunks(self._first)
+        yield from boat_chunks(self._first)
+        yield from sensor_chunks(self._first)
+        yield from task_chunks(self._first.parameters)
+
+    def _going(self, batch: Batch) -> Iterator[Chunk]:
+        """What has come in a while, then the boats that have come and gone at its end."""
+        changes, states = batch.pop(COMPANIES, []), batch.pop(STATES, [])
+        frames = [written_frame(part) for part in batch.pop(FRAMES, [])]
+        if states:
+            yield part_chunk(states)
+        if rows := [unpack_rows(part.blobs("block")[0]) for part in batch.pop(ROWS, [])]:
+            yield from self._moving(np.concatenate(rows))
+        if events := sorted(written_event(part) for part in batch.pop(EVENTS, [])):
+            yield event_chunk(events)
+            yield from mark_chunks([(time, "contacts") for time, _, _, touch in events if touch])
+        if frames:
+            yield frame_chunk(frames, self._moving.boat_set)
+        saved = [(part.times("time")[0], part.blobs("blob")[0]) for part in states]
+        yield from self._task(saved, frames)
+        for parts in batch.values():
+            yield from self._sensed(parts)
+        for part in changes:
+            before, self._scene = self._scene, next(self._scenes)
+            self._moving.go_on(self._scene)
+            self._task.go_on(self._scene.parameters)
+            yield part_chunk([part])
+            yield from change_chunks(self._scene, before, self._first)
+
+
+Batch = dict[str, list[Part]]
+"""Parts by entity, in the order of time."""
+
+
+def batches(parts: Iterable[Part]) -> Iterator[Batch]:
+    """Parts that become chunks together: those of some rows, bytes, or until boats or objects come or go."""
+    batch, rows, size = Batch(), 0, 0
+    for part in parts:
+        batch.setdefault(part.entity, []).append(part)
+        rows += row_count(part.blobs("block")[0]) if part.entity == ROWS else 0
+        size += part.size
+        if part.entity == COMPANIES or size >= MOST_BYTES or rows >= MOST_ROWS:
+            yield batch
+            batch, rows, size = Batch(), 0, 0
+    yield batch
+
+
+def written_event(part: Part) -> tuple[float, str, str, str]:
+    """Time [s], text, level, and the JSON of a touch, of an event."""
+    (time,) = part.numbers("sim_time", "i")
+    text, level, touch = (part.texts(name)[0] for name in ("TextLog:text", "TextLog:level", "touch"))
+    return time / 1e9, text, level, touch
+
+
+def written_frame(part: Part) -> WrittenFrame:
+    """Time [s], row and messages of a frame."""
+    (row,) = unpack_rows(part.blobs("block")[0])
+    (sent,) = part.texts("sent")
+    return float(row[0]), row, [message for _, messages in json.loads(sent) for message in messages]
