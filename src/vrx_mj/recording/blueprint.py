@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.draw.course import course_of
+from vrx_mj.draw.plan import nice_length
+from vrx_mj.recording.eyes import PLANNED, east_and_north, followed_circle, followed_path, plan_eye, sea_eye
 from vrx_mj.recording.record_scene import RecordedSensor, RecordScene
 from vrx_mj.recording.sensor_chunks import track_path
 from vrx_mj.recording.task_chunks import MARKS, PLOT, WORDS
@@ -22,14 +22,6 @@ __all__ = ["blueprint_bytes", "layout"]
 SKY = (158, 190, 214)
 PLAN_WATER = (16, 45, 66)
 GRID = (150, 190, 215, 60)
-PLAN_MARGIN = 8.0
-"""Water around the outermost body in the plan [m]."""
-PLAN_REACH = 40.0
-"""How far from the outermost boat a body may be and still be fitted into the plan [m]."""
-PLAN_SLOPE = 0.5
-"""Half the height of what the plan shows, per height of its eye: the viewer's lens."""
-PLAN_ASPECT = 1.3
-"""Width of the plan's view, in its heights, about."""
 LEGEND = 4
 """Most series of thrusters that a legend lists: a longer one would hide the plot."""
 CROWD = 4
@@ -49,18 +41,19 @@ PICTURES = 4
 """Cameras whose pictures are shown at first."""
 
 
-def blueprint_bytes(scene: RecordScene, application: str) -> bytes:
+def blueprint_bytes(scene: RecordScene, application: str, *, track: FloatArray | None = None) -> bytes:
     """A blueprint for `scene` as the bytes of an `.rbl` file.
 
-    rerun makes blueprints with a recording stream only; disconnected and swept, it ends its two threads.
+    The plan frames `track`, the least and the greatest x and y (2, 2) [m] of all boats over the run, or else follows
+    the fleet. rerun makes blueprints with a recording stream only; disconnected and swept, it ends its two threads.
     """
     try:
-        return streamed(scene, application)
+        return streamed(scene, application, track)
     finally:
         rr.bindings.flush_and_cleanup_orphaned_recordings()
 
 
-def streamed(scene: RecordScene, application: str) -> bytes:
+def streamed(scene: RecordScene, application: str, track: FloatArray | None) -> bytes:
     """The blueprint by way of a stream that is dropped at once."""
     native = rr.bindings.new_blueprint(
         application_id=application, make_default=False, make_thread_default=False, default_enabled=True
@@ -68,19 +61,19 @@ def streamed(scene: RecordScene, application: str) -> bytes:
     stream = rr.RecordingStream._from_native(native)
     try:
         stream.set_time("blueprint", sequence=0)
-        layout(scene)._log_to_stream(stream)
+        layout(scene, track=track)._log_to_stream(stream)
         return bytes(stream.memory_recording().drain_as_bytes())
     finally:
         rr.bindings.disconnect(native)
 
 
-def layout(scene: RecordScene, *, live: bool = False) -> rrb.Blueprint:
+def layout(scene: RecordScene, *, live: bool = False, track: FloatArray | None = None) -> rrb.Blueprint:
     """The views and their places; `live`: at the newest moment instead of playing from the first."""
     pictured = bool(scene.of_type("camera"))
     left = rrb.Vertical(sea_view(scene), below(scene), row_shares=[1.7 if pictured else 3.4, 1])
     rows = beside(scene)
     shares = [2.0, 3.2] if len(rows) == 1 and is_crowded(scene) else [2.4, *[1.0] * len(rows)]
-    right = rrb.Vertical(plan_view(scene), *rows, log_view(), row_shares=[*shares, 1.0])
+    right = rrb.Vertical(plan_view(scene, track), *rows, log_view(), row_shares=[*shares, 1.0])
     return rrb.Blueprint(
         rrb.Horizontal(left, right, column_shares=[2, 1]),
         rrb.BlueprintPanel(state="collapsed"),
@@ -135,9 +128,8 @@ def picture_view(sensor: RecordedSensor) -> rrb.Spatial2DView:
 
 def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
     """The fleet, or the boat of `scene.follow`, followed from behind and above."""
-    middle, reach = followed_circle(scene)
-    away = 9.0 + 1.35 * reach
-    eye = middle + away * np.array([-0.72, -0.72, 0.42])
+    circle, reach = followed_circle(scene)
+    middle = np.array([*circle, 0.0])
     return rrb.Spatial3DView(
         name="Sea",
         origin="/world",
@@ -147,7 +139,7 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
         spatial_information=bare(),
         eye_controls=rrb.EyeControls3D(
             kind=rrb.Eye3DKind.Orbital,
-            position=eye,
+            position=middle + sea_eye(reach),
             look_target=middle,
             eye_up=(0.0, 0.0, 1.0),
             tracking_entity=followed_path(scene),
@@ -156,31 +148,30 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
     )
 
 
-def plan_view(scene: RecordScene) -> rrb.Spatial3DView:
-    """The course from above, north up, with a grid of 10 m."""
-    middle, radius = plan_circle(scene)
-    height = (radius + PLAN_MARGIN) / PLAN_SLOPE
-    earth = scene.parameters.georeference if scene.parameters else None
-    north = np.array(earth.from_east_north_up(0.0, 1.0, 0.0) if earth else (0.0, 1.0, 0.0))
+def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatial3DView:
+    """The course from above, north up, with a grid: all of `track`, or where the fleet is."""
+    middle, height = plan_eye(scene, track)
+    spacing, (_, north) = nice_length(height / 6.0), east_and_north(scene)
     return rrb.Spatial3DView(
-        name="Plan, north up, 10 m grid",
+        name=f"Plan, north up, {spacing:g} m grid",
         origin="/world",
         contents=[
             "+ /world/**",
             "- /world/sea/**",
-            "- /world/fleet/**",
+            f"{'+' if track is None else '-'} {PLANNED}",
             *(f"- {camera.path}" for camera in scene.of_type("camera")),
         ],
         background=rrb.Background(color=PLAN_WATER),
         line_grid=rrb.LineGrid3D(
-            visible=True, spacing=10.0, color=GRID, stroke_width=1.0, plane=rr.components.Plane3D.XY
+            visible=True, spacing=spacing, color=GRID, stroke_width=1.0, plane=rr.components.Plane3D.XY
         ),
         spatial_information=bare(),
         eye_controls=rrb.EyeControls3D(
             kind=rrb.Eye3DKind.Orbital,
-            position=(*(middle - 0.001 * north)[:2], height),
-            look_target=middle,
-            eye_up=north,
+            position=(*middle - 0.001 * north, height),
+            look_target=(*middle, 0.0),
+            eye_up=(*north, 0.0),
+            tracking_entity=PLANNED if track is None else None,
         ),
         overrides=trails(scene),
     )
@@ -221,45 +212,3 @@ def log_view() -> rrb.TextLogView:
         origin="/events",
         columns=rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"]),
     )
-
-
-def plan_circle(scene: RecordScene) -> tuple[FloatArray, float]:
-    """Middle (3,) and radius [m] of the plan: the fleet and what is near it, or all that a task lays out."""
-    middle, reach = fleet_circle(scene)
-    if not (scene.parameters and scene.parameters.task):
-        return middle, plan_radius(scene, middle, reach)
-    spots = [*course_of(scene.parameters).spots(), *(waypoint.position[:2] for waypoint in scene.waypoints)]
-    places = np.array([*spots, *(boat.pose[:2] for boat in scene.boats())])
-    low, high = places.min(axis=0), places.max(axis=0)
-    width, height = high - low
-    return np.array([*(low + high) / 2.0, 0.0]), max(10.0, float(height) / 2.0, float(width) / 2.0 / PLAN_ASPECT)
-
-
-def plan_radius(scene: RecordScene, middle: FloatArray, reach: float) -> float:
-    """Radius [m] around `middle` that holds the fleet and all that is near it."""
-    away = [math.dist(body.pose[:2], middle[:2]) for body in scene.bodies if body.kind != "ball"]
-    return max([reach, *(distance for distance in away if distance < reach + PLAN_REACH)])
-
-
-def followed_path(scene: RecordScene) -> str:
-    """The entity that the camera follows: one that has a size, without which nothing is followed."""
-    if scene.follow is None:
-        return "/world/fleet"
-    shaped = any(boat.surfaces for boat in scene.boats() if boat.name == scene.follow)
-    return f"/world/boats/{scene.follow}/{'shape' if shaped else 'label'}"
-
-
-def followed_circle(scene: RecordScene) -> tuple[FloatArray, float]:
-    """Middle (3,) and radius [m] of what is followed when recording starts."""
-    own = [boat.pose[:2] for boat in scene.boats() if boat.name == scene.follow]
-    return (np.array([*own[0], 0.0]), 0.0) if own else fleet_circle(scene)
-
-
-def fleet_circle(scene: RecordScene) -> tuple[FloatArray, float]:
-    """Middle (3,) and radius [m] of the fleet when recording starts."""
-    boats = scene.boats() or scene.bodies
-    if not boats:
-        return np.zeros(3), 10.0
-    places = np.array([boat.pose[:2] for boat in boats])
-    middle = places.mean(axis=0)
-    return np.array([*middle, 0.0]), math.sqrt(float(((places - middle) ** 2).sum(axis=1).max()))

@@ -14,6 +14,7 @@ from rerun.chunk import Chunk
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.frames import compass, rotation_matrix
+from vrx_mj.recording.eyes import FLEET
 from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.record_scene import (
     PARKED,
@@ -72,6 +73,8 @@ class MovingChunks:
         self._first = scene.layout()
         self.boat_set = 0
         """Number of the boat set whose rows are to come: how often boats or objects came or went."""
+        self.track: FloatArray | None = None
+        """Least and greatest x and y (2, 2) [m] of all boats until now."""
         self._take(scene)
 
     def go_on(self, scene: RecordScene) -> None:
@@ -119,8 +122,10 @@ class MovingChunks:
 
     def _fleet(self, rows: FloatArray) -> Iterator[Chunk]:
         """The fleet's middle at the mean water level: what the camera follows."""
-        middle = self._boat_positions(rows).mean(axis=1) * (1.0, 1.0, 0.0)
-        yield transforms("/world/fleet", rows[:, 0], middle)
+        places = self._boat_positions(rows)
+        ends = [places.min(axis=(0, 1))[:2], places.max(axis=(0, 1))[:2], *([] if self.track is None else self.track)]
+        self.track = np.array([np.min(ends, axis=0), np.max(ends, axis=0)])
+        yield transforms(FLEET, rows[:, 0], places.mean(axis=1) * (1.0, 1.0, 0.0))
 
     def _boat_positions(self, rows: FloatArray) -> FloatArray:
         """Positions (n, boats, 3) of the boats [m]."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
@@ -15,6 +16,7 @@ from rerun.chunk import Chunk
 from vrx_mj.arrays import ByteArray
 from vrx_mj.model.world import tree_of
 from vrx_mj.recording.motion_chunks import WIND_HEIGHT
+from vrx_mj.recording.eyes import FLEET, PLANNED, around, fleet_circle, plan_eye, sea_eye
 from vrx_mj.recording.packing import archive
 from vrx_mj.recording.record_scene import (
     FORMAT,
@@ -42,6 +44,7 @@ __all__ = [
 WIND_COLOR = (235, 245, 255)
 WAYPOINT_COLOR = (255, 64, 200)
 SHORE_COLOR = (226, 203, 150)
+UNSEEN = (0, 0, 0, 0)
 WHITE = (1.0, 1.0, 1.0, 1.0)
 BALL_COLOR = (40, 90, 255)
 SHORE_HEIGHT = 0.15
@@ -61,7 +64,7 @@ def still_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:
         yield from part_chunks(part, scene.begun)
     for display in scene.displays:
         yield from display_chunks(display, scene.begun)
-    yield from fleet_chunks()
+    yield from fleet_chunks(scene)
     yield from place_chunks(scene)
     yield from series_chunks(scene)
 
@@ -176,12 +179,14 @@ def display_chunks(display: RecordedDisplay, begun: float | None) -> Iterator[Ch
             yield shown(begun, display.part_path(part), mesh([replace(one, rgba=WHITE) for one in surfaces]))
 
 
-def fleet_chunks() -> Iterator[Chunk]:
-    """The wind's arrow over the fleet, and what the camera follows."""
+def fleet_chunks(scene: RecordScene) -> Iterator[Chunk]:
+    """The wind's arrow over the fleet, and what the views follow."""
     wind = rr.Arrows3D.from_fields(colors=[WIND_COLOR], radii=[0.22], origins=[[0.0, 0.0, WIND_HEIGHT]])
     yield static("/world/fleet/wind", wind)
-    followed = rr.Points3D([[0.0, 0.0, 0.0]], radii=[0.001])  # a camera follows only what has a size
-    yield static("/world/fleet", followed)
+    _, reach = fleet_circle(scene)
+    _, height = plan_eye(scene)
+    for path, distance in ((FLEET, math.hypot(*sea_eye(reach))), (PLANNED, height)):
+        yield static(path, rr.Points3D(around(distance), colors=[UNSEEN], radii=[0.0]))
 
 
 def place_chunks(scene: RecordScene) -> Iterator[Chunk]:
@@ -322,4 +327,5 @@ def joined_series_chunks(boat: str, scene: RecordScene, first: RecordScene) -> I
 
 def name_tag(name: str, rgb: tuple[int, int, int]) -> rr.Points3D:
     """A boat's name over it."""
-    return rr.Points3D([[0.0, 0.0, TAG_HEIGHT]], labels=[name], colors=[rgb], radii=[0.06], show_labels=True)
+    spots = [[0.0, 0.0, TAG_HEIGHT], *around(math.hypot(*sea_eye(0.0)))]
+    return rr.Points3D(spots, labels=[name, "", ""], colors=[rgb, UNSEEN, UNSEEN], radii=[0.06, 0, 0], show_labels=True)

@@ -155,6 +155,7 @@ class Work:
         self._queue: queue.Queue[Item | None] = queue.Queue(WAITING)
         self._error: BaseException | None = None
         self._chunks = 0
+        self._track: FloatArray | None = None
         from vrx_mj.recording.blueprint import blueprint_bytes
 
         self._views = blueprint_bytes(scene, APPLICATION)
@@ -226,6 +227,7 @@ class Work:
                 yield state_chunk(batch["state"])
             if batch["rows"]:
                 yield from moving(np.concatenate(batch["rows"]))
+                self._track = moving.track
             yield from sensed(batch["reading"])
             if batch["event"]:
                 yield event_chunk(batch["event"])
@@ -270,9 +272,8 @@ class Work:
         """Add the blueprint and the table of contents."""
         from vrx_mj.recording.blueprint import blueprint_bytes
 
-        views = self._views
-        if self.last is not self._scene:  # with the trails of who joined later
-            views = blueprint_bytes(dataclasses.replace(self._scene, earlier=self.last.roster()), APPLICATION)
+        scene = dataclasses.replace(self._scene, earlier=self.last.roster())  # with the trails of who joined later
+        views = blueprint_bytes(scene, APPLICATION, track=self._track)
         with tempfile.TemporaryDirectory(dir=self._path.parent, prefix=".record-") as folder:
             joined = Path(folder) / "joined.rrd"
             join_views(self._path, views, joined, chunks=self._chunks)
