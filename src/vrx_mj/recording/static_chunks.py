@@ -15,8 +15,8 @@ from rerun.chunk import Chunk
 
 from vrx_mj.arrays import ByteArray
 from vrx_mj.model.world import tree_of
-from vrx_mj.recording.motion_chunks import WIND_HEIGHT
 from vrx_mj.recording.eyes import FLEET, PLANNED, around, fleet_circle, plan_eye, sea_eye
+from vrx_mj.recording.motion_chunks import WIND_HEIGHT
 from vrx_mj.recording.packing import archive
 from vrx_mj.recording.record_scene import (
     FORMAT,

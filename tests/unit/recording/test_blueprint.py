@@ -43,9 +43,9 @@ def test_a_recording_s_plan_frames_the_track_that_was_sailed(tmp_path):
     eyes = [batch for batch in batches if "EyeControls3D:position" in batch.schema.names]
     (plan,) = (eye for eye in eyes if "EyeControls3D:tracking_entity" not in eye.schema.names)
     (((x, _, height),),) = plan.column("EyeControls3D:position").to_pylist()
-    reach, ends = PLAN_ASPECT * PLAN_SLOPE * height, (-recorded_run.RADIUS, recorded_run.RADIUS + 84.0)
-    assert x - reach < ends[0] < x - 0.9 * (reach - PLAN_MARGIN)
-    assert x + 0.9 * (reach - PLAN_MARGIN) < ends[1] < x + reach
+    west, east = min(x for x, _ in recorded_run.BUOYS.values()), 84.0 + recorded_run.RADIUS
+    half = height * PLAN_SLOPE - PLAN_MARGIN
+    assert (x - PLAN_ASPECT * half, x + PLAN_ASPECT * half) == pytest.approx((west, east), abs=0.5)
 
 
 @pytest.mark.parametrize("follow", [None, "wamv2"])
