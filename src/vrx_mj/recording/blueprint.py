@@ -10,7 +10,16 @@ import rerun.blueprint as rrb
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.plan import nice_length
-from vrx_mj.recording.eyes import PLANNED, east_and_north, followed_circle, followed_path, plan_eye, sea_eye
+from vrx_mj.recording.eyes import (
+    FLEET,
+    PLAN,
+    PLANNED,
+    east_and_north,
+    followed_circle,
+    followed_path,
+    plan_eye,
+    sea_eye,
+)
 from vrx_mj.recording.record_scene import RecordedSensor, RecordScene
 from vrx_mj.recording.sensor_chunks import track_path
 from vrx_mj.recording.task_chunks import MARKS, PLOT, WORDS
@@ -133,7 +142,7 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
     return rrb.Spatial3DView(
         name="Sea",
         origin="/world",
-        contents=["+ /world/**"],
+        contents=["+ /world/**", f"- {PLAN}/**"],
         background=rrb.Background(color=SKY),
         line_grid=rrb.LineGrid3D(visible=False),
         spatial_information=bare(),
@@ -158,7 +167,7 @@ def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatia
         contents=[
             "+ /world/**",
             "- /world/sea/**",
-            f"{'+' if track is None else '-'} {PLANNED}",
+            f"- {PLAN if track is None else FLEET}/**",
             *(f"- {camera.path}" for camera in scene.of_type("camera")),
         ],
         background=rrb.Background(color=PLAN_WATER),

@@ -12,6 +12,7 @@ from vrx_mj.recording.record_scene import RecordScene
 
 __all__ = [
     "FLEET",
+    "PLAN",
     "PLANNED",
     "around",
     "east_and_north",
@@ -22,8 +23,8 @@ __all__ = [
     "sea_eye",
 ]
 
-FLEET, PLANNED = "/world/fleet", "/world/fleet/plan"
-"""Entities in the fleet's middle: what the camera follows, and what the plan follows."""
+FLEET, PLANNED, PLAN = "/world/fleet", "/world/fleet/plan", "/world/plan"
+"""Entities: in the middle of what the camera follows, what a plan follows there, and one that frames a track."""
 PLAN_MARGIN = 8.0
 """Water around the outermost body in the plan [m]."""
 PLAN_REACH = 40.0

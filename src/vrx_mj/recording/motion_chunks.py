@@ -26,6 +26,7 @@ from vrx_mj.recording.record_scene import (
 )
 from vrx_mj.recording.timeline import Ticker, times
 from vrx_mj.recording.water_chunks import WaterChunks
+from vrx_mj.recording.weather_chunks import WeatherChunks
 
 __all__ = [
     "MovingChunks",
@@ -43,10 +44,6 @@ ARROW_HEIGHT = 0.75
 """Height of a thrust arrow over the engine's mount [m], so that the water does not hide it."""
 FARTHEST = 1e6
 """Largest number that is shown: a run may diverge, a picture of it should not."""
-WIND_HEIGHT = 6.0
-"""Height of the wind arrow over the fleet [m]."""
-ARROW_PER_WIND = 0.8
-"""Length of the wind arrow [m per m/s]."""
 
 
 def event_chunk(events: Sequence[tuple[float, str, str, str]]) -> Chunk:
@@ -68,6 +65,7 @@ class MovingChunks:
 
     def __init__(self, scene: RecordScene) -> None:
         self._scalar, self._water = Ticker(SCALAR_RATE), WaterChunks()
+        self._weather = WeatherChunks()
         self._angle: dict[tuple[str, str], float] = {}
         self._codes: dict[str, int] = {}
         self._first = scene.layout()
@@ -121,11 +119,12 @@ class MovingChunks:
             yield from self._water(names, rows[:, 0], self._boat_positions(rows), self._scene.sea_height)
 
     def _fleet(self, rows: FloatArray) -> Iterator[Chunk]:
-        """The fleet's middle at the mean water level: what the camera follows."""
+        """The middle of what the camera follows, at the mean water level."""
         places = self._boat_positions(rows)
         ends = [places.min(axis=(0, 1))[:2], places.max(axis=(0, 1))[:2], *([] if self.track is None else self.track)]
         self.track = np.array([np.min(ends, axis=0), np.max(ends, axis=0)])
-        yield transforms(FLEET, rows[:, 0], places.mean(axis=1) * (1.0, 1.0, 0.0))
+        own = [i for i, boat in enumerate(self._boats) if boat.name == self._scene.follow]
+        yield transforms(FLEET, rows[:, 0], places[:, own or slice(None)].mean(axis=1) * (1.0, 1.0, 0.0))
 
     def _boat_positions(self, rows: FloatArray) -> FloatArray:
         """Positions (n, boats, 3) of the boats [m]."""
@@ -137,7 +136,7 @@ class MovingChunks:
         if not len(rows):
             return
         yield from self._plots(rows)
-        yield self._wind(rows)
+        yield from self._weather(self._scene, rows)
         for boat in self._boats:
             yield from self._thrust(boat, rows)
 
@@ -150,7 +149,8 @@ class MovingChunks:
         degrees = {name: np.degrees(values) for name, values in angles.items()}
         for name, values in ({"speed": speed} | bearings | degrees).items():
             yield from self._lines(name, rows, values, [(boat.name, "") for boat in self._boats])
-        yield plot("wind", rows, rows[:, 1:2])
+        if self._scene.has_wind():
+            yield plot("wind", rows, rows[:, 1:2])
         if self._layout.thrusters:
             yield from self._lines("thrust", rows, rows[:, self._layout.thrust], self._layout.thrusters)
             steering = np.degrees(rows[:, self._layout.angle])
@@ -183,15 +183,6 @@ class MovingChunks:
     def _boat_velocities(self, rows: FloatArray) -> FloatArray:
         """Velocities (n, boats, 6) of the boats."""
         return np.stack([rows[:, self._layout.velocity(boat)] for boat in self._boats], axis=1)
-
-    def _wind(self, rows: FloatArray) -> Chunk:
-        east, north = self._scene.wind_direction
-        turned = rows[:, self._layout.wind_angle].sum(axis=1)  # none, or one
-        cos, sin = np.cos(turned), np.sin(turned)
-        direction = np.stack([cos * east - sin * north, sin * east + cos * north, np.zeros(len(rows))], axis=1)
-        vectors = rows[:, 1:2] * direction * ARROW_PER_WIND
-        columns = rr.Arrows3D.columns(vectors=vectors.astype(np.float32))
-        return Chunk.from_columns("/world/fleet/wind", [times(rows[:, 0])], columns)
 
     def _thrust(self, boat: MovingBody, rows: FloatArray) -> Iterator[Chunk]:
         """Arrows of a boat's thrusts, and its engines where they turned since the last block."""

@@ -16,7 +16,7 @@ from rerun.chunk import Chunk
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import CameraConfig, LidarConfig
 from vrx_mj.recording.reader import measured
-from vrx_mj.recording.record_scene import RecordedSensor, RecordScene, boat_colors
+from vrx_mj.recording.record_scene import RecordedSensor, RecordScene
 from vrx_mj.recording.static_chunks import static
 from vrx_mj.recording.timeline import times
 from vrx_mj.recording.water_chunks import TRAIL_HEIGHT
@@ -50,7 +50,7 @@ OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 
 def sensor_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """What of the sensors does not change: where they are on their boats, how they are drawn, their series' names."""
-    colors = boat_colors(scene.roster())
+    colors = scene.colors()
     for sensor in scene.sensors:
         if sensor.type == "camera":
             yield static(sensor.path, mount(sensor, OPTICAL), pinhole(sensor))

@@ -14,9 +14,9 @@ from rerun.archetypes import RecordingInfo
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import ByteArray
+from vrx_mj.draw.colors import WIND_COLOR, text_color
 from vrx_mj.model.world import tree_of
 from vrx_mj.recording.eyes import FLEET, PLANNED, around, fleet_circle, plan_eye, sea_eye
-from vrx_mj.recording.motion_chunks import WIND_HEIGHT
 from vrx_mj.recording.packing import archive
 from vrx_mj.recording.record_scene import (
     FORMAT,
@@ -26,7 +26,6 @@ from vrx_mj.recording.record_scene import (
     RecordScene,
     Surface,
     Waypoint,
-    boat_colors,
 )
 from vrx_mj.recording.timeline import times
 from vrx_mj.recording.water_chunks import FADES, sea_triangles, wake_path
@@ -41,7 +40,6 @@ __all__ = [
     "still_chunks",
 ]
 
-WIND_COLOR = (235, 245, 255)
 WAYPOINT_COLOR = (255, 64, 200)
 SHORE_COLOR = (226, 203, 150)
 UNSEEN = (0, 0, 0, 0)
@@ -180,9 +178,7 @@ def display_chunks(display: RecordedDisplay, begun: float | None) -> Iterator[Ch
 
 
 def fleet_chunks(scene: RecordScene) -> Iterator[Chunk]:
-    """The wind's arrow over the fleet, and what the views follow."""
-    wind = rr.Arrows3D.from_fields(colors=[WIND_COLOR], radii=[0.22], origins=[[0.0, 0.0, WIND_HEIGHT]])
-    yield static("/world/fleet/wind", wind)
+    """What the views follow."""
     _, reach = fleet_circle(scene)
     _, height = plan_eye(scene)
     for path, distance in ((FLEET, math.hypot(*sea_eye(reach))), (PLANNED, height)):
@@ -224,7 +220,7 @@ def heading_arrows(waypoints: Sequence[Waypoint]) -> rr.Arrows3D:
 
 def series_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """Names and colours of the plots' series."""
-    names, colors = [boat.name for boat in scene.boats()], boat_colors(scene.roster())
+    names, colors = [boat.name for boat in scene.boats()], scene.colors()
     yield from named_series(names, [(thruster.boat, thruster.name) for thruster in scene.thrusters], colors)
     yield static("/plots/wind", rr.SeriesLines(names=["wind"], colors=[WIND_COLOR], widths=1.5))
 
@@ -300,7 +296,7 @@ def leaving_chunks(scene: RecordScene, before: RecordScene) -> Iterator[Chunk]:
 
 def joining_chunks(boat: RecordedBody, scene: RecordScene) -> Iterator[Chunk]:
     """A boat, its name over it and its engines, which turn in its frame; its first pose until rows move it."""
-    begun, rgb = scene.begun, boat_colors(scene.roster())[boat.name]
+    begun, rgb = scene.begun, scene.colors()[boat.name]
     if begun is not None:
         yield shown(begun, boat.path, pose(boat.pose))
     if boat.surfaces:
@@ -322,10 +318,12 @@ def joined_series_chunks(boat: str, scene: RecordScene, first: RecordScene) -> I
     boats = [boat] if all(one.name != boat for one in first.boats()) else []
     known = {(one.boat, one.name) for one in first.thrusters}
     new = [(boat, one.name) for one in scene.thrusters if one.boat == boat and (boat, one.name) not in known]
-    yield from named_series(boats, new, boat_colors(scene.roster()), own=f"/{boat}")
+    yield from named_series(boats, new, scene.colors(), own=f"/{boat}")
 
 
 def name_tag(name: str, rgb: tuple[int, int, int]) -> rr.Points3D:
     """A boat's name over it."""
     spots = [[0.0, 0.0, TAG_HEIGHT], *around(math.hypot(*sea_eye(0.0)))]
-    return rr.Points3D(spots, labels=[name, "", ""], colors=[rgb, UNSEEN, UNSEEN], radii=[0.06, 0, 0], show_labels=True)
+    return rr.Points3D(
+        spots, labels=[name, "", ""], colors=[text_color(rgb), UNSEEN, UNSEEN], radii=[0.06, 0, 0], show_labels=True
+    )

@@ -214,6 +214,7 @@ class Work:
         from vrx_mj.recording.sensor_chunks import SensedChunks, sensor_chunks
         from vrx_mj.recording.static_chunks import boat_chunks, change_chunks, still_chunks
         from vrx_mj.recording.task_chunks import TaskChunks, frame_chunk, mark_chunks, task_chunks
+        from vrx_mj.recording.weather_chunks import plan_chunks
 
         yield from still_chunks(self._scene, self._views)
         yield from boat_chunks(self._scene)
@@ -242,6 +243,8 @@ class Work:
                 yield from change_chunks(scene, before, self._scene)
                 before = scene
         yield from going.rest()
+        if self._track is not None:
+            yield from plan_chunks(self._scene, self._track)
 
     def _batches(self) -> Iterator[dict[str, list[Any]]]:
         """What came in since the last flush, by kind, until the end."""
