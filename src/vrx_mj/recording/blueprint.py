@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -22,6 +24,7 @@ from vrx_mj.recording.eyes import (
 )
 from vrx_mj.recording.record_scene import RecordedSensor, RecordScene
 from vrx_mj.recording.sensor_chunks import track_path
+from vrx_mj.recording.static_chunks import LEGEND_PATH, NAME_WIDTH, NAMES
 from vrx_mj.recording.task_chunks import MARKS, PLOT, WORDS
 from vrx_mj.recording.timeline import TIMELINE
 from vrx_mj.sensors.registry import SENSOR_KINDS
@@ -31,21 +34,21 @@ __all__ = ["blueprint_bytes", "layout"]
 SKY = (158, 190, 214)
 PLAN_WATER = (16, 45, 66)
 GRID = (150, 190, 215, 60)
-LEGEND = 4
-"""Most series of thrusters that a legend lists: a longer one would hide the plot."""
-CROWD = 4
-"""Most boats whose legend fits into a low plot."""
-SPEED, THRUST, STEERING = ("speed", "Speed [m/s]"), ("thrust", "Thrust [N]"), ("steering", "Steering [deg]")
-TASK = (PLOT.rpartition("/")[2], "Score and collisions")
-BELOW = (
-    ("heading", "Heading, compass [deg]"),
-    ("course", "Course, compass [deg]"),
-    ("yaw", "Yaw from x [deg]"),
-    ("roll", "Roll [deg]"),
-    ("pitch", "Pitch [deg]"),
-    ("wind", "Wind [m/s]"),
+LEGEND = 2
+"""Most series of thrusters that a plot's legend lists: a longer one would hide the plot."""
+FEW_LINES = 4
+"""Most lines of the legend that stay in view; more have a place that they share with the events."""
+TASK = (PLOT.rpartition("/")[2], "Score")
+BESIDE = (
+    (("speed", "Speed [m/s]"), ("course", "Course, compass [°]")),
+    (("thrust", "Thrust [N]"), ("steering", "Steering [°]")),
 )
-"""Plots under the sea; the boats' colours are those of the speed's legend."""
+"""Plots under the plan, two to a place."""
+BELOW = (
+    (("heading", "Heading, compass [°]"), ("yaw", "Yaw, ENU [°]")),
+    (("roll", "Roll [°]"), ("pitch", "Pitch [°]"), ("wind", "Wind [m/s]")),
+)
+"""Plots under the sea, as many to a place as have room for their titles in a window of 1280 pixels."""
 PICTURES = 4
 """Cameras whose pictures are shown at first."""
 
@@ -80,9 +83,13 @@ def layout(scene: RecordScene, *, live: bool = False, track: FloatArray | None =
     """The views and their places; `live`: at the newest moment instead of playing from the first."""
     pictured = bool(scene.of_type("camera"))
     left = rrb.Vertical(sea_view(scene), below(scene), row_shares=[1.7 if pictured else 3.4, 1])
-    rows = beside(scene)
-    shares = [2.0, 3.2] if len(rows) == 1 and is_crowded(scene) else [2.4, *[1.0] * len(rows)]
-    right = rrb.Vertical(plan_view(scene, track), *rows, log_view(), row_shares=[*shares, 1.0])
+    lines = math.ceil(len(scene.roster()) / NAMES)
+    rows, shares = [*beside(scene), log_view()], [1.0] * (len(beside(scene)) + 1)
+    if lines > FEW_LINES:
+        rows, shares = [*rows[:-1], rrb.Tabs(legend_view(lines), rows[-1])], [*shares[:-1], 2.4]
+    elif len(scene.roster()) > 1:
+        rows, shares = [*rows[:-2], legend_view(lines), *rows[-2:]], [*shares[:-1], 0.2 * lines, 1.0]
+    right = rrb.Vertical(plan_view(scene, track), *rows, row_shares=[2.4, *shares])
     return rrb.Blueprint(
         rrb.Horizontal(left, right, column_shares=[2, 1]),
         rrb.BlueprintPanel(state="collapsed"),
@@ -94,27 +101,21 @@ def layout(scene: RecordScene, *, live: bool = False, track: FloatArray | None =
 
 
 def beside(scene: RecordScene) -> list[rrb.View | rrb.Container]:
-    """Under the plan: how the task goes, if there is one, then speed and thrust, which share a place with it."""
-    plots: list[rrb.View | rrb.Container] = [plot_view(SPEED, legend=True, marked=True)]
+    """Under the plan: how the task goes in words and as a plot, if there is one, then speed and thrust."""
+    speed, thrust = BESIDE
+    has_task = bool(scene.parameters and scene.parameters.task)
+    score = [plot_view(TASK, legend=True, marked=True)] if has_task else []
+    plots: list[rrb.View | rrb.Container] = [rrb.Tabs(*score, *(plot_view(plot, marked=True) for plot in speed))]
     if scene.thrusters:
-        legend = len(scene.thrusters) <= LEGEND
-        plots += [plot_view(THRUST, legend=legend), plot_view(STEERING, legend=legend)]
-    if scene.parameters and scene.parameters.task:
-        return [task_view(), rrb.Tabs(*plots)]
-    if is_crowded(scene):
-        return [rrb.Tabs(*plots)]
-    return [plots[0], *([rrb.Tabs(*plots[1:])] if plots[1:] else [])]
-
-
-def is_crowded(scene: RecordScene) -> bool:
-    """Whether the legend of all boats needs a plot of twice the height."""
-    return len(scene.roster()) > CROWD
-
-
-def task_view() -> rrb.Container:
-    """Phase, score and parts of the task in words, and score and collisions as a plot."""
+        plots.append(rrb.Tabs(*(plot_view(plot, legend=len(scene.thrusters) <= LEGEND) for plot in thrust)))
     words = rrb.TextDocumentView(name="Task", origin=WORDS, contents=[f"+ {WORDS}"])
-    return rrb.Horizontal(words, plot_view(TASK, legend=True, marked=True), column_shares=[1, 1])
+    return [words, *plots] if has_task else plots
+
+
+def legend_view(lines: int) -> rrb.Spatial2DView:
+    """The names of the boats in their colours, in so many lines beside the plots, which it does not hide."""
+    bounds = rrb.VisualBounds2D(x_range=(-NAME_WIDTH / 2, (NAMES - 0.5) * NAME_WIDTH), y_range=(-0.3, lines - 0.1))
+    return rrb.Spatial2DView(name="Boats", origin=LEGEND_PATH, titlebar=lines > FEW_LINES, visual_bounds=bounds)
 
 
 def below(scene: RecordScene) -> rrb.Container:
@@ -122,9 +123,11 @@ def below(scene: RecordScene) -> rrb.Container:
     shown = [plot for kind in SENSOR_KINDS.values() if scene.of_type(kind.type) for plot in kind.plots]
     sensed = [plot_view((plot.name, plot.title), legend=True) for plot in shown]
     pictures = [picture_view(sensor) for sensor in scene.of_type("camera")[:PICTURES]]
+    windy = "wind" in scene.weather()
+    moved = [[plot_view(plot) for plot in place if plot[0] != "wind" or windy] for place in BELOW]
     if not pictures:
-        return rrb.Horizontal(*map(plot_view, BELOW), *([rrb.Tabs(*sensed)] if sensed else []))
-    plots = rrb.Tabs(*sensed, *map(plot_view, BELOW))
+        return rrb.Horizontal(*(rrb.Tabs(*plots) for plots in (*moved, sensed) if plots))
+    plots = rrb.Tabs(*sensed, *chain.from_iterable(moved))
     if len(pictures) == 1:
         return rrb.Horizontal(pictures[0], plots)
     return rrb.Horizontal(rrb.Grid(*pictures, grid_columns=2), plots, column_shares=[2, 1])

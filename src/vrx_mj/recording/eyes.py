@@ -14,6 +14,8 @@ __all__ = [
     "FLEET",
     "PLAN",
     "PLANNED",
+    "PLAN_LINE",
+    "PLAN_SLOPE",
     "around",
     "east_and_north",
     "fleet_circle",
@@ -33,14 +35,16 @@ PLAN_SLOPE = 0.5
 """Half the height of what the plan shows, per height of its eye: the viewer's lens."""
 PLAN_ASPECT = 1.3
 """Width of the plan's view, in its heights, about."""
+PLAN_LINE = 0.09
+"""Height of a line of figures at the upper edge of the plan, in heights of the plan."""
 
 
 def around(distance: float) -> list[list[float]]:
-    """Points over and under a followed entity, from which a viewer looks at it from `distance` [m].
+    """Points on either side of a followed entity, from which a viewer looks at it from `distance` [m].
 
     A viewer that meets the entity in its first picture goes to 1.5 times the length of what the entity holds.
     """
-    return [[0.0, 0.0, distance / 3.0], [0.0, 0.0, -distance / 3.0]]
+    return [[distance / 3.0, 0.0, 0.0], [-distance / 3.0, 0.0, 0.0]]
 
 
 def sea_eye(reach: float) -> FloatArray:
@@ -49,9 +53,10 @@ def sea_eye(reach: float) -> FloatArray:
 
 
 def plan_eye(scene: RecordScene, track: FloatArray | None = None) -> tuple[FloatArray, float]:
-    """What the plan's eye is over (2,) [m], and its height [m]."""
+    """What the plan's eye is over (2,) [m], and its height [m]: figures of the weather have room over a track."""
     middle, radius = plan_circle(scene, track)
-    return middle, (radius + PLAN_MARGIN) / PLAN_SLOPE
+    half = (radius + PLAN_MARGIN) / (1.0 if track is None else 1.0 - PLAN_LINE * len(scene.weather()))
+    return middle + (half - radius - PLAN_MARGIN) * east_and_north(scene)[1], half / PLAN_SLOPE
 
 
 def east_and_north(scene: RecordScene) -> FloatArray:

@@ -24,6 +24,7 @@ from vrx_mj.recording.record_scene import (
     RecordedThruster,
     RecordScene,
 )
+from vrx_mj.recording.static_chunks import UNSEEN, static
 from vrx_mj.recording.timeline import Ticker, times
 from vrx_mj.recording.water_chunks import WaterChunks
 from vrx_mj.recording.weather_chunks import WeatherChunks
@@ -42,6 +43,11 @@ ARROW_PER_NEWTON = 1.0 / 55.0
 """Length of a thrust arrow [m/N]."""
 ARROW_HEIGHT = 0.75
 """Height of a thrust arrow over the engine's mount [m], so that the water does not hide it."""
+LEAST = {
+    "speed": 0.25, "steering": 5.0, "heading": 5.0, "course": 5.0, "yaw": 5.0, "roll": 2.0, "pitch": 2.0,
+    "wind": 0.5,
+}  # fmt: skip
+"""Half of the least range of a plot's axis [m/s, N, deg]: noise is no signal."""
 FARTHEST = 1e6
 """Largest number that is shown: a run may diverge, a picture of it should not."""
 
@@ -69,6 +75,7 @@ class MovingChunks:
         self._angle: dict[tuple[str, str], float] = {}
         self._codes: dict[str, int] = {}
         self._first = scene.layout()
+        self._ranged: set[str] = set()
         self.boat_set = 0
         """Number of the boat set whose rows are to come: how often boats or objects came or went."""
         self.track: FloatArray | None = None
@@ -149,8 +156,8 @@ class MovingChunks:
         degrees = {name: np.degrees(values) for name, values in angles.items()}
         for name, values in ({"speed": speed} | bearings | degrees).items():
             yield from self._lines(name, rows, values, [(boat.name, "") for boat in self._boats])
-        if self._scene.has_wind():
-            yield plot("wind", rows, rows[:, 1:2])
+        if "wind" in self._scene.weather():
+            yield from self._plot("wind", rows, rows[:, 1:2])
         if self._layout.thrusters:
             yield from self._lines("thrust", rows, rows[:, self._layout.thrust], self._layout.thrusters)
             steering = np.degrees(rows[:, self._layout.angle])
@@ -171,10 +178,19 @@ class MovingChunks:
         together = np.full((len(rows), len(first)), np.nan)
         together[:, [first.index(series[i]) for i in known]] = values[:, known]
         if first:
-            yield plot(name, rows, together)
+            yield from self._plot(name, rows, together)
         for boat in dict.fromkeys(key[0] for i, key in enumerate(series) if i not in known):
             own = [i for i, key in enumerate(series) if key[0] == boat and i not in known]
             yield plot(f"{name}/{boat}", rows, values[:, own])
+
+    def _plot(self, name: str, rows: FloatArray, values: FloatArray) -> Iterator[Chunk]:
+        """Values (n, k) of a quantity, the first time with the range around them that its axis has at least."""
+        if name in LEAST and name not in self._ranged and np.isfinite(values[0]).any():
+            self._ranged.add(name)
+            ends = np.array([[np.nanmin(values[0]) - LEAST[name], np.nanmax(values[0]) + LEAST[name]]])
+            yield static(f"/plots/{name}/range", rr.SeriesPoints(colors=[UNSEEN], marker_sizes=[0.0], names=[" ", " "]))
+            yield plot(f"{name}/range", rows[:1], ends)
+        yield plot(name, rows, values)
 
     def _layout_poses(self, rows: FloatArray) -> FloatArray:
         """Poses (n, boats, 7) of the boats."""

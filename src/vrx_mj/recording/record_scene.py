@@ -240,9 +240,13 @@ class RecordScene:
         """All boats until now, those that left included: their colours go by this order."""
         return tuple(dict.fromkeys((*self.earlier, *(boat.name for boat in self.boats()))))
 
-    def has_wind(self) -> bool:
-        """Whether it ever blows."""
-        return self.parameters is None or self.parameters.wind.mean != 0.0 or self.parameters.wind.gain > 0.0
+    def weather(self) -> tuple[str, ...]:
+        """Which of wind, waves and current there are."""
+        if self.parameters is None:
+            return ("wind",)
+        wind, sea, current = self.parameters.wind, self.parameters.sea, self.parameters.current
+        there = {"wind": wind.mean != 0.0 or wind.gain > 0.0, "waves": bool(sea.waves), "current": current is not None}
+        return tuple(name for name, found in there.items() if found)
 
     def colors(self) -> dict[str, Rgb]:
         """The colour of every boat of the roster."""

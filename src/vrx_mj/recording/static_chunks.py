@@ -31,6 +31,10 @@ from vrx_mj.recording.timeline import times
 from vrx_mj.recording.water_chunks import FADES, sea_triangles, wake_path
 
 __all__ = [
+    "LEGEND_PATH",
+    "NAMES",
+    "NAME_WIDTH",
+    "UNSEEN",
     "boat_chunks",
     "change_chunks",
     "mesh",
@@ -42,9 +46,12 @@ __all__ = [
 
 WAYPOINT_COLOR = (255, 64, 200)
 SHORE_COLOR = (226, 203, 150)
-UNSEEN = (0, 0, 0, 0)
+UNSEEN = (30, 70, 94, 0)
+"""Colour of points of no size, which are specks all the same: that of water."""
 WHITE = (1.0, 1.0, 1.0, 1.0)
 BALL_COLOR = (40, 90, 255)
+LEGEND_PATH, NAMES, NAME_WIDTH = "/boats", 7, 2.5
+"""The entity of the boats' names, how many of them are in a line, and the width of each in heights of the line."""
 SHORE_HEIGHT = 0.15
 """Height of the shoreline [m], so that the sea does not hide it."""
 
@@ -63,6 +70,7 @@ def still_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:
     for display in scene.displays:
         yield from display_chunks(display, scene.begun)
     yield from fleet_chunks(scene)
+    yield legend_chunk(scene)
     yield from place_chunks(scene)
     yield from series_chunks(scene)
 
@@ -185,6 +193,16 @@ def fleet_chunks(scene: RecordScene) -> Iterator[Chunk]:
         yield static(path, rr.Points3D(around(distance), colors=[UNSEEN], radii=[0.0]))
 
 
+def legend_chunk(scene: RecordScene) -> Chunk:
+    """The names of all boats in their colours, as a picture."""
+    colors = scene.colors()
+    spots = [(number % NAMES * NAME_WIDTH, number // NAMES) for number in range(len(colors))]
+    points = rr.Points2D(
+        spots, labels=list(colors), colors=list(colors.values()), radii=[rr.Radius.ui_points(4.0)], show_labels=True
+    )
+    return static(LEGEND_PATH, points)
+
+
 def place_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """Shore and waypoints."""
     if scene.shoreline:
@@ -222,7 +240,8 @@ def series_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """Names and colours of the plots' series."""
     names, colors = [boat.name for boat in scene.boats()], scene.colors()
     yield from named_series(names, [(thruster.boat, thruster.name) for thruster in scene.thrusters], colors)
-    yield static("/plots/wind", rr.SeriesLines(names=["wind"], colors=[WIND_COLOR], widths=1.5))
+    if "wind" in scene.weather():
+        yield static("/plots/wind", rr.SeriesLines(names=["wind"], colors=[WIND_COLOR], widths=1.5))
 
 
 def named_series(
@@ -276,6 +295,7 @@ def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -
         if body.path not in known and body.kind == "boat":
             yield from joining_chunks(body, scene)
             yield from joined_series_chunks(body.name, scene, first)
+            yield legend_chunk(scene)
         elif body.path not in known:
             yield from body_chunks(body, scene.begun)
     hung, lit = {part.path for part in before.parts}, {one.display.name for one in before.displays}

@@ -13,13 +13,14 @@ from rerun.chunk import Chunk
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.colors import CURRENT_COLOR, WAVE_COLOR, WIND_COLOR, Rgb, text_color
 from vrx_mj.frames import compass
-from vrx_mj.recording.eyes import FLEET, PLAN, PLAN_SLOPE, east_and_north, followed_circle, plan_eye, sea_eye
+from vrx_mj.recording.eyes import FLEET, PLAN, PLAN_LINE, PLAN_SLOPE, east_and_north, followed_circle, plan_eye, sea_eye
 from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.static_chunks import static
 from vrx_mj.recording.timeline import Ticker, times
 
 __all__ = ["COLORS", "WeatherChunks", "plan_chunks"]
 
+FLEET_WEATHER = f"{FLEET}/weather"
 RATE = 2.0
 """Arrows and figures [Hz]."""
 COLORS = {"wind": WIND_COLOR, "waves": WAVE_COLOR, "current": CURRENT_COLOR}
@@ -61,10 +62,10 @@ def corners_of(scene: RecordScene) -> tuple[Corner, Corner]:
     right = np.cross((0.0, 0.0, 1.0), back)
     up = np.cross(back, right)
     east, north = np.hstack([east_and_north(scene), np.zeros((2, 1))])
-    sea = Corner(
-        f"{FLEET}/weather", right / np.linalg.norm(right), up / np.linalg.norm(up), -0.66, -0.36, 0.36, 0.065, 0.2
+    return (
+        Corner(FLEET_WEATHER, right / np.linalg.norm(right), up / np.linalg.norm(up), -0.66, -0.36, 0.36, 0.065, 0.3),
+        Corner(f"{PLAN}/weather", east, north, -1.1, -0.1, 0.88, 2.0 * PLAN_LINE, 0.3),
     )
-    return sea, Corner(f"{PLAN}/weather", east, north, -1.1, -0.1, 0.85, 0.2, 0.4)
 
 
 def weather_of(scene: RecordScene, time: FloatArray, speed: FloatArray, turned: FloatArray) -> Weather:
@@ -74,7 +75,7 @@ def weather_of(scene: RecordScene, time: FloatArray, speed: FloatArray, turned: 
         [np.cos(turned) * east - np.sin(turned) * north, np.sin(turned) * east + np.cos(turned) * north], axis=1
     )
     found: Weather = {}
-    if scene.has_wind():
+    if "wind" in scene.weather():
         found["wind"] = wind, [f"wind {size:.1f} m/s from {at:.0f} deg" for size, at in bearings(scene, -wind)]
     if scene.parameters is None:
         return found
@@ -142,7 +143,7 @@ def still_weather(colors: Sequence[Rgb], scene: RecordScene) -> Iterator[Chunk]:
         figures = rr.Points3D.from_fields(positions=spots, colors=tints, radii=[0.0], show_labels=True)
         yield static(f"{corner.path}/figures", figures)
     distance = float(np.linalg.norm(sea_eye(followed_circle(scene)[1])))
-    yield static(f"{FLEET}/weather", rr.Transform3D(scale=distance))
+    yield static(FLEET_WEATHER, rr.Transform3D(scale=distance))
 
 
 def plan_chunks(scene: RecordScene, track: FloatArray) -> Iterator[Chunk]:
