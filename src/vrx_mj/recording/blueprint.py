@@ -25,7 +25,7 @@ from vrx_mj.recording.eyes import (
 from vrx_mj.recording.record_scene import RecordedSensor, RecordScene
 from vrx_mj.recording.sensor_chunks import track_path
 from vrx_mj.recording.static_chunks import LEGEND_PATH, NAME_WIDTH, NAMES
-from vrx_mj.recording.task_chunks import MARKS, PLOT, WORDS
+from vrx_mj.recording.task_chunks import MARKS, PLOT, STEPS, WORDS
 from vrx_mj.recording.timeline import TIMELINE
 from vrx_mj.sensors.registry import SENSOR_KINDS
 
@@ -53,19 +53,23 @@ PICTURES = 4
 """Cameras whose pictures are shown at first."""
 
 
-def blueprint_bytes(scene: RecordScene, application: str, *, track: FloatArray | None = None) -> bytes:
+def blueprint_bytes(
+    scene: RecordScene, application: str, *, track: FloatArray | None = None, result: str = ""
+) -> bytes:
     """A blueprint for `scene` as the bytes of an `.rbl` file.
 
     The plan frames `track`, the least and the greatest x and y (2, 2) [m] of all boats over the run, or else follows
-    the fleet. rerun makes blueprints with a recording stream only; disconnected and swept, it ends its two threads.
+    the fleet; `result` of a finished task is in the title of what it says.
+
+    rerun makes blueprints with a recording stream only; disconnected and swept, it ends its two threads.
     """
     try:
-        return streamed(scene, application, track)
+        return streamed(scene, application, track, result)
     finally:
         rr.bindings.flush_and_cleanup_orphaned_recordings()
 
 
-def streamed(scene: RecordScene, application: str, track: FloatArray | None) -> bytes:
+def streamed(scene: RecordScene, application: str, track: FloatArray | None, result: str) -> bytes:
     """The blueprint by way of a stream that is dropped at once."""
     native = rr.bindings.new_blueprint(
         application_id=application, make_default=False, make_thread_default=False, default_enabled=True
@@ -73,22 +77,26 @@ def streamed(scene: RecordScene, application: str, track: FloatArray | None) -> 
     stream = rr.RecordingStream._from_native(native)
     try:
         stream.set_time("blueprint", sequence=0)
-        layout(scene, track=track)._log_to_stream(stream)
+        layout(scene, track=track, result=result)._log_to_stream(stream)
         return bytes(stream.memory_recording().drain_as_bytes())
     finally:
         rr.bindings.disconnect(native)
 
 
-def layout(scene: RecordScene, *, live: bool = False, track: FloatArray | None = None) -> rrb.Blueprint:
+def layout(
+    scene: RecordScene, *, live: bool = False, track: FloatArray | None = None, result: str = ""
+) -> rrb.Blueprint:
     """The views and their places; `live`: at the newest moment instead of playing from the first."""
     pictured = bool(scene.of_type("camera"))
     left = rrb.Vertical(sea_view(scene), below(scene), row_shares=[1.7 if pictured else 3.4, 1])
     lines = math.ceil(len(scene.roster()) / NAMES)
-    rows, shares = [*beside(scene), log_view()], [1.0] * (len(beside(scene)) + 1)
+    story = [steps_view(), log_view()] if has_task(scene) else [log_view(), steps_view()]
+    rows: list[rrb.View | rrb.Container] = [*beside(scene, result), rrb.Tabs(*story)]
+    shares = [*[1.0] * (len(rows) - 1), 1.2]
     if lines > FEW_LINES:
-        rows, shares = [*rows[:-1], rrb.Tabs(legend_view(lines), rows[-1])], [*shares[:-1], 2.4]
+        rows, shares = [*rows[:-1], rrb.Tabs(legend_view(lines), *story)], [*shares[:-1], 2.4]
     elif len(scene.roster()) > 1:
-        rows, shares = [*rows[:-2], legend_view(lines), *rows[-2:]], [*shares[:-1], 0.2 * lines, 1.0]
+        rows, shares = [*rows[:-2], legend_view(lines), *rows[-2:]], [*shares[:-2], 0.22 * lines, *shares[-2:]]
     right = rrb.Vertical(plan_view(scene, track), *rows, row_shares=[2.4, *shares])
     return rrb.Blueprint(
         rrb.Horizontal(left, right, column_shares=[2, 1]),
@@ -100,16 +108,20 @@ def layout(scene: RecordScene, *, live: bool = False, track: FloatArray | None =
     )
 
 
-def beside(scene: RecordScene) -> list[rrb.View | rrb.Container]:
+def beside(scene: RecordScene, result: str = "") -> list[rrb.View | rrb.Container]:
     """Under the plan: how the task goes in words and as a plot, if there is one, then speed and thrust."""
     speed, thrust = BESIDE
-    has_task = bool(scene.parameters and scene.parameters.task)
-    score = [plot_view(TASK, legend=True, marked=True)] if has_task else []
+    score = [plot_view(TASK, legend=True, marked=True)] if has_task(scene) else []
     plots: list[rrb.View | rrb.Container] = [rrb.Tabs(*score, *(plot_view(plot, marked=True) for plot in speed))]
     if scene.thrusters:
         plots.append(rrb.Tabs(*(plot_view(plot, legend=len(scene.thrusters) <= LEGEND) for plot in thrust)))
-    words = rrb.TextDocumentView(name="Task", origin=WORDS, contents=[f"+ {WORDS}"])
-    return [words, *plots] if has_task else plots
+    words = rrb.TextDocumentView(name=f"Task: {result}" if result else "Task", origin=WORDS, contents=[f"+ {WORDS}"])
+    return [words, *plots] if has_task(scene) else plots
+
+
+def has_task(scene: RecordScene) -> bool:
+    """Whether there is a task to score."""
+    return bool(scene.parameters and scene.parameters.task)
 
 
 def legend_view(lines: int) -> rrb.Spatial2DView:
@@ -215,6 +227,11 @@ def plot_view(plot: tuple[str, str], *, legend: bool = False, marked: bool = Fal
         plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=legend),
         axis_x=rrb.TimeAxis(link="LinkToGlobal"),
     )
+
+
+def steps_view() -> rrb.StateTimelineView:
+    """Phases, scores and touches over time."""
+    return rrb.StateTimelineView(name="Timeline", origin=STEPS, contents=[f"+ {STEPS}/**"])
 
 
 def log_view() -> rrb.TextLogView:

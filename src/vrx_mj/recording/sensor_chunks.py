@@ -33,13 +33,13 @@ QUALITY = 75
 """Quality of the JPEG pictures, of 100."""
 PICTURE_AT = 1.2
 """How far before a camera its picture hangs in the sea view [m]."""
-FRUSTUM_COLOR = (255, 240, 180)
+FRUSTUM_COLOR = (157, 140, 103)
 NEAR_COLOR, MIDDLE_COLOR, FAR_COLOR = (255, 236, 110), (255, 96, 80), (150, 60, 200)
 """Colours of a lidar's points near the boat, halfway on a scale of logarithms, and at the end of the range."""
 SHADES = 64
-AXIS_COLORS = ((240, 90, 80), (120, 210, 110), (90, 160, 255))
+AXIS_COLORS = ((240, 93, 83), (89, 158, 81), (80, 143, 229))
 """Colours of x, y and z in plots."""
-SOUND_COLOR = (190, 150, 255)
+SOUND_COLOR = (159, 125, 214)
 SOUND_LENGTH = 8.0
 """Longest arrow to a beacon [m]: it shows the direction, and the plot the distance."""
 SOUND_HEIGHT = 2.2

@@ -14,7 +14,7 @@ from rerun.archetypes import RecordingInfo
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import ByteArray
-from vrx_mj.draw.colors import WIND_COLOR, text_color
+from vrx_mj.draw.colors import WIND_COLOR, Rgb, shade, text_color
 from vrx_mj.model.world import tree_of
 from vrx_mj.recording.eyes import FLEET, PLANNED, around, fleet_circle, plan_eye, sea_eye
 from vrx_mj.recording.packing import archive
@@ -44,8 +44,8 @@ __all__ = [
     "still_chunks",
 ]
 
-WAYPOINT_COLOR = (255, 64, 200)
-SHORE_COLOR = (226, 203, 150)
+WAYPOINT_COLOR = (247, 62, 193)
+SHORE_COLOR = (157, 140, 103)
 UNSEEN = (30, 70, 94, 0)
 """Colour of points of no size, which are specks all the same: that of water."""
 WHITE = (1.0, 1.0, 1.0, 1.0)
@@ -211,21 +211,14 @@ def place_chunks(scene: RecordScene) -> Iterator[Chunk]:
         shore = rr.LineStrips3D(strips, colors=[SHORE_COLOR], radii=[rr.Radius.ui_points(1.0)])
         yield static("/world/shore", shore)
     if scene.waypoints:
-        yield static("/world/waypoints", markers(scene.waypoints))
+        spots, colors = [waypoint.position for waypoint in scene.waypoints], [text_color(WAYPOINT_COLOR)]
+        labels = [waypoint.name.replace("_", " ") for waypoint in scene.waypoints]
+        yield static("/world/waypoints", rr.Points3D(spots, colors=[WAYPOINT_COLOR], radii=[0.6]))
+        names = rr.Points3D(spots, labels=labels, colors=colors, radii=[0.0], show_labels=True)
+        yield static("/world/waypoints/names", names)
         headed = [waypoint for waypoint in scene.waypoints if waypoint.heading is not None]
         if headed:
             yield static("/world/waypoints/headings", heading_arrows(headed))
-
-
-def markers(waypoints: Sequence[Waypoint]) -> rr.Points3D:
-    """Waypoints with their names."""
-    return rr.Points3D(
-        [waypoint.position for waypoint in waypoints],
-        labels=[waypoint.name for waypoint in waypoints],
-        colors=[WAYPOINT_COLOR],
-        radii=[0.6],
-        show_labels=True,
-    )
 
 
 def heading_arrows(waypoints: Sequence[Waypoint]) -> rr.Arrows3D:
@@ -262,17 +255,17 @@ def named_series(
             yield static(f"/plots/{quantity}{own}", rr.SeriesLines(names=labels, colors=shades, widths=1.5))
 
 
-def shaded(colors: Sequence[tuple[int, int, int]]) -> ByteArray:
-    """Every second series of one boat darker."""
+def shaded(colors: Sequence[Rgb]) -> list[Rgb]:
+    """Of the series of one boat each in another shade."""
     seen: dict[tuple[int, int, int], int] = {}
     out = []
     for rgb in colors:
         seen[rgb] = seen.get(rgb, -1) + 1
-        out.append(np.array(rgb) * (1.0, 0.62, 0.8, 0.45)[seen[rgb] % 4])
-    return np.array(out).astype(np.uint8)
+        out.append(shade([share / 255.0 for share in rgb], (0.27, 0.12, 0.18)[seen[rgb] % 3]))
+    return out
 
 
-THRUST_COLOR = (255, 84, 48)
+THRUST_COLOR = (252, 83, 47)
 GONE = (0.0, 0.0, -1e4)
 """Where the frames of cameras go with a boat that leaves [m]: a camera without one is a mistake to the viewer."""
 WAKE_RADIUS = 0.25

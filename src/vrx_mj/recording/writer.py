@@ -53,7 +53,7 @@ JOIN_SECONDS = 600.0
 MANY_CHUNKS = 4000
 """Recordings of more chunks are compacted when they are closed: a viewer opens those faster."""
 
-KINDS = ("rows", "event", "mark", "state", "reading", "frame", "scene")
+KINDS = ("rows", "event", "touch", "state", "reading", "frame", "scene")
 """Kinds of items in the queue."""
 
 Item = tuple[str, Any]
@@ -103,10 +103,9 @@ class RecordWriter:
         self._put(("event", (float(t), text, level, touch)))
 
     def touch(self, touch: Touch) -> None:
-        """Record that a boat touches something: as an event, and as a mark in the plots."""
-        begun = {"boat": touch.boat, "other": touch.other, "time": touch.time, "force": touch.force}  # it may go on
-        self.event(touch.time, str(touch), "WARN", json.dumps(begun))
-        self._put(("mark", (touch.time, "contacts")))
+        """Record that a boat touches something: as an event, as a mark in the plots, and as an arrow at its point."""
+        self.event(touch.time, str(touch), "WARN", json.dumps(dataclasses.asdict(touch)))
+        self._put(("touch", dataclasses.replace(touch)))  # it may go on
 
     def frame(self, t: float, row: FloatArray, messages: Sequence[Message]) -> None:
         """Record a frame that a task's referee looked at, at simulated time `t` [s], with what its team sent."""
@@ -156,6 +155,7 @@ class Work:
         self._error: BaseException | None = None
         self._chunks = 0
         self._track: FloatArray | None = None
+        self._result = ""
         from vrx_mj.recording.blueprint import blueprint_bytes
 
         self._views = blueprint_bytes(scene, APPLICATION)
@@ -213,7 +213,8 @@ class Work:
         from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk, state_chunk
         from vrx_mj.recording.sensor_chunks import SensedChunks, sensor_chunks
         from vrx_mj.recording.static_chunks import boat_chunks, change_chunks, still_chunks
-        from vrx_mj.recording.task_chunks import TaskChunks, frame_chunk, mark_chunks, task_chunks
+        from vrx_mj.recording.task_chunks import TaskChunks, frame_chunk, task_chunks
+        from vrx_mj.recording.touch_chunks import touch_chunks
         from vrx_mj.recording.weather_chunks import plan_chunks
 
         yield from still_chunks(self._scene, self._views)
@@ -232,7 +233,7 @@ class Work:
             yield from sensed(batch["reading"])
             if batch["event"]:
                 yield event_chunk(batch["event"])
-            yield from mark_chunks(batch["mark"])
+            yield from touch_chunks(batch["touch"])
             if batch["frame"]:
                 yield frame_chunk(batch["frame"], moving.boat_set)
             yield from going(batch["state"], batch["frame"])
@@ -243,6 +244,7 @@ class Work:
                 yield from change_chunks(scene, before, self._scene)
                 before = scene
         yield from going.rest()
+        self._result = going.result
         if self._track is not None:
             yield from plan_chunks(self._scene, self._track)
 
@@ -276,7 +278,7 @@ class Work:
         from vrx_mj.recording.blueprint import blueprint_bytes
 
         scene = dataclasses.replace(self._scene, earlier=self.last.roster())  # with the trails of who joined later
-        views = blueprint_bytes(scene, APPLICATION, track=self._track)
+        views = blueprint_bytes(scene, APPLICATION, track=self._track, result=self._result)
         with tempfile.TemporaryDirectory(dir=self._path.parent, prefix=".record-") as folder:
             joined = Path(folder) / "joined.rrd"
             join_views(self._path, views, joined, chunks=self._chunks)
