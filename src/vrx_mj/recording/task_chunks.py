@@ -468,10 +468,10 @@ def words(referee: Referee) -> str:
         "finished": ("time is up" if status.timed_out else "done") + f" after {status.elapsed:.1f} s",
     }[status.phase]
     hits = f"collisions **{status.collisions}**"
+    score = f"{referee.boat}: **{score_text(status.phase, status.score, meaning.unit)}**"
     lines = [
         f"**{referee.name}: {status.phase}**, {clock}",
-        f"{referee.boat}: **{score_text(status.phase, status.score, meaning.unit)}**, "
-        f"the {meaning.better} the better; {hits}",
+        f"{score}, the {meaning.better} the better; {hits}",
         *_parts(referee.progress),
     ]
     return "\n\n".join(lines)
