@@ -21,11 +21,14 @@ from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk, part_chunk
 from vrx_mj.recording.packing import row_count, unpack_rows
 from vrx_mj.recording.parts import APPLICATION, COMPANIES, EVENTS, FRAMES, ROWS, STATES, Part
 from vrx_mj.recording.raw_file import raw_parts
+from vrx_mj.recording.reader import all_events
 from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.rrd_footer import add_views
 from vrx_mj.recording.sensor_chunks import SensedChunks, sensor_chunks
 from vrx_mj.recording.static_chunks import boat_chunks, change_chunks, still_chunks
-from vrx_mj.recording.task_chunks import TaskChunks, WrittenFrame, frame_chunk, mark_chunks, task_chunks
+from vrx_mj.recording.task_chunks import TaskChunks, WrittenFrame, frame_chunk, task_chunks
+from vrx_mj.recording.touch_chunks import touch_chunks
+from vrx_mj.recording.weather_chunks import plan_chunks
 
 __all__ = ["UnwrittenError", "encode"]
 
@@ -74,7 +77,8 @@ class Encoder:
 
     def views(self) -> bytes:
         """The blueprint, with the trails of who joined later."""
-        return blueprint_bytes(dataclasses.replace(self._first, earlier=self._scene.roster()), APPLICATION)
+        scene = dataclasses.replace(self._first, earlier=self._scene.roster())
+        return blueprint_bytes(scene, APPLICATION, track=self._moving.track, result=self._task.result)
 
     def chunks(self, parts: Iterator[Part]) -> Iterator[Chunk]:
         """Every chunk of a file; its writer asks for the next when it wrote the last."""
@@ -83,6 +87,8 @@ class Encoder:
             for batch in batches(parts):
                 yield from self._going(batch)
             yield from self._task.rest()
+            if self._moving.track is not None:
+                yield from plan_chunks(self._first, self._moving.track)
         except Exception as error:
             self.error = error  # rerun's own error has less detail
             raise
@@ -103,9 +109,9 @@ class Encoder:
             yield part_chunk(states)
         if rows := [unpack_rows(part.blobs("block")[0]) for part in batch.pop(ROWS, [])]:
             yield from self._moving(np.concatenate(rows))
-        if events := sorted(written_event(part) for part in batch.pop(EVENTS, [])):
-            yield event_chunk(events)
-            yield from mark_chunks([(time, "contacts") for time, _, _, touch in events if touch])
+        if happened := batch.pop(EVENTS, []):
+            yield event_chunk(sorted(map(written_event, happened)))
+            yield from touch_chunks([event.touch for event in all_events(happened) if event.touch])
         if frames:
             yield frame_chunk(frames, self._moving.boat_set)
         saved = [(part.times("time")[0], part.blobs("blob")[0]) for part in states]

@@ -15,6 +15,7 @@ from rerun.chunk import Chunk
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.frames import compass, rotation_matrix
+from vrx_mj.recording.eyes import FLEET
 from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.parts import EVENTS, ROWS, Part
 from vrx_mj.recording.record_scene import (
@@ -25,8 +26,10 @@ from vrx_mj.recording.record_scene import (
     RecordedThruster,
     RecordScene,
 )
+from vrx_mj.recording.static_chunks import UNSEEN, static
 from vrx_mj.recording.timeline import Ticker, times
 from vrx_mj.recording.water_chunks import WaterChunks
+from vrx_mj.recording.weather_chunks import WeatherChunks
 
 __all__ = [
     "MovingChunks",
@@ -42,12 +45,13 @@ ARROW_PER_NEWTON = 1.0 / 55.0
 """Length of a thrust arrow [m/N]."""
 ARROW_HEIGHT = 0.75
 """Height of a thrust arrow over the engine's mount [m], so that the water does not hide it."""
+LEAST = {
+    "speed": 0.25, "steering": 5.0, "heading": 5.0, "course": 5.0, "yaw": 5.0, "roll": 2.0, "pitch": 2.0,
+    "wind": 0.5,
+}  # fmt: skip
+"""Half of the least range of a plot's axis [m/s, N, deg]: noise is no signal."""
 FARTHEST = 1e6
 """Largest number that is shown: a run may diverge, a picture of it should not."""
-WIND_HEIGHT = 6.0
-"""Height of the wind arrow over the fleet [m]."""
-ARROW_PER_WIND = 0.8
-"""Length of the wind arrow [m per m/s]."""
 
 
 def event_chunk(events: Sequence[tuple[float, str, str, str]]) -> Chunk:
@@ -62,11 +66,15 @@ class MovingChunks:
 
     def __init__(self, scene: RecordScene) -> None:
         self._scalar, self._water = Ticker(SCALAR_RATE), WaterChunks()
+        self._weather = WeatherChunks()
         self._angle: dict[tuple[str, str], float] = {}
         self._codes: dict[str, int] = {}
         self._first = scene.layout()
+        self._ranged: set[str] = set()
         self.boat_set = 0
         """Number of the boat set whose rows are to come: how often boats or objects came or went."""
+        self.track: FloatArray | None = None
+        """Least and greatest x and y (2, 2) [m] of all boats until now."""
         self._take(scene)
 
     def go_on(self, scene: RecordScene) -> None:
@@ -113,9 +121,12 @@ class MovingChunks:
             yield from self._water(names, rows[:, 0], self._boat_positions(rows), self._scene.sea_height)
 
     def _fleet(self, rows: FloatArray) -> Iterator[Chunk]:
-        """The fleet's middle at the mean water level: what the camera follows."""
-        middle = self._boat_positions(rows).mean(axis=1) * (1.0, 1.0, 0.0)
-        yield transforms("/world/fleet", rows[:, 0], middle)
+        """The middle of what the camera follows, at the mean water level."""
+        places = self._boat_positions(rows)
+        ends = [places.min(axis=(0, 1))[:2], places.max(axis=(0, 1))[:2], *([] if self.track is None else self.track)]
+        self.track = np.array([np.min(ends, axis=0), np.max(ends, axis=0)])
+        own = [i for i, boat in enumerate(self._boats) if boat.name == self._scene.follow]
+        yield transforms(FLEET, rows[:, 0], places[:, own or slice(None)].mean(axis=1) * (1.0, 1.0, 0.0))
 
     def _boat_positions(self, rows: FloatArray) -> FloatArray:
         """Positions (n, boats, 3) of the boats [m]."""
@@ -127,7 +138,7 @@ class MovingChunks:
         if not len(rows):
             return
         yield from self._plots(rows)
-        yield self._wind(rows)
+        yield from self._weather(self._scene, rows)
         for boat in self._boats:
             yield from self._thrust(boat, rows)
 
@@ -140,7 +151,8 @@ class MovingChunks:
         degrees = {name: np.degrees(values) for name, values in angles.items()}
         for name, values in ({"speed": speed} | bearings | degrees).items():
             yield from self._lines(name, rows, values, [(boat.name, "") for boat in self._boats])
-        yield plot("wind", rows, rows[:, 1:2])
+        if "wind" in self._scene.weather():
+            yield from self._plot("wind", rows, rows[:, 1:2])
         if self._layout.thrusters:
             yield from self._lines("thrust", rows, rows[:, self._layout.thrust], self._layout.thrusters)
             steering = np.degrees(rows[:, self._layout.angle])
@@ -161,10 +173,19 @@ class MovingChunks:
         together = np.full((len(rows), len(first)), np.nan)
         together[:, [first.index(series[i]) for i in known]] = values[:, known]
         if first:
-            yield plot(name, rows, together)
+            yield from self._plot(name, rows, together)
         for boat in dict.fromkeys(key[0] for i, key in enumerate(series) if i not in known):
             own = [i for i, key in enumerate(series) if key[0] == boat and i not in known]
             yield plot(f"{name}/{boat}", rows, values[:, own])
+
+    def _plot(self, name: str, rows: FloatArray, values: FloatArray) -> Iterator[Chunk]:
+        """Values (n, k) of a quantity, the first time with the range around them that its axis has at least."""
+        if name in LEAST and name not in self._ranged and np.isfinite(values[0]).any():
+            self._ranged.add(name)
+            ends = np.array([[np.nanmin(values[0]) - LEAST[name], np.nanmax(values[0]) + LEAST[name]]])
+            yield static(f"/plots/{name}/range", rr.SeriesPoints(colors=[UNSEEN], marker_sizes=[0.0], names=[" ", " "]))
+            yield plot(f"{name}/range", rows[:1], ends)
+        yield plot(name, rows, values)
 
     def _layout_poses(self, rows: FloatArray) -> FloatArray:
         """Poses (n, boats, 7) of the boats."""
@@ -173,15 +194,6 @@ class MovingChunks:
     def _boat_velocities(self, rows: FloatArray) -> FloatArray:
         """Velocities (n, boats, 6) of the boats."""
         return np.stack([rows[:, self._layout.velocity(boat)] for boat in self._boats], axis=1)
-
-    def _wind(self, rows: FloatArray) -> Chunk:
-        east, north = self._scene.wind_direction
-        turned = rows[:, self._layout.wind_angle].sum(axis=1)  # none, or one
-        cos, sin = np.cos(turned), np.sin(turned)
-        direction = np.stack([cos * east - sin * north, sin * east + cos * north, np.zeros(len(rows))], axis=1)
-        vectors = rows[:, 1:2] * direction * ARROW_PER_WIND
-        columns = rr.Arrows3D.columns(vectors=vectors.astype(np.float32))
-        return Chunk.from_columns("/world/fleet/wind", [times(rows[:, 0])], columns)
 
     def _thrust(self, boat: MovingBody, rows: FloatArray) -> Iterator[Chunk]:
         """Arrows of a boat's thrusts, and its engines where they turned since the last block."""

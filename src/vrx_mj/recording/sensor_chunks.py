@@ -18,7 +18,7 @@ from vrx_mj.config.sensors import CameraConfig, LidarConfig
 from vrx_mj.recording.motion_chunks import part_chunk
 from vrx_mj.recording.parts import Part
 from vrx_mj.recording.reader import RecordedReadings
-from vrx_mj.recording.record_scene import RecordedSensor, RecordScene, boat_colors
+from vrx_mj.recording.record_scene import RecordedSensor, RecordScene
 from vrx_mj.recording.static_chunks import static
 from vrx_mj.recording.timeline import times
 from vrx_mj.recording.water_chunks import TRAIL_HEIGHT
@@ -33,13 +33,13 @@ Columns = Iterable[rr.ComponentColumn]
 
 PICTURE_AT = 1.2
 """How far before a camera its picture hangs in the sea view [m]."""
-FRUSTUM_COLOR = (255, 240, 180)
+FRUSTUM_COLOR = (157, 140, 103)
 NEAR_COLOR, MIDDLE_COLOR, FAR_COLOR = (255, 236, 110), (255, 96, 80), (150, 60, 200)
 """Colours of a lidar's points near the boat, halfway on a scale of logarithms, and at the end of the range."""
 SHADES = 64
-AXIS_COLORS = ((240, 90, 80), (120, 210, 110), (90, 160, 255))
+AXIS_COLORS = ((240, 93, 83), (89, 158, 81), (80, 143, 229))
 """Colours of x, y and z in plots."""
-SOUND_COLOR = (190, 150, 255)
+SOUND_COLOR = (159, 125, 214)
 SOUND_LENGTH = 8.0
 """Longest arrow to a beacon [m]: it shows the direction, and the plot the distance."""
 SOUND_HEIGHT = 2.2
@@ -50,7 +50,7 @@ OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 
 def sensor_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """What of the sensors does not change: where they are on their boats, how they are drawn, their series' names."""
-    colors = boat_colors(scene.roster())
+    colors = scene.colors()
     for sensor in scene.sensors:
         if sensor.type == "camera":
             yield static(sensor.path, mount(sensor, OPTICAL), pinhole(sensor))

@@ -13,6 +13,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from vrx_mj.arguments import as_flag, check_kind, check_name
 from vrx_mj.draw.display import no_window
 from vrx_mj.errors import CommandError, UnknownNameError, shown
@@ -311,4 +313,6 @@ def views_following(record: Record, boat: str | None) -> bytes:
     sim = Simulation(record.companies[0].world)
     scene = scene_of(sim, looks_of=[boat] if boat in sim.boats else [])
     scene = replace(scene, sensors=record.sensors, earlier=tuple(record.boats), follow=boat)
-    return blueprint_bytes(scene, APPLICATION)
+    places = np.concatenate([track.position[:, :2] for track in record.boats.values()])
+    ends = np.array([np.nanmin(places, axis=0), np.nanmax(places, axis=0)]) if len(places) else None
+    return blueprint_bytes(scene, APPLICATION, track=ends)

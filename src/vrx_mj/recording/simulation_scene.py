@@ -19,7 +19,7 @@ from vrx_mj.mjcf.markers import MARKER, marker_names
 from vrx_mj.mjcf.objects import ball_name
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
-from vrx_mj.model.world import tree_of
+from vrx_mj.model.world import Parameters, tree_of
 from vrx_mj.recording.boat_sets import BoatSet
 from vrx_mj.recording.record_scene import (
     MovingBody,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
@@ -13,7 +14,8 @@ from rerun.archetypes import RecordingInfo
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import ByteArray
-from vrx_mj.recording.motion_chunks import WIND_HEIGHT
+from vrx_mj.draw.colors import WIND_COLOR, Rgb, shade, text_color
+from vrx_mj.recording.eyes import FLEET, PLANNED, around, fleet_circle, plan_eye, sea_eye
 from vrx_mj.recording.record_scene import (
     RecordedBody,
     RecordedDisplay,
@@ -21,12 +23,15 @@ from vrx_mj.recording.record_scene import (
     RecordScene,
     Surface,
     Waypoint,
-    boat_colors,
 )
 from vrx_mj.recording.timeline import times
 from vrx_mj.recording.water_chunks import FADES, sea_triangles, wake_path
 
 __all__ = [
+    "LEGEND_PATH",
+    "NAMES",
+    "NAME_WIDTH",
+    "UNSEEN",
     "boat_chunks",
     "change_chunks",
     "mesh",
@@ -36,11 +41,14 @@ __all__ = [
     "still_chunks",
 ]
 
-WIND_COLOR = (235, 245, 255)
-WAYPOINT_COLOR = (255, 64, 200)
-SHORE_COLOR = (226, 203, 150)
+WAYPOINT_COLOR = (247, 62, 193)
+SHORE_COLOR = (157, 140, 103)
+UNSEEN = (30, 70, 94, 0)
+"""Colour of points of no size, which are specks all the same: that of water."""
 WHITE = (1.0, 1.0, 1.0, 1.0)
 BALL_COLOR = (40, 90, 255)
+LEGEND_PATH, NAMES, NAME_WIDTH = "/boats", 7, 2.5
+"""The entity of the boats' names, how many of them are in a line, and the width of each in heights of the line."""
 SHORE_HEIGHT = 0.15
 """Height of the shoreline [m], so that the sea does not hide it."""
 
@@ -58,7 +66,8 @@ def still_chunks(scene: RecordScene) -> Iterator[Chunk]:
         yield from part_chunks(part, scene.begun)
     for display in scene.displays:
         yield from display_chunks(display, scene.begun)
-    yield from fleet_chunks()
+    yield from fleet_chunks(scene)
+    yield legend_chunk(scene)
     yield from place_chunks(scene)
     yield from series_chunks(scene)
 
@@ -163,12 +172,22 @@ def display_chunks(display: RecordedDisplay, begun: float | None) -> Iterator[Ch
             yield shown(begun, display.part_path(part), mesh([replace(one, rgba=WHITE) for one in surfaces]))
 
 
-def fleet_chunks() -> Iterator[Chunk]:
-    """The wind's arrow over the fleet, and what the camera follows."""
-    wind = rr.Arrows3D.from_fields(colors=[WIND_COLOR], radii=[0.22], origins=[[0.0, 0.0, WIND_HEIGHT]])
-    yield static("/world/fleet/wind", wind)
-    followed = rr.Points3D([[0.0, 0.0, 0.0]], radii=[0.001])  # a camera follows only what has a size
-    yield static("/world/fleet", followed)
+def fleet_chunks(scene: RecordScene) -> Iterator[Chunk]:
+    """What the views follow."""
+    _, reach = fleet_circle(scene)
+    _, height = plan_eye(scene)
+    for path, distance in ((FLEET, math.hypot(*sea_eye(reach))), (PLANNED, height)):
+        yield static(path, rr.Points3D(around(distance), colors=[UNSEEN], radii=[0.0]))
+
+
+def legend_chunk(scene: RecordScene) -> Chunk:
+    """The names of all boats in their colours, as a picture."""
+    colors = scene.colors()
+    spots = [(number % NAMES * NAME_WIDTH, number // NAMES) for number in range(len(colors))]
+    points = rr.Points2D(
+        spots, labels=list(colors), colors=list(colors.values()), radii=[rr.Radius.ui_points(4.0)], show_labels=True
+    )
+    return static(LEGEND_PATH, points)
 
 
 def place_chunks(scene: RecordScene) -> Iterator[Chunk]:
@@ -179,21 +198,14 @@ def place_chunks(scene: RecordScene) -> Iterator[Chunk]:
         shore = rr.LineStrips3D(strips, colors=[SHORE_COLOR], radii=[rr.Radius.ui_points(1.0)])
         yield static("/world/shore", shore)
     if scene.waypoints:
-        yield static("/world/waypoints", markers(scene.waypoints))
+        spots, colors = [waypoint.position for waypoint in scene.waypoints], [text_color(WAYPOINT_COLOR)]
+        labels = [waypoint.name.replace("_", " ") for waypoint in scene.waypoints]
+        yield static("/world/waypoints", rr.Points3D(spots, colors=[WAYPOINT_COLOR], radii=[0.6]))
+        names = rr.Points3D(spots, labels=labels, colors=colors, radii=[0.0], show_labels=True)
+        yield static("/world/waypoints/names", names)
         headed = [waypoint for waypoint in scene.waypoints if waypoint.heading is not None]
         if headed:
             yield static("/world/waypoints/headings", heading_arrows(headed))
-
-
-def markers(waypoints: Sequence[Waypoint]) -> rr.Points3D:
-    """Waypoints with their names."""
-    return rr.Points3D(
-        [waypoint.position for waypoint in waypoints],
-        labels=[waypoint.name for waypoint in waypoints],
-        colors=[WAYPOINT_COLOR],
-        radii=[0.6],
-        show_labels=True,
-    )
 
 
 def heading_arrows(waypoints: Sequence[Waypoint]) -> rr.Arrows3D:
@@ -206,9 +218,10 @@ def heading_arrows(waypoints: Sequence[Waypoint]) -> rr.Arrows3D:
 
 def series_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """Names and colours of the plots' series."""
-    names, colors = [boat.name for boat in scene.boats()], boat_colors(scene.roster())
+    names, colors = [boat.name for boat in scene.boats()], scene.colors()
     yield from named_series(names, [(thruster.boat, thruster.name) for thruster in scene.thrusters], colors)
-    yield static("/plots/wind", rr.SeriesLines(names=["wind"], colors=[WIND_COLOR], widths=1.5))
+    if "wind" in scene.weather():
+        yield static("/plots/wind", rr.SeriesLines(names=["wind"], colors=[WIND_COLOR], widths=1.5))
 
 
 def named_series(
@@ -229,17 +242,17 @@ def named_series(
             yield static(f"/plots/{quantity}{own}", rr.SeriesLines(names=labels, colors=shades, widths=1.5))
 
 
-def shaded(colors: Sequence[tuple[int, int, int]]) -> ByteArray:
-    """Every second series of one boat darker."""
+def shaded(colors: Sequence[Rgb]) -> list[Rgb]:
+    """Of the series of one boat each in another shade."""
     seen: dict[tuple[int, int, int], int] = {}
     out = []
     for rgb in colors:
         seen[rgb] = seen.get(rgb, -1) + 1
-        out.append(np.array(rgb) * (1.0, 0.62, 0.8, 0.45)[seen[rgb] % 4])
-    return np.array(out).astype(np.uint8)
+        out.append(shade([share / 255.0 for share in rgb], (0.27, 0.12, 0.18)[seen[rgb] % 3]))
+    return out
 
 
-THRUST_COLOR = (255, 84, 48)
+THRUST_COLOR = (252, 83, 47)
 GONE = (0.0, 0.0, -1e4)
 """Where the frames of cameras go with a boat that leaves [m]: a camera without one is a mistake to the viewer."""
 WAKE_RADIUS = 0.25
@@ -262,6 +275,7 @@ def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -
         if body.path not in known and body.kind == "boat":
             yield from joining_chunks(body, scene)
             yield from joined_series_chunks(body.name, scene, first)
+            yield legend_chunk(scene)
         elif body.path not in known:
             yield from body_chunks(body, scene.begun)
     hung, lit = {part.path for part in before.parts}, {one.display.name for one in before.displays}
@@ -282,7 +296,7 @@ def leaving_chunks(scene: RecordScene, before: RecordScene) -> Iterator[Chunk]:
 
 def joining_chunks(boat: RecordedBody, scene: RecordScene) -> Iterator[Chunk]:
     """A boat, its name over it and its engines, which turn in its frame; its first pose until rows move it."""
-    begun, rgb = scene.begun, boat_colors(scene.roster())[boat.name]
+    begun, rgb = scene.begun, scene.colors()[boat.name]
     if begun is not None:
         yield shown(begun, boat.path, pose(boat.pose))
     if boat.surfaces:
@@ -304,9 +318,12 @@ def joined_series_chunks(boat: str, scene: RecordScene, first: RecordScene) -> I
     boats = [boat] if all(one.name != boat for one in first.boats()) else []
     known = {(one.boat, one.name) for one in first.thrusters}
     new = [(boat, one.name) for one in scene.thrusters if one.boat == boat and (boat, one.name) not in known]
-    yield from named_series(boats, new, boat_colors(scene.roster()), own=f"/{boat}")
+    yield from named_series(boats, new, scene.colors(), own=f"/{boat}")
 
 
 def name_tag(name: str, rgb: tuple[int, int, int]) -> rr.Points3D:
     """A boat's name over it."""
-    return rr.Points3D([[0.0, 0.0, TAG_HEIGHT]], labels=[name], colors=[rgb], radii=[0.06], show_labels=True)
+    spots = [[0.0, 0.0, TAG_HEIGHT], *around(math.hypot(*sea_eye(0.0)))]
+    return rr.Points3D(
+        spots, labels=[name, "", ""], colors=[text_color(rgb), UNSEEN, UNSEEN], radii=[0.06, 0, 0], show_labels=True
+    )

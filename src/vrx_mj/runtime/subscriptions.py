@@ -6,6 +6,7 @@ motion is the same to the last bit with any listeners.
 """
 
 import math
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ import numpy as np
 from vrx_mj.arguments import as_number, check_kind, check_name
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, shown
-from vrx_mj.model.kinds import STRICT
+from vrx_mj.model.kinds import STRICT, Vec3
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.timing import sample_number, steps_to_time
@@ -62,9 +63,14 @@ class Touch:
     """From when it began to the last contact that was seen [s]; it grows, as `force` does, while the touch lasts."""
     count: int = 1
     """How many touches these are: in a run's summary, all of a pair, with the largest force and the whole duration."""
+    point: Vec3 | None = None
+    """Where the largest force acted, the middle of all points of contact by their forces [m, ENU]."""
+    vector: Vec3 | None = None
+    """The largest force on the boat [N, ENU]."""
 
     def __str__(self) -> str:
-        return f"{self.boat} touches {self.other}, {self.time:.1f} s, {self.force:.0f} N"
+        until = f" to {self.time + self.duration:.1f}" if self.duration else ""
+        return f"{self.boat} touches {self.other}, {self.time:.1f}{until} s, {self.force:.0f} N"
 
 
 class ContactWatch:
@@ -101,8 +107,8 @@ class ContactWatch:
         look = arrays.broadphase[0]
         free = look["wait"] == 0 and look["clearance"] > 0.0  # the list of contacts is then an earlier step's
         found = forces_of_pairs(arrays, frozenset(self._boats())) if arrays.data.ncon and not free else {}
-        for pair, force in found.items():
-            self._note(pair, force, time)
+        for pair, (vector, point) in found.items():
+            self._note(pair, vector, point, time)
         self._armed = not (found or stopped)  # what holds a boat stops the loop without a contact
         look["armed"] = self._armed
         stride = max(
@@ -115,13 +121,15 @@ class ContactWatch:
         """Report touches that were not reported yet: those of the last half second."""
         self._report(before=math.inf)
 
-    def _note(self, pair: Pair, force: float, time: float) -> None:
+    def _note(self, pair: Pair, vector: Vec3, point: Vec3, time: float) -> None:
         if time - self._seen.get(pair, -PARTED) >= PARTED:
-            self._touches[pair] = Touch(*pair, time, force)
+            self._touches[pair] = Touch(*pair, time, -1.0)
             self._waiting.add(pair)
         self._seen[pair] = time
-        touch = self._touches[pair]
-        touch.force, touch.duration = max(touch.force, force), time - touch.time
+        touch, force = self._touches[pair], math.hypot(*vector)
+        touch.duration = time - touch.time
+        if force > touch.force:
+            touch.force, touch.point, touch.vector = force, point, vector
 
     def _report(self, before: float) -> None:
         """Report touches that began before a time [s], in the order of their names."""
@@ -131,13 +139,13 @@ class ContactWatch:
             self._callback(self._touches[pair])
 
 
-def forces_of_pairs(arrays: LoopArrays, boats: frozenset[str]) -> Mapping[Pair, float]:
-    """Sizes of the contact forces [N] of the last step between boats and what they touch, by their names.
+def forces_of_pairs(arrays: LoopArrays, boats: frozenset[str]) -> Mapping[Pair, tuple[Vec3, Vec3]]:
+    """Contact forces [N] of the last step on boats by what they touch, and where they act [m, ENU], by their names.
 
     Two boats are one pair, in the order of their names: which of their geoms MuJoCo has first means nothing.
     """
     model, data = arrays.model, arrays.data
-    sums: dict[Pair, np.ndarray] = {}
+    sums: dict[Pair, np.ndarray] = {}  # of forces, of places by the size of their forces, and of these sizes
     local = np.zeros(6)
     for number in range(data.ncon):
         contact = data.contact[number]
@@ -147,8 +155,10 @@ def forces_of_pairs(arrays: LoopArrays, boats: frozenset[str]) -> Mapping[Pair, 
             mujoco.mj_contactForce(model, data, number, local)
             force = contact.frame.reshape(3, 3).T @ local[:3]
             known = (pair[0], "terrain" if pair[1] in {"", "world"} else pair[1])
-            sums[known] = sums.get(known, np.zeros(3)) + (force if one == pair[0] else -force)
-    return {pair: float(np.linalg.norm(force)) for pair, force in sums.items()}
+            size = max(float(np.linalg.norm(force)), sys.float_info.min)
+            part = np.array([*(force if one == pair[0] else -force), *(size * contact.pos), size])
+            sums[known] = sums.get(known, 0.0) + part
+    return {pair: (tuple(row[:3].tolist()), tuple((row[3:6] / row[6]).tolist())) for pair, row in sums.items()}
 
 
 RATIO = 1e-9

@@ -19,11 +19,11 @@ import numpy as np
 
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.bar import Bar
+from vrx_mj.draw.colors import boat_colors
 from vrx_mj.errors import UnknownNameError, VideoError
 from vrx_mj.model.boats import boat_label
 from vrx_mj.packages import install_extra
 from vrx_mj.recording.reader import Record, read_record
-from vrx_mj.recording.record_scene import boat_colors
 from vrx_mj.recording.video.stage import Above, Chase, Eye, Footage, Instant, Stage, TaskMoment, view_of
 from vrx_mj.sensors.view import View
 from vrx_mj.tasks.frame import score_text
@@ -158,7 +158,8 @@ class Film:
         if not len(found[boat]):
             raise VideoError(f"invalid boat '{boat}': it is in no row of the recording")
         paths = {name: path for name, path in found.items() if len(path)}
-        self._paths, self._colors = paths, boat_colors(recorded.boats)
+        boats = [boat for sailed in recorded.companies for boat in sailed.parameters.boats]
+        self._paths, self._colors = paths, boat_colors(recorded.boats, boats)
         self._eyes = (eye,) if eye else self._views(list(paths.values()), paths[boat])
         self._stage: tuple[int, Stage] | None = None
 
