@@ -141,7 +141,7 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
     return rrb.Spatial3DView(
         name="Sea",
         origin="/world",
-        contents=["+ /world/**"],
+        contents=["+ /world/**", *(["- /world/trails/**"] if scene.sea_height else [])],
         background=rrb.Background(color=SKY),
         line_grid=rrb.LineGrid3D(visible=False),
         spatial_information=bare(),
@@ -168,6 +168,7 @@ def plan_view(scene: RecordScene) -> rrb.Spatial3DView:
         contents=[
             "+ /world/**",
             "- /world/sea/**",
+            "- /world/wakes/**",
             "- /world/fleet/**",
             *(f"- {camera.path}" for camera in scene.of_type("camera")),
         ],
