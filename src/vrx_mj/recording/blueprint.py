@@ -157,7 +157,7 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
     return rrb.Spatial3DView(
         name="Sea",
         origin="/world",
-        contents=["+ /world/**", f"- {PLAN}/**"],
+        contents=["+ /world/**", f"- {PLAN}/**", *(["- /world/trails/**"] if scene.sea_height else [])],
         background=rrb.Background(color=SKY),
         line_grid=rrb.LineGrid3D(visible=False),
         spatial_information=bare(),
@@ -182,6 +182,7 @@ def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatia
         contents=[
             "+ /world/**",
             "- /world/sea/**",
+            "- /world/wakes/**",
             f"- {PLAN if track is None else FLEET}/**",
             *(f"- {camera.path}" for camera in scene.of_type("camera")),
         ],

@@ -88,7 +88,7 @@ class MovingChunks:
         self._boats = [body for body in self._layout.bodies if body.kind == "boat"]
         self._paths = {body.name: body.path for body in scene.bodies}
         there = {boat.name for boat in self._boats}
-        self._water.keep(there)
+        self._water.keep(scene.boats())
         self._angle = {key: last for key, last in self._angle.items() if key[0] in there}
         seen = {shown.display.name for shown in scene.displays}
         self._codes = {name: last for name, last in self._codes.items() if name in seen}
@@ -118,7 +118,8 @@ class MovingChunks:
             yield from self._fleet(rows)
             yield from self._slow(rows[self._scalar(rows[:, 0])])
             names = [boat.name for boat in self._boats]
-            yield from self._water(names, rows[:, 0], self._boat_positions(rows), self._scene.sea_height)
+            poses = self._layout_poses(rows)
+            yield from self._water(names, rows[:, 0], poses[..., :3], self._scene.sea_height, poses[..., 3:])
 
     def _fleet(self, rows: FloatArray) -> Iterator[Chunk]:
         """The middle of what the camera follows, at the mean water level."""

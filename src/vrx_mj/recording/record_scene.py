@@ -41,7 +41,7 @@ FORMAT = 2
 """Version of what we write into a recording; a reader refuses later ones."""
 
 Vec3 = tuple[float, float, float]
-SeaHeight = Callable[[FloatArray, FloatArray, float], npt.ArrayLike]
+SeaHeight = Callable[[FloatArray, FloatArray, float | FloatArray], npt.ArrayLike]
 """Height of the sea [m] at x, y [m, ENU, equal shapes] and time [s]."""
 
 PARKED = -100.0

@@ -25,7 +25,7 @@ from vrx_mj.recording.record_scene import (
     Waypoint,
 )
 from vrx_mj.recording.timeline import times
-from vrx_mj.recording.water_chunks import FADES, sea_triangles, wake_path
+from vrx_mj.recording.water_chunks import wake_looks, wake_path
 
 __all__ = [
     "LEGEND_PATH",
@@ -57,8 +57,6 @@ def still_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """What a recording begins with, but for its boats."""
     yield from run_chunks(scene)
     yield static("/world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
-    if scene.sea_height is not None:
-        yield static("/world/sea", rr.Mesh3D.from_fields(triangle_indices=sea_triangles()))
     for body in scene.bodies:
         if body.kind != "boat":
             yield from body_chunks(body, scene.begun)
@@ -255,8 +253,6 @@ def shaded(colors: Sequence[Rgb]) -> list[Rgb]:
 THRUST_COLOR = (252, 83, 47)
 GONE = (0.0, 0.0, -1e4)
 """Where the frames of cameras go with a boat that leaves [m]: a camera without one is a mistake to the viewer."""
-WAKE_RADIUS = 0.25
-"""Half the thickness of a wake [m]."""
 TAG_HEIGHT = 2.9
 """Height of a boat's name over its origin [m]."""
 
@@ -305,10 +301,10 @@ def joining_chunks(boat: RecordedBody, scene: RecordScene) -> Iterator[Chunk]:
         if thruster.boat == boat.name and thruster.surfaces:
             yield shown(begun, f"{boat.path}/{thruster.name}/shape", mesh(thruster.surfaces))
     yield shown(begun, f"{boat.path}/label", name_tag(boat.name, rgb))
-    trail = rr.LineStrips3D.from_fields(colors=[rgb], radii=[rr.Radius.ui_points(1.2)])
+    trail = rr.LineStrips3D.from_fields(radii=[rr.Radius.ui_points(1.2)])
     yield static(f"/world/trails/{boat.name}", trail)
     if scene.sea_height is not None:
-        yield static(wake_path(boat.name), rr.LineStrips3D.from_fields(colors=FADES, radii=[WAKE_RADIUS]))
+        yield static(wake_path(boat.name), wake_looks())
     arrows = rr.Arrows3D.from_fields(colors=[THRUST_COLOR], radii=[0.12])
     yield static(f"{boat.path}/thrust", arrows)
 
