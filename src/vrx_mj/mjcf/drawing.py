@@ -8,14 +8,15 @@ from itertools import chain
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.errors import CompileError
 from vrx_mj.mjcf.markers import add_markers
 from vrx_mj.mjcf.world import World
-from vrx_mj.physics.surface import EDGE, RINGS, SPOKES, fan, fan_triangles, reflectance
+from vrx_mj.physics.surface import EDGE, fan, fan_triangles, reflectance
 
-__all__ = ["SEA", "add_signs", "drawing_model", "drawing_spec", "sea_palette", "sky_cube"]
+__all__ = ["SEA", "add_signs", "add_skin", "compiled_spec", "drawing_model", "drawing_spec", "sea_palette", "sky_cube"]
 
 
 SEA = "vrx_mj/sea"
@@ -40,10 +41,15 @@ def drawing_model(world: World) -> mujoco.MjModel:
     Raises:
         CompileError: MuJoCo cannot compile the saved world.
     """
+    return compiled_spec(drawing_spec(world), world.name)
+
+
+def compiled_spec(spec: mujoco.MjSpec, name: str) -> mujoco.MjModel:
+    """The model of the spec of a world of a name; errors are those of `drawing_model`."""
     try:
-        return drawing_spec(world).compile()
+        return spec.compile()
     except ValueError as error:
-        raise CompileError(f"MuJoCo cannot compile the saved world {world.name}: {error}") from error
+        raise CompileError(f"MuJoCo cannot compile the saved world {name}: {error}") from error
 
 
 def drawing_spec(world: World) -> mujoco.MjSpec:
@@ -63,11 +69,7 @@ def drawing_spec(world: World) -> mujoco.MjSpec:
     if plane is not None:
         level = float(plane.pos[2])
         spec.delete(plane)
-        texture = spec.add_texture(name=SEA, type=mujoco.mjtTexture.mjTEXTURE_2D)
-        _paint(texture, sea_palette(*PALETTE, *colors, np.array(light.diffuse)))
-        material = spec.add_material(name=SEA, rgba=[1.0, 1.0, 1.0, 1.0], emission=1.0, specular=0.0)
-        material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = SEA
-        _add_sea(spec, level)
+        _add_sea(spec, level, sea_palette(*PALETTE, *colors, np.array(light.diffuse)))
     _paint(sky, sky_cube(SKY_SIDE, *colors, -np.array(light.dir) / np.linalg.norm(light.dir), np.array(light.diffuse)))
     return spec
 
@@ -88,26 +90,52 @@ def _paint(texture: mujoco.MjsTexture, pixels: ByteArray) -> None:
     texture.data = pixels.tobytes()
 
 
-def _add_sea(spec: mujoco.MjSpec, level: float) -> None:
-    """The sea's skin, a flat disc around the world's centre. Its only bone is the world itself."""
+def _add_sea(spec: mujoco.MjSpec, level: float, palette: ByteArray) -> None:
+    """The sea's skin, a flat disc around the world's centre."""
     distances, spokes = fan()
     r, angle = np.meshgrid(distances, math.pi * spokes, indexing="ij")
     x, y = spec.stat.center[0] + r * np.cos(angle), spec.stat.center[1] + r * np.sin(angle)
-    points = np.stack([x, y, np.full_like(x, level)], axis=-1)
     slant = LOOKOUT / np.hypot(r, LOOKOUT)
     mirrored = EDGE + (1.0 - 2.0 * EDGE) * np.vectorize(reflectance)(slant)
-    number = RINGS * SPOKES
+    points = np.stack([x, y, np.full_like(x, level)], axis=-1).reshape(-1, 3)
+    places = np.stack([mirrored, np.full_like(mirrored, EDGE)], axis=-1).reshape(-1, 2)
+    add_skin(spec, SEA, palette, points, places, fan_triangles())
+
+
+def add_skin(
+    spec: mujoco.MjSpec,
+    name: str,
+    palette: ByteArray,
+    points: npt.NDArray[np.floating],
+    places: npt.NDArray[np.floating],
+    triangles: npt.NDArray[np.int32],
+    opacity: float = 1.0,
+) -> None:
+    """Add a skin that shines in the colours of a palette, with its material and texture; its bone is the world.
+
+    Args:
+        spec: the model.
+        name: of all three.
+        palette: (height, width, 3), or 4 with opacities, which count where `opacity` is below 1.
+        points: (n, 3) [m].
+        places: (n, 2) of the points on the palette, 0 to 1.
+        triangles: (m, 3) numbers of points, counter-clockwise.
+        opacity: of all of it.
+    """
+    _paint(spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D), palette)
+    material = spec.add_material(name=name, rgba=[1.0, 1.0, 1.0, opacity], emission=1.0, specular=0.0)
+    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
     spec.add_skin(
-        name=SEA,
-        material=SEA,
+        name=name,
+        material=name,
         vert=points.reshape(-1).tolist(),
-        texcoord=np.stack([mirrored, np.full_like(mirrored, EDGE)], axis=-1).reshape(-1).tolist(),
-        face=fan_triangles().reshape(-1).tolist(),
+        texcoord=places.reshape(-1).tolist(),
+        face=triangles.reshape(-1).tolist(),
         bodyname=["world"],
         bindpos=[0.0, 0.0, 0.0],
         bindquat=[1.0, 0.0, 0.0, 0.0],
-        vertid=[list(range(number))],
-        vertweight=[[1.0] * number],
+        vertid=[list(range(len(points)))],
+        vertweight=[[1.0] * len(points)],
         group=1,
     )
 

@@ -119,7 +119,7 @@ class Cameras:
         mujoco.mj_camlight(self._model, data)
         self._sea.move(view.position, self._sun(data), *view.horizontal_range(), time)
         assert self._canvas is not None
-        self._canvas.draw(data, view, self._sea, self._drawn)
+        self._canvas.draw(data, view, [self._sea], self._drawn)
         rgb = np.empty_like(self._drawn)
         if config.noise > 0.0:
             own = np.uint64(bits(np.uint64(key), np.uint64(index)))  # numba returns it as a plain int

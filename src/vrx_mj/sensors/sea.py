@@ -11,7 +11,7 @@ from vrx_mj.physics import tables
 from vrx_mj.physics.surface import draw_surface, fan, ripples
 from vrx_mj.physics.waves import random_phases, surface_heights
 
-__all__ = ["SeaSkin", "sea_table", "wave_table"]
+__all__ = ["SeaSkin", "Skin", "sea_table", "wave_table"]
 
 
 def wave_table(sea: Sea, seed: int) -> tables.Table:
@@ -30,8 +30,20 @@ def sea_table(sea: Sea) -> tables.Table:
     return tables.table(tables.SEA, [{name: row[name] for name in tables.SEA.names or ()}])
 
 
-class SeaSkin:
-    """Vertices of the sea for one model; nothing happens in a world without water.
+class Skin:
+    """Points of a skin of a drawing model, which a canvas moves before it draws."""
+
+    def __init__(self, number: int) -> None:
+        """Make room for a number of points."""
+        self.vertices = np.zeros((number, 3), np.float32)
+        """Places [m], world."""
+        self.normals = np.zeros((number, 3), np.float32)
+        self.palette = np.zeros((number, 2), np.float32)
+        """Texture coordinates."""
+
+
+class SeaSkin(Skin):
+    """Vertices of the sea for one model, whose first skin it is; nothing happens in a world without water.
 
     A scene takes `vertices` and `normals` after `mjv_updateScene`. Where a viewer updates the scene itself,
     `vertices` may be written into `model.skin_vert`: the skin's only bone is the world.
@@ -39,16 +51,12 @@ class SeaSkin:
 
     def __init__(self, model: mujoco.MjModel, sea: Sea, seed: int = 0) -> None:
         """Take a drawing model, its sea, and the seed of the run whose waves are drawn."""
-        self.wet = model.nskin == 1
+        self.wet = model.nskin > 0
         self._waves = wave_table(sea, seed)
         self._shading = ripples(self._waves)
         self._sea = sea_table(sea)
         self._distances, self._spokes = fan()
-        number = int(model.nskinvert)
-        self.vertices = np.zeros((number, 3), np.float32)
-        self.normals = np.zeros((number, 3), np.float32)
-        self.palette = np.zeros((number, 2), np.float32)
-        """Texture coordinates: what share of the sky a point mirrors, and how it glitters."""
+        super().__init__(int(model.skin_vertnum[0]) if self.wet else 0)
 
     def set_waves(self, waves: tables.Table) -> None:
         """Have these waves, `tables.WAVE`, instead of the world's from now on."""
