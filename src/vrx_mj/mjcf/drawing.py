@@ -14,7 +14,7 @@ from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.errors import CompileError
 from vrx_mj.mjcf.markers import add_markers
 from vrx_mj.mjcf.world import World
-from vrx_mj.physics.surface import EDGE, fan, fan_triangles, reflectance
+from vrx_mj.physics.surface import EDGE, PLAIN, WAVELETS, fan_triangles, reflectance, ring_distances, spokes
 
 __all__ = ["SEA", "add_signs", "add_skin", "compiled_spec", "drawing_model", "drawing_spec", "sea_palette", "sky_cube"]
 
@@ -92,13 +92,12 @@ def _paint(texture: mujoco.MjsTexture, pixels: ByteArray) -> None:
 
 def _add_sea(spec: mujoco.MjSpec, level: float, palette: ByteArray) -> None:
     """The sea's skin, a flat disc around the world's centre."""
-    distances, spokes = fan()
-    r, angle = np.meshgrid(distances, math.pi * spokes, indexing="ij")
+    r, angle = np.meshgrid(ring_distances(LOOKOUT, 0.0, -0.5 * math.pi, 0.0), math.pi * spokes(), indexing="ij")
     x, y = spec.stat.center[0] + r * np.cos(angle), spec.stat.center[1] + r * np.sin(angle)
     slant = LOOKOUT / np.hypot(r, LOOKOUT)
-    mirrored = EDGE + (1.0 - 2.0 * EDGE) * np.vectorize(reflectance)(slant)
+    mirrored = EDGE + (1.0 - 2.0 * EDGE) * np.vectorize(reflectance)(slant, math.sqrt(WAVELETS))
     points = np.stack([x, y, np.full_like(x, level)], axis=-1).reshape(-1, 3)
-    places = np.stack([mirrored, np.full_like(mirrored, EDGE)], axis=-1).reshape(-1, 2)
+    places = np.stack([mirrored, np.full_like(mirrored, PLAIN)], axis=-1).reshape(-1, 2)
     add_skin(spec, SEA, palette, points, places, fan_triangles())
 
 
@@ -142,6 +141,8 @@ def add_skin(
 
 DEEP = (0.035, 0.165, 0.215)
 """Colour of deep water by day."""
+FOAM = 0.85
+"""Brightness of foam by day."""
 DAY = 0.85
 """Brightness of a clear day's horizon: the water is darker in proportion where the horizon is."""
 _LUMA = np.array([0.2126, 0.7152, 0.0722])
@@ -175,16 +176,19 @@ def sky_color(sine: FloatArray, zenith: FloatArray, horizon: FloatArray) -> Floa
 
 
 def sea_palette(width: int, height: int, zenith: FloatArray, horizon: FloatArray, light: FloatArray) -> ByteArray:
-    """Colours of the sea (height, width, 3): columns by the share of sky that is mirrored, rows by glitter.
+    """Colours of the sea (height, width, 3): columns by the share of sky that is mirrored, rows from foam to glitter.
 
     What mirrors much is seen at a grazing angle and shows the sky near the horizon, so a column's share gives the
-    elevation too: Schlick's law of reflectance, solved for the angle.
+    elevation too: Schlick's law of reflectance, solved for the angle. A sky of one colour has no sun that glitters.
     """
-    share, glitter = _scale(width), _scale(height)[:, None, None]
+    share = _scale(width)
+    rows = ((np.arange(height) + 0.5) / height - PLAIN) / (PLAIN - EDGE)
+    glitter, foam = np.clip(rows, 0.0, 1.0)[:, None, None], np.clip(-rows, 0.0, 1.0)[:, None, None]
     sine = 1.0 - (np.clip(share - 0.02, 0.0, None) / 0.98) ** 0.2
-    deep = np.array(DEEP) * min(float(horizon @ _LUMA) / DAY, 1.0)
+    day = min(float(horizon @ _LUMA) / DAY, 1.0)
+    deep = np.array(DEEP) * day
     mirrored = deep + (sky_color(sine, zenith, horizon) - deep) * share[:, None]
-    return _bytes(mirrored[None] + light * glitter)
+    return _bytes(mirrored + light * np.any(zenith != horizon) * glitter + (FOAM * day - mirrored) * foam)
 
 
 def _scale(number: int) -> FloatArray:

@@ -182,7 +182,7 @@ _LEFT: dict[threading.Thread, list[tuple[Any, Any]]] = {}
 class Canvas:
     """One OpenGL context with a model's meshes and textures in it, for pictures of any size.
 
-    The model must not be used elsewhere: what a picture does not show is hidden in it.
+    The model must not be used in another thread: while a picture is drawn, what it does not show is hidden in it.
     """
 
     def __init__(self, model: mujoco.MjModel, *, width: int, height: int, fog: bool, samples: int = 0) -> None:
@@ -193,7 +193,7 @@ class Canvas:
             width: of the largest picture at first [pixels].
             height: likewise.
             fog: whether there is any.
-            samples: per pixel, which smooths edges: 0, or 4, which takes twice as long.
+            samples: per pixel, which smooth edges: 0, or 4, which take twice as long.
         """
         self._gl: Any = None
         self._context: Any = None
@@ -240,14 +240,13 @@ class Canvas:
         self.close()
 
     def close(self) -> None:
-        """Free what the graphics card or its substitute holds, and show again what was hidden in the model.
+        """Free what the graphics card or its substitute holds.
 
         In another thread than the canvas's own, such as one in which garbage is collected, it is freed later: when
         its own makes or closes a canvas. Another canvas may be drawing there.
         """
         if self._gl is None:
             return
-        self._model.geom_group[:] = self._groups
         _LEFT.setdefault(self.thread, []).append((self._gl, self._context))
         self._gl = self._context = None
         _free_left()
@@ -272,6 +271,7 @@ class Canvas:
         mujoco.mjv_updateScene(
             model, data, self._option, None, self._free_camera, mujoco.mjtCatBit.mjCAT_ALL, self._scene
         )
+        model.geom_group[:] = self._groups
         for camera in self._scene.camera:
             camera.pos[:] = view.position
             camera.forward[:] = view.rotation[:, 0]

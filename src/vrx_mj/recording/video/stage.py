@@ -20,7 +20,7 @@ from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.errors import CommandError, RecordError, shown
 from vrx_mj.mjcf.drawing import add_skin, compiled_spec, drawing_spec
 from vrx_mj.model.world import Parameters
-from vrx_mj.physics.surface import EDGE, draw_surface
+from vrx_mj.physics.surface import EDGE, PLAIN, draw_surface, horizon
 from vrx_mj.recording.antialiasing import antialias
 from vrx_mj.recording.boat_sets import HUGE, BoatSet, columns_in
 from vrx_mj.recording.reader import Record
@@ -110,6 +110,7 @@ def view_of(eye: Eye, width: int, height: int) -> View:
         near=NEAR,
         far=FAR,
         focal_length=width / (2.0 * half),
+        end=1.2 * horizon(float(eye.position[2])),
     )
 
 
@@ -377,11 +378,13 @@ class Stage:
         if self._model.nlight:
             sun = np.asarray(-self._data.light_xdir[0], np.float64)
         above = view.rotation[2, 0] < -STEEP
-        self._sea.move(view.position, RELIEF * sun if above else sun, *view.horizontal_range(), time)
+        floats = self._sea.floats(self._data, view.position, time)
+        light = RELIEF * sun if above else sun
+        self._sea.move(view.position, light, *view.horizontal_range(), time, view.elevations(), floats)
         if above:
             mirrored, glitter = self._sea.palette.T
             np.clip(mirrored + LIGHTER, EDGE, 1.0 - EDGE, out=mirrored)
-            glitter[:] = EDGE
+            np.minimum(glitter, PLAIN, out=glitter)
 
 
 def sterns(parameters: Parameters) -> Sequence[tuple[str, tuple[float, float]]]:
