@@ -101,3 +101,11 @@ class View:
             return course, math.pi
         angles = np.arctan2(beside, along)
         return course + float(angles.max() + angles.min()) / 2.0, float(np.ptp(angles)) / 2.0 + MARGIN
+
+    def elevations(self) -> tuple[float, float]:
+        """The lowest and the highest direction in the picture, from the horizon [rad]."""
+        across, up = self.half_width * np.linspace(-1.0, 1.0, 17), self.half_height * np.linspace(-1.0, 1.0, 17)
+        rays = np.stack(np.broadcast_arrays(1.0, across[:, None], up), axis=-1).reshape(-1, 3) @ self.rotation[2]
+        sines = rays / np.sqrt(1.0 + (across**2)[:, None] + up**2).reshape(-1)
+        low, high = math.asin(max(float(sines.min()), -1.0)), math.asin(min(float(sines.max()), 1.0))
+        return max(low - MARGIN, -0.5 * math.pi), high + MARGIN
