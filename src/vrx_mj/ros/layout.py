@@ -15,6 +15,7 @@ CAMERA = {"perspective": True, "distance": 55.0, "phi": 62.0, "thetaOffset": 25.
 SEA = {"layerId": "foxglove.Grid", "instanceId": "sea", "label": "sea level", "frameId": START, "visible": True,
        "size": 400, "divisions": 40, "lineWidth": 1, "color": "#3a7ca566", "position": [0, 0, 0],
        "rotation": [0, 0, 0]}  # fmt: skip
+BOAT = {"layerId": "foxglove.Urdf", "sourceType": "topic", "visible": True, "displayMode": "auto"}
 
 
 def layout_text(outputs: Iterable[Output]) -> str:
@@ -22,15 +23,15 @@ def layout_text(outputs: Iterable[Output]) -> str:
     by_type: dict[str, list[str]] = {}
     for output in outputs:
         by_type.setdefault(output.type, []).append(output.name)
-    descriptions = [name for name in by_type.get("std_msgs/String", ()) if name.endswith("/robot_description")]
+    boats = [name for name in by_type.get("std_msgs/String", ()) if name.endswith("/robot_description")]
     panels: dict[str, dict[str, Any]] = {
         "3D!world": {
             "cameraState": CAMERA,
             "followMode": "follow-none",
             "followTf": START,
             "scene": {"transforms": {"showLabel": False, "axisScale": 0, "lineWidth": 0}},
-            "topics": {key: {"visible": True} for key in (MARKERS, *descriptions)},
-            "layers": {"sea": SEA},
+            "topics": {MARKERS: {"visible": True}},
+            "layers": {"sea": SEA} | {topic: BOAT | {"instanceId": topic, "topic": topic} for topic in boats},
         }
     }
     side: Any = "map!fixes"
@@ -39,4 +40,5 @@ def layout_text(outputs: Iterable[Output]) -> str:
         panels["Image!camera"] = {"imageMode": {"imageTopic": topic}}
         side = {"direction": "column", "first": "Image!camera", "second": side}
     panes = {"direction": "row", "first": "3D!world", "second": side, "splitPercentage": 70}
-    return json.dumps({"configById": panels, "globalVariables": {}, "userNodes": {}, "layout": panes}, indent=1) + "\n"
+    rest = {"globalVariables": {}, "userNodes": {}, "playbackConfig": {"speed": 1}}
+    return json.dumps({"configById": panels, **rest, "layout": panes}, indent=1) + "\n"
