@@ -21,6 +21,8 @@ BACKLOG = 256
 """Messages that wait for a client that does not keep up, at most: the oldest go first."""
 RAW = "sensor_msgs/Image"
 """Left out: the same pictures are there compressed."""
+STILL = "/tf_static"
+"""Repeated every simulated second."""
 LEVELS = {"INFO": StatusLevel.Info, "WARN": StatusLevel.Warning}
 
 STRAIGHT: Mapping[str, Any] = {"bottom_scale": 1.0, "top_scale": 1.0}
@@ -39,6 +41,7 @@ class Foxglove:
         self._context = foxglove.Context()
         self._channels: dict[str, tuple[Output, foxglove.Channel]] = {}
         self._latched: dict[str, Sent] = {}
+        self._repeated = -1
         self._listener = _Listener(self._repeat)
 
     def start(self) -> Sequence[str]:
@@ -78,8 +81,13 @@ class Foxglove:
                 self._latched[name] = sent
             if name in wanted:
                 self._log(sent)
-        if wanted and batch and self._server is not None:
-            self._server.broadcast_time(round(batch[-1].time * 1e9))
+        if not (wanted and batch) or self._server is None:
+            return
+        now = batch[-1].time
+        self._server.broadcast_time(round(now * 1e9))
+        if STILL in wanted & self._latched.keys() and int(now) != self._repeated:
+            self._log(self._latched[STILL])  # panels of a layout that is opened later miss the first one
+            self._repeated = int(now)
 
     def log(self, level: str, text: str) -> None:
         """Show people a line among the viewer's problems."""
