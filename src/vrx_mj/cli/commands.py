@@ -66,6 +66,7 @@ def compile_(
     compiled = compile_world(source, fleet=fleet, seed=seed, nudge=nudge, arguments=given)
     scene = compiled.save(output)
     typer.echo(f"{scene}: opens in MuJoCo; to sail it: vrx_mj.Simulation.load('{output}')")
+    typer.echo("there the boats fall: water, wind and thrust come from vrx_mj's loop alone (vrx-mj run, vrx-mj view)")
 
 
 def run(

@@ -331,7 +331,7 @@ def cores_row(cores: tuple[int, float]) -> Row:
 
 
 EXTRAS = {
-    "ros1": ("rosbags", "lz4"), "rosbridge": ("rosbags", "websockets", "cbor2"),
+    "ros1": ("rosbags", "lz4"), "foxglove": ("rosbags", "foxglove"), "rosbridge": ("rosbags", "websockets", "cbor2"),
     "rl": ("gymnasium", "pettingzoo"), "ray": ("ray",), "notebook": ("ipykernel", "rerun_notebook"),
     "video": ("av",), "hydro": ("capytaine",),
 }  # fmt: skip

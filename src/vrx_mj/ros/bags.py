@@ -24,6 +24,7 @@ from rosbags.typesys.store import Typestore
 
 from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning
 from vrx_mj.ros.interface import Inbox, RosInterface, Sent, Traffic
+from vrx_mj.ros.layout import layout_text
 from vrx_mj.ros.messages import Message, definition, encode, full_name, md5sum, new, stamp, typestore
 from vrx_mj.ros.ros_server import CLOCK_RATE, RosServer
 from vrx_mj.ros.table.boats import command_topic
@@ -314,7 +315,7 @@ class Bag:
         return [f"bag: {self.path}"]
 
     def offer(self, table: RosInterface) -> None:
-        """Write these topics from now on.
+        """Write these topics from now on; beside an .mcap file, the layout that shows them.
 
         Raises:
             UnknownNameError: no topic matches one that was named.
@@ -328,6 +329,10 @@ class Bag:
                 )
         light = {output.name for output in table.outputs.values() if output.type not in HEAVY}
         self._wanted = frozenset(light.union(*named.values()))
+        if self.path.suffix == ".mcap":
+            with self._writing():
+                shown = layout_text(table.outputs[name] for name in sorted(self._wanted))
+                self.path.with_suffix(".layout.json").write_text(shown, encoding="utf-8")
         twice = sorted(name for name in self._wanted if f"{name}/compressed" in self._wanted)
         if twice:
             text = f"the bag takes both raw and compressed pictures of {', '.join(twice[:3])}: raw ones make it large"
