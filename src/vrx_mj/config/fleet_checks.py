@@ -12,7 +12,7 @@ from vrx_mj.config.gazebo.launched import fleet_of
 from vrx_mj.config.gazebo.models import file_in_folder
 from vrx_mj.config.gazebo.robot_fleets import is_description, robot_fleet
 from vrx_mj.config.loading import Loading, Source, file_of, problem_at, read_source, validated
-from vrx_mj.config.objects import Placement, load_object
+from vrx_mj.config.objects import Placement
 from vrx_mj.config.search import catalogue, is_path
 from vrx_mj.config.tree import Section
 from vrx_mj.config.world import FULL_TURN, WorldConfig, check_thrusters, warn_of_degrees
@@ -106,7 +106,7 @@ def _wind_problems(world: WorldConfig, boats: Sequence[Located]) -> list[Problem
 def _names(placements: Sequence[Placement], prefix: str) -> Iterator[str]:
     for thing in placements:
         yield from (prefix + thing.name, thing.model)
-        yield from _names(load_object(thing.model, thing.folder).objects, f"{prefix}{thing.name}/")
+        yield from _names(thing.config.objects, f"{prefix}{thing.name}/")
 
 
 def far_from_all(fleet: FleetConfig, boats: Sequence[Located], world: WorldConfig) -> str:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
-from vrx_mj.config.base import Config, Folder, NonNegative, Pose, Positive, Seed, faults
+from vrx_mj.config.base import Config, Folder, NonNegative, Number, Pose, Positive, Seed, faults
 from vrx_mj.config.dynamics import Six
 from vrx_mj.config.kinds import other_kind, wrong_kind
 from vrx_mj.config.loading import Loading, validated
@@ -43,7 +43,7 @@ class CommandsConfig(Config):
 
     time: NonNegative
     """From when on [s]."""
-    thrusters: dict[str, float]
+    thrusters: dict[str, Number]
     """Command of each thruster, as `{left: 0.5, right: 0.5, left_angle: 0.1}`; what is not listed is 0."""
 
 

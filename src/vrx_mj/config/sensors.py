@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from vrx_mj.config.base import Config, Name, NonNegative, Pose, Positive, Switch, Vec3, numbers
+from vrx_mj.config.base import Config, Name, NonNegative, Number, Pose, Positive, Switch, Vec3, numbers
 
 __all__ = [
     "BallShooterConfig",
@@ -73,7 +73,7 @@ class CameraConfig(_Sensor):
     """Farthest distance that is seen [m]."""
     noise: NonNegative = 0.007
     """Standard deviation per pixel, of full scale, the same in the three channels."""
-    baseline: float = 0.07
+    baseline: Number = 0.07
     """`hackBaseline` of Gazebo's plugin [m]: P[3] of the camera's info is -f times this."""
     info: Literal["vrx", "centered"] = "vrx"
     """Principal point in the camera's info: `vrx`, ((w + 1) / 2, (h + 1) / 2), for pixels that are counted from 1, or
@@ -101,11 +101,11 @@ class LidarConfig(_Sensor):
     """Number of rings."""
     samples: Annotated[int, Field(ge=1, le=100_000)] = 1875
     """Rays per ring."""
-    azimuth: tuple[float, float] = (-3.14159265358979, 3.14159265358979)
+    azimuth: tuple[Number, Number] = (-3.14159265358979, 3.14159265358979)
     """First and last ray [rad], counter-clockwise from x."""
-    elevation: tuple[float, float] = (-0.2617993877991494, 0.2617993877991494)
+    elevation: tuple[Number, Number] = (-0.2617993877991494, 0.2617993877991494)
     """Lowest and highest ring [rad], positive up."""
-    range: tuple[float, float] = (0.1, 130.0)
+    range: tuple[Number, Number] = (0.1, 130.0)
     """Nearest and farthest return [m]."""
     resolution: NonNegative = 0.0
     """Steps of the range [m]; 0: none."""

@@ -16,6 +16,7 @@ from vrx_mj.config.base import (
     Latitude,
     Longitude,
     NonNegative,
+    Number,
     Pose,
     Seed,
     fault,
@@ -96,7 +97,7 @@ class Georeference(Geodetic, Config):
     """Latitude [degrees]."""
     longitude: Longitude
     """Longitude [degrees]."""
-    elevation: float = 0.0
+    elevation: Number = 0.0
     """Height of the origin above the ellipsoid [m]."""
     heading: Annotated[float, Field(ge=-MAX_TURN, le=MAX_TURN)] = 0.0
     """Direction of the world's x axis [degrees], counter-clockwise from east."""
