@@ -87,9 +87,8 @@ class RecordWriter:
         self._put(EVENTS, columns | {"TextLog:text": [text], "TextLog:level": [level], "touch": [touch]})
 
     def touch(self, touch: Touch) -> None:
-        """Record that a boat touches something: as an event, and as a mark in the plots."""
-        begun = {"boat": touch.boat, "other": touch.other, "time": touch.time, "force": touch.force}  # it may go on
-        self.event(touch.time, str(touch), "WARN", json.dumps(begun))
+        """Record that a boat has touched something, when that is over: as an event at its begin, and as a mark."""
+        self.event(touch.time, str(touch), "WARN", json.dumps(dataclasses.asdict(touch)))
 
     def frame(self, t: float, row: FloatArray, messages: Sequence[Message]) -> None:
         """Record a frame that a task's referee looked at, at simulated time `t` [s], with what its team sent."""
