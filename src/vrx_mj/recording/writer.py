@@ -142,7 +142,7 @@ def finish(path: Path, file: RawFile, scenes: Sequence[RecordScene]) -> None:
         file.close()
         encode(path, scenes, path)
     except (OSError, UnwrittenError) as error:
-        warnings.warn(f"{error}; what is in it reads, and vrx-mj replay finishes it", VrxWarning, stacklevel=2)
+        warnings.warn(f"{error}; what is in it reads, and vrx-mj replay shows it", VrxWarning, stacklevel=2)
 
 
 def head_text(scene: RecordScene) -> str:
