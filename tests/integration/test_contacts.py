@@ -109,6 +109,35 @@ def test_a_recording_has_the_touch_and_the_motion_does_not_notice(sim, tmp_path)
     assert events[0].text.startswith("a touches quay, ")
 
 
+def test_a_recorded_touch_is_the_whole_one(sim, tmp_path):
+    """With its largest force and its end, as a run's summary has it, and not as it was after half a second."""
+    touches = []
+    watch = sim.watch_contacts(touches.append)
+    with vrx_mj.record(sim, tmp_path / "run.rrd"):
+        ram(sim)
+        sim.set_boat("a", pose=[-10.0, 0.0, 0.1, 0.0, 0.0, 0.0])
+        sim.step(duration=2.0)
+        sim.step({"a": {"left": 1.0, "right": 1.0}}, duration=20.0)
+    sim.unwatch_contacts(watch)
+    recorded = [event.touch for event in vrx_mj.read_record(tmp_path / "run.rrd").events if event.touch]
+    assert recorded == touches
+    assert len(touches) == 2
+    assert all(touch.duration > 0.5 for touch in touches)
+
+
+def test_a_watch_of_ended_touches_is_told_when_they_are_over(sim):
+    told = []
+    watch = sim.watch_contacts(lambda touch: told.append((sim.time, touch)), ended=True)
+    ram(sim)
+    assert not told
+    sim.set_boat("a", pose=[-10.0, 0.0, 0.1, 0.0, 0.0, 0.0])
+    sim.step(duration=3.0)
+    (moment, touch) = told[0]
+    assert 1.0 <= moment - (touch.time + touch.duration) <= 1.5
+    sim.unwatch_contacts(watch)
+    assert len(told) == 1
+
+
 def test_the_same_run_has_the_same_touches_however_it_is_cut(sim):
     found = []
     for piece in (12.0, 0.3):

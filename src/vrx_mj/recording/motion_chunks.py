@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
@@ -50,6 +49,8 @@ LEAST = {
     "wind": 0.5,
 }  # fmt: skip
 """Half of the least range of a plot's axis [m/s, N, deg]: noise is no signal."""
+PLOT_STEP = 1.0 / 1024.0
+"""What plots are rounded to, in their units."""
 FARTHEST = 1e6
 """Largest number that is shown: a run may diverge, a picture of it should not."""
 
@@ -67,7 +68,7 @@ class MovingChunks:
     def __init__(self, scene: RecordScene) -> None:
         self._scalar, self._water = Ticker(SCALAR_RATE), WaterChunks()
         self._weather = WeatherChunks()
-        self._angle: dict[tuple[str, str], float] = {}
+        self._driven: dict[str, FloatArray] = {}
         self._codes: dict[str, int] = {}
         self._first = scene.layout()
         self._ranged: set[str] = set()
@@ -89,7 +90,7 @@ class MovingChunks:
         self._paths = {body.name: body.path for body in scene.bodies}
         there = {boat.name for boat in self._boats}
         self._water.keep(scene.boats())
-        self._angle = {key: last for key, last in self._angle.items() if key[0] in there}
+        self._driven = {name: last for name, last in self._driven.items() if name in there}
         seen = {shown.display.name for shown in scene.displays}
         self._codes = {name: last for name, last in self._codes.items() if name in seen}
 
@@ -197,18 +198,20 @@ class MovingChunks:
         return np.stack([rows[:, self._layout.velocity(boat)] for boat in self._boats], axis=1)
 
     def _thrust(self, boat: MovingBody, rows: FloatArray) -> Iterator[Chunk]:
-        """Arrows of a boat's thrusts, and its engines where they turned since the last block."""
+        """Arrows of a boat's thrusts, and its engines, each where it has changed."""
         mine = [i for i, (name, _) in enumerate(self._layout.thrusters) if name == boat.name]
         if not mine:
             return
-        thrust, angle = rows[:, self._layout.thrust][:, mine], rows[:, self._layout.angle][:, mine]
-        thrusters = [self._scene.thrusters[i] for i in mine]
-        yield thrust_arrows(self._paths[boat.name], rows[:, 0], thrusters, thrust, angle)
+        time, thrusters = rows[:, 0], [self._scene.thrusters[i] for i in mine]
+        now = np.stack([rows[:, self._layout.thrust][:, mine], rows[:, self._layout.angle][:, mine]], axis=1)
+        before = np.concatenate([[self._driven.get(boat.name, np.full(now.shape[1:], np.nan))], now[:-1]])
+        self._driven[boat.name] = now[-1]
+        changed = now != before
+        if (moved := changed.any(axis=(1, 2))).any():
+            yield thrust_arrows(self._paths[boat.name], time[moved], thrusters, now[moved, 0], now[moved, 1])
         for k, thruster in enumerate(thrusters):
-            key = boat.name, thruster.name
-            if np.any(angle[:, k] != self._angle.get(key, math.nan)):
-                yield engine(self._paths[boat.name], rows[:, 0], thruster, angle[:, k])
-            self._angle[key] = float(angle[-1, k])
+            if (turned := changed[:, 1, k]).any():
+                yield engine(self._paths[boat.name], time[turned], thruster, now[turned, 1, k])
 
 
 def exact_rows(rows: FloatArray, boat_set: int) -> Chunk:
@@ -255,7 +258,8 @@ def repainted(shown: RecordedDisplay, time: FloatArray, codes: IntArray) -> Iter
 
 
 def plot(name: str, rows: FloatArray, values: FloatArray) -> Chunk:
-    """Series (n, k) of one quantity."""
+    """Series (n, k) of one quantity, rounded: they take a third of the space."""
+    values = np.round(values / PLOT_STEP) * PLOT_STEP
     columns: Iterable[rr.ComponentColumn] = rr.Scalars.columns(scalars=values.reshape(-1)).partition(
         [values.shape[1]] * len(rows)
     )

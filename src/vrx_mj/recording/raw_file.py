@@ -87,9 +87,8 @@ def raw_parts(path: Path, named: Path) -> Iterator[Part]:
     with path.open("rb") as stream:
         mark, version = HEAD.unpack(stream.read(HEAD.size).ljust(HEAD.size, b"\0"))
         if (mark, version) != (MAGIC, VERSION):
-            raise RecordError(
-                f"'{named}' is a run that was not closed, version {version}; this version reads {VERSION}"
-            )
+            found = f"version {version}; this version reads {VERSION}"
+            raise RecordError(f"'{named}' is the recording of a run that was not closed, {found}")
         while len(frame := stream.read(FRAME.size)) == FRAME.size:
             length, checksum = FRAME.unpack(frame)
             if length > left or zlib.crc32(block := stream.read(length)) != checksum:

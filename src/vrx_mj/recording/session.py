@@ -77,7 +77,7 @@ def record(
         for one in choices:
             taken = sim.subscribe(one.boat, one.sensor, reading_recorder(writer, one.boat), rate=one.rate)
             stack.callback(sim.unsubscribe, taken)
-        stack.callback(sim.unwatch_contacts, sim.watch_contacts(writer.touch))
+        stack.callback(sim.unwatch_contacts, sim.watch_contacts(writer.touch, ended=True))
         yield writer
 
 

@@ -87,7 +87,7 @@ class RecordWriter:
         self._put(EVENTS, columns | {"TextLog:text": [text], "TextLog:level": [level], "touch": [touch]})
 
     def touch(self, touch: Touch) -> None:
-        """Record that a boat touches something: as an event, as a mark in the plots, and as an arrow at its point."""
+        """Record that a boat has touched something, when that is over: as an event at its begin, a mark, and an arrow."""
         self.event(touch.time, str(touch), "WARN", json.dumps(dataclasses.asdict(touch)))
 
     def frame(self, t: float, row: FloatArray, messages: Sequence[Message]) -> None:
@@ -142,7 +142,7 @@ def finish(path: Path, file: RawFile, scenes: Sequence[RecordScene]) -> None:
         file.close()
         encode(path, scenes, path)
     except (OSError, UnwrittenError) as error:
-        warnings.warn(f"{error}; what is in it reads, and vrx-mj replay finishes it", VrxWarning, stacklevel=2)
+        warnings.warn(f"{error}; what is in it reads, and vrx-mj replay shows it", VrxWarning, stacklevel=2)
 
 
 def head_text(scene: RecordScene) -> str:

@@ -7,7 +7,7 @@ motion is the same to the last bit with any listeners.
 
 import math
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import chain
@@ -77,10 +77,18 @@ class ContactWatch:
     """Reports every touch of a boat once."""
 
     def __init__(
-        self, boats: Callable[[], tuple[str, ...]], arrays: Callable[[], LoopArrays], callback: Callable[[Touch], None]
+        self,
+        boats: Callable[[], tuple[str, ...]],
+        arrays: Callable[[], LoopArrays],
+        callback: Callable[[Touch], None],
+        *,
+        ended: bool = False,
     ) -> None:
-        """Watch these boats; `arrays` returns the present arrays, and `callback` is called with every touch."""
-        self._boats, self._arrays, self._callback = boats, arrays, callback
+        """Watch these boats; `arrays` returns the present arrays, and `callback` is called with every touch.
+
+        That is `SETTLES` after it began, or with `ended` when it is over.
+        """
+        self._boats, self._arrays, self._callback, self._ended = boats, arrays, callback, ended
         self._due, self._armed = 0, False
         self._touches: dict[Pair, Touch] = {}
         self._seen: dict[Pair, float] = {}
@@ -115,14 +123,15 @@ class ContactWatch:
             1, round(TOUCHING / arrays.timestep)
         )  # samples are at whole multiples of it, however the run is cut
         self._due = (step // stride + round((FREE if self._armed else TOUCHING) / TOUCHING)) * stride
-        self._report(before=time - SETTLES)
+        self._report([pair for pair in self._waiting if self._is_due(pair, time)])
 
     def end(self) -> None:
-        """Report touches that were not reported yet: those of the last half second."""
-        self._report(before=math.inf)
+        """Report touches that were not reported yet."""
+        self._report(self._waiting)
 
     def _note(self, pair: Pair, vector: Vec3, point: Vec3, time: float) -> None:
         if time - self._seen.get(pair, -PARTED) >= PARTED:
+            self._report(self._waiting & {pair})
             self._touches[pair] = Touch(*pair, time, -1.0)
             self._waiting.add(pair)
         self._seen[pair] = time
@@ -131,11 +140,17 @@ class ContactWatch:
         if force > touch.force:
             touch.force, touch.point, touch.vector = force, point, vector
 
-    def _report(self, before: float) -> None:
-        """Report touches that began before a time [s], in the order of their names."""
-        begun = [pair for pair in sorted(self._waiting) if self._touches[pair].time < before]
-        self._waiting.difference_update(begun)
-        for pair in begun:
+    def _is_due(self, pair: Pair, time: float) -> bool:
+        """Whether a touch is to be reported at `time` [s]."""
+        if self._ended:
+            return time - self._seen[pair] >= PARTED
+        return self._touches[pair].time < time - SETTLES
+
+    def _report(self, due: Collection[Pair]) -> None:
+        """Report touches in the order of their names."""
+        pairs = sorted(due)
+        self._waiting.difference_update(pairs)
+        for pair in pairs:
             self._callback(self._touches[pair])
 
 
