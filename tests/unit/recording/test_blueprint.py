@@ -13,6 +13,8 @@ from vrx_mj.recording.blueprint import layout, plan_view, sea_view
 from vrx_mj.recording.eyes import PLAN_ASPECT, PLAN_MARGIN, PLAN_SLOPE, followed_circle
 from vrx_mj.recording.static_chunks import boat_chunks, still_chunks
 
+CALM = {"task": None, "boats": [], "wind": {"mean": 0.0, "gain": 0.0}, "sea": {"waves": []}}
+
 
 def shown(view, places):
     """Whether a plan shows places (n, 2) [m] at all, at an aspect of its view that it is laid out for."""
@@ -27,7 +29,7 @@ def shown(view, places):
 @pytest.mark.parametrize("heading", [0.0, 30.0])
 def test_the_plan_shows_all_of_the_track(boats, heading):
     georeference = {"latitude": -33.7, "longitude": 150.6, "elevation": 0.0, "heading": heading}
-    scene = replace(recorded_run.scene(boats), parameters=partial({"task": None, "georeference": georeference}))
+    scene = replace(recorded_run.scene(boats), parameters=partial({**CALM, "georeference": georeference}))
     track = np.array([[-300.0, -20.0], [40.0, 260.0]])
     corners = np.array([(x, y) for x in track[:, 0] for y in track[:, 1]])
     assert shown(plan_view(scene, track), corners)

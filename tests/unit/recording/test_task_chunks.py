@@ -24,11 +24,13 @@ TASK = task_of({
 PARAMETERS = partial(
     {
         "georeference": None,
+        "wind": {"mean": 0.0, "gain": 0.0},
+        "sea": {"waves": []},
         "task": TASK,
         "objects": [{"name": name, "pose": [*place, 0.0, 0.0, 0.0, 0.0]} for name, place in BUOYS.items()],
         "floats": [],
         "docks": [],
-        "boats": [{"name": "wamv", "pose": [0.0] * 6}],
+        "boats": [{"name": "wamv", "pose": [0.0] * 6, "color": None}],
     }
 )
 RATE = 20
