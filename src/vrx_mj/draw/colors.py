@@ -23,7 +23,6 @@ FIRST_HUE, GOLDEN = 0.09, (3.0 - math.sqrt(5.0)) / 2.0
 """The first boat's hue, and from one boat to the next, in turns: the golden angle, after which no two are equal."""
 SATURATIONS = (0.9, 0.6, 0.4)
 """In turn, so that of a hundred boats no two look alike."""
-DARKEST = 1e-9
 PER_SHADE = 12
 """Boats of one luminance, before the next have another."""
 
@@ -44,9 +43,10 @@ def shade(rgb: Sequence[float], luminance: float = SHADES[0]) -> Rgb:
     """A colour (0 to 1) of the same hue with a relative luminance."""
     color = np.array(rgb)
     linear = np.where(color <= 0.04045, color / 12.92, ((color + 0.055) / 1.055) ** 2.4)  # sRGB
-    linear *= min(luminance / max(WEIGHTS @ linear, DARKEST), 1.0 / max(*linear, DARKEST))
-    white = (luminance - WEIGHTS @ linear) / (1.0 - WEIGHTS @ linear)  # where the hue alone is too dark
-    linear += max(0.0, white) * (1.0 - linear)
+    own, brightest = float(WEIGHTS @ linear), float(linear.max())
+    scale = min(luminance / own, 1.0 / brightest) if own else 1.0
+    white = (luminance - scale * own) / (1.0 - scale * own)  # where the hue alone is too dark
+    linear = scale * linear + white * (1.0 - scale * linear)
     red, green, blue = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
     return round(255 * red), round(255 * green), round(255 * blue)
 

@@ -121,6 +121,18 @@ def test_the_plot_ends_at_the_score_of_the_run():
     assert times[-1] == pytest.approx(2.0 + referee.status.elapsed)
 
 
+def test_phases_and_scores_are_states_and_the_result_says_who_scored_what():
+    going = TaskChunks(PARAMETERS)
+    chunks = [*going((), frames(0.0, 15.0)), *going.rest()]
+    assert going.result == ""
+    times, states = series(chunks, "/timeline/score", "StateChange:state")
+    assert states == [["0 points"], ["10 points"], ["7 points"]]
+    np.testing.assert_allclose(times, [2.0, 7.0, 12.0], atol=0.1)
+    assert series(chunks, "/timeline/task", "StateChange:state")[1] == [["initial"], ["ready"], ["running"]]
+    list(going((), frames(15.0, 40.0)))
+    assert going.result == "wamv, score 19 points"
+
+
 def test_points_of_the_plot_are_changes_at_most_two_a_second():
     times, values = series(written(frames(0.0, 15.0)), PLOT, "Scalars:scalars")
     # before the task starts it has no score
