@@ -61,7 +61,7 @@ def corners_of(scene: RecordScene) -> tuple[Corner, Corner]:
     right = np.cross((0.0, 0.0, 1.0), back) / math.hypot(*back[:2])
     plan = np.hstack([east_and_north(scene), np.zeros((2, 1))])
     return (
-        Corner(f"{FLEET}/weather", np.array([right, np.cross(back, right)]), -0.66, -0.36, 0.2, 0.065, 0.2),
+        Corner(f"{FLEET}/weather", np.array([right, np.cross(back, right)]), -0.66, -0.36, 0.2, 0.065, 0.16),
         Corner(f"{PLAN}/weather", plan, -1.1, -0.1, 0.88, 2.0 * PLAN_LINE, 0.2),
     )
 
