@@ -342,9 +342,8 @@ def joined_series_chunks(boat: str, scene: RecordScene, first: RecordScene) -> I
     yield from named_series(boats, new, scene.colors(), own=f"/{boat}")
 
 
-def name_tag(name: str, rgb: tuple[int, int, int]) -> rr.Points3D:
-    """A boat's name over it."""
-    spots = [[0.0, 0.0, TAG_HEIGHT], *around(math.hypot(*sea_eye(0.0)))]
-    return rr.Points3D(
-        spots, labels=[name, "", ""], colors=[text_color(rgb), UNSEEN, UNSEEN], radii=[0.06, 0, 0], show_labels=True
-    )
+def name_tag(name: str, rgb: Rgb) -> rr.Points3D:
+    """A boat's name over it, with a dot in its colour."""
+    spots = [*[[0.0, 0.0, TAG_HEIGHT]] * 2, *around(math.hypot(*sea_eye(0.0)))]
+    colors, radii = [text_color(rgb), rgb, UNSEEN, UNSEEN], [0.0, rr.Radius.ui_points(4.0), 0.0, 0.0]
+    return rr.Points3D(spots, labels=[name, "", "", ""], colors=colors, radii=radii, show_labels=True)
