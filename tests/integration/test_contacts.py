@@ -36,7 +36,13 @@ def test_a_touch_is_told_once_with_a_force_that_stops_the_boat(sim):
     assert len(touches) == 1
     assert 0.0 < touches[0].time < 12.0
     assert touches[0].force > 100.0
-    assert str(touches[0]) == f"a touches quay, {touches[0].time:.1f} s, {touches[0].force:.0f} N"
+    touch = touches[0]
+    until = touch.time + touch.duration
+    assert str(touch) == f"a touches quay, {touch.time:.1f} to {until:.1f} s, {touch.force:.0f} N"
+    assert touch.force == pytest.approx(np.linalg.norm(touch.vector))
+    assert touch.vector[0] < -0.9 * touch.force  # back, from the wall ahead
+    assert touch.point[0] == pytest.approx(6.0, abs=0.3)  # its face
+    assert abs(touch.point[1]) < 1.3
 
 
 def test_a_run_sums_touches_up_by_pair_after_its_task_has_finished_too(capsys):
@@ -208,7 +214,7 @@ def test_touches_of_one_moment_come_in_the_order_of_their_names():
     arrays, told = SimpleNamespace(timestep=0.01), []
     watch = ContactWatch(lambda: ("a",), lambda: arrays, lambda touch: told.append((touch.boat, touch.other)))
     for pair in names:
-        watch._note(pair, 1.0, 3.0)
+        watch._note(pair, (1.0, 0.0, 0.0), (0.0, 0.0, 0.0), 3.0)
     watch.end()
     assert told == sorted(names)
 

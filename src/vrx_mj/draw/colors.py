@@ -19,7 +19,7 @@ TEXT = 0.85
 """Luminance of names in the views: on the plates that a viewer puts under them, half of them the dark water behind."""
 WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 """Shares of red, green and blue in the luminance, by WCAG 2."""
-FIRST_HUE, GOLDEN = 0.07, (3.0 - math.sqrt(5.0)) / 2.0
+FIRST_HUE, GOLDEN = 0.09, (3.0 - math.sqrt(5.0)) / 2.0
 """The first boat's hue, and from one boat to the next, in turns: the golden angle, after which no two are equal."""
 SATURATIONS = (0.9, 0.6, 0.4)
 """In turn, so that of a hundred boats no two look alike."""
@@ -33,7 +33,7 @@ def boat_color(number: int, own: Sequence[float] | None = None) -> Rgb:
     return shade(own[:3] if own else hue, SHADES[number // PER_SHADE % len(SHADES)])
 
 
-def boat_colors(names: Iterable[str], boats: Iterable[Boat]) -> dict[str, Rgb]:
+def boat_colors(names: Iterable[str], boats: Iterable[Boat] = ()) -> dict[str, Rgb]:
     """The colour of every boat by its name, in the order in which they came; `boats` of them may have their own."""
     hulls = {boat.name: boat.color for boat in boats}
     return {name: boat_color(number, hulls.get(name)) for number, name in enumerate(names)}
@@ -43,8 +43,10 @@ def shade(rgb: Sequence[float], luminance: float = SHADES[0]) -> Rgb:
     """A colour (0 to 1) of the same hue with a relative luminance."""
     color = np.array(rgb)
     linear = np.where(color <= 0.04045, color / 12.92, ((color + 0.055) / 1.055) ** 2.4)  # sRGB
-    own = float(WEIGHTS @ linear)
-    linear = linear * luminance / own if own > luminance else 1.0 - (1.0 - linear) * (1.0 - luminance) / (1.0 - own)
+    own, brightest = float(WEIGHTS @ linear), float(linear.max())
+    scale = min(luminance / own, 1.0 / brightest) if own else 1.0
+    white = (luminance - scale * own) / (1.0 - scale * own)  # where the hue alone is too dark
+    linear = scale * linear + white * (1.0 - scale * linear)
     red, green, blue = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
     return round(255 * red), round(255 * green), round(255 * blue)
 

@@ -111,7 +111,7 @@ def layout(
 def beside(scene: RecordScene, result: str = "") -> list[rrb.View | rrb.Container]:
     """Under the plan: how the task goes in words and as a plot, if there is one, then speed and thrust."""
     speed, thrust = BESIDE
-    score = [plot_view(TASK, legend=True, marked=True)] if has_task(scene) else []
+    score = [plot_view(TASK, legend=True)] if has_task(scene) else []
     plots: list[rrb.View | rrb.Container] = [rrb.Tabs(*score, *(plot_view(plot, marked=True) for plot in speed))]
     if scene.thrusters:
         plots.append(rrb.Tabs(*(plot_view(plot, legend=len(scene.thrusters) <= LEGEND) for plot in thrust)))

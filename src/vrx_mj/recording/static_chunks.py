@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -111,7 +111,7 @@ def body_chunks(body: RecordedBody, begun: float | None) -> Iterator[Chunk]:
     if body.kind == "ball":
         yield static(body.path, rr.Points3D.from_fields(colors=[BALL_COLOR], radii=[rr.Radius.ui_points(4.0)]))
     elif body.surfaces:
-        yield shown(begun, f"{body.path}/shape", mesh(body.surfaces))
+        yield shown(begun, f"{body.path}/shape", mesh(paved(body.path, body.surfaces)))
 
 
 def part_chunks(part: RecordedPart, begun: float | None) -> Iterator[Chunk]:
@@ -119,7 +119,15 @@ def part_chunks(part: RecordedPart, begun: float | None) -> Iterator[Chunk]:
     if not part.joints:
         yield shown(begun, part.path, pose((*part.position, *part.quaternion)))
     if part.surfaces:
-        yield shown(begun, f"{part.path}/shape", mesh(part.surfaces))
+        yield shown(begun, f"{part.path}/shape", mesh(paved(part.path, part.surfaces)))
+
+
+def paved(path: str, surfaces: Sequence[Surface]) -> Iterator[Surface]:
+    """Surfaces of a body; of a dock every second cube is darker, so that its top is not blank."""
+    for part in surfaces:
+        size, middle = np.ptp(part.vertices, axis=0)[:2].max(), part.vertices.mean(axis=0)
+        odd = "/docks/" in path and int(np.round(middle[:2] / size).sum()) % 2
+        yield replace(part, rgba=(*(0.84 * share for share in part.rgba[:3]), part.rgba[3])) if odd else part
 
 
 def pose(numbers: Sequence[float]) -> rr.Transform3D:
@@ -128,7 +136,7 @@ def pose(numbers: Sequence[float]) -> rr.Transform3D:
     return rr.Transform3D(translation=[x, y, z], quaternion=rr.Quaternion(xyzw=[qx, qy, qz, qw]))
 
 
-def mesh(surfaces: Sequence[Surface]) -> rr.Mesh3D:
+def mesh(surfaces: Iterable[Surface]) -> rr.Mesh3D:
     """One mesh of several surfaces: colours go to the vertices."""
     parts = [(part, *corners_of(part)) for part in surfaces]
     start = np.cumsum([0] + [len(vertices) for _, vertices, _, _ in parts])
@@ -317,9 +325,8 @@ def joined_series_chunks(boat: str, scene: RecordScene, first: RecordScene) -> I
     yield from named_series(boats, new, scene.colors(), own=f"/{boat}")
 
 
-def name_tag(name: str, rgb: tuple[int, int, int]) -> rr.Points3D:
-    """A boat's name over it."""
-    spots = [[0.0, 0.0, TAG_HEIGHT], *around(math.hypot(*sea_eye(0.0)))]
-    return rr.Points3D(
-        spots, labels=[name, "", ""], colors=[text_color(rgb), UNSEEN, UNSEEN], radii=[0.06, 0, 0], show_labels=True
-    )
+def name_tag(name: str, rgb: Rgb) -> rr.Points3D:
+    """A boat's name over it, with a dot in its colour."""
+    spots = [*[[0.0, 0.0, TAG_HEIGHT]] * 2, *around(math.hypot(*sea_eye(0.0)))]
+    colors, radii = [text_color(rgb), rgb, UNSEEN, UNSEEN], [0.0, rr.Radius.ui_points(4.0), 0.0, 0.0]
+    return rr.Points3D(spots, labels=[name, "", "", ""], colors=colors, radii=radii, show_labels=True)

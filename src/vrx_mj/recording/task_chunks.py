@@ -156,7 +156,7 @@ def bay_chunks(task: tasks.Dock) -> Iterator[Chunk]:
     colors = [bay_color(bay, {}) for bay, ring in zip(bays, pieces, strict=True) for _ in ring]
     strips = [piece for ring in pieces for piece in ring]
     yield static(f"{path}/external", rr.LineStrips3D(strips, colors=colors, radii=[thick(1.2)]))
-    labels = [f"{bay.name} {bay.symbol}" + (" ✓" if bay.dock_allowed else "") for bay in bays]
+    labels = [f"{bay.name} {bay.symbol.replace('_', ' ')}" + (" ✓" if bay.dock_allowed else "") for bay in bays]
     spots = [ring.mean(axis=0) for ring in outside]
     colors = [text_color(bay_color(bay, {})) for bay in bays]
     yield static(f"{path}/names", rr.Points3D(spots, labels=labels, colors=colors, radii=[0.06], show_labels=True))
@@ -468,10 +468,9 @@ def words(referee: Referee) -> str:
         "finished": ("time is up" if status.timed_out else "done") + f" after {status.elapsed:.1f} s",
     }[status.phase]
     hits = f"collisions **{status.collisions}**"
-    score = f"{referee.boat}: **{score_text(status.phase, status.score, meaning.unit)}**"
     lines = [
         f"**{referee.name}: {status.phase}**, {clock}",
-        f"{score}, the {meaning.better} the better; {hits}",
+        f"**{score_text(status.phase, status.score, meaning.unit)}**, the {meaning.better} the better; {hits}",
         *_parts(referee.progress),
     ]
     return "\n\n".join(lines)

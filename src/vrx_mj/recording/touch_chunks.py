@@ -41,5 +41,5 @@ def touch_chunks(touches: Sequence[Touch]) -> Iterator[Chunk]:
         label = f"{touch.boat} touches {touch.other}, {touch.force:.0f} N"
         words = rr.Points3D.columns(positions=[touch.point + vector], labels=[label]).partition([1, 0])
         yield Chunk.from_columns(f"{path}/force", [time], words)
-        states = rr.StateChange.columns(state=[f"{touch.force:.0f} N", None])
+        states = rr.StateChange.columns(state=[f"{touch.force:.0f} N"]).partition([1, 0])
         yield Chunk.from_columns(f"{STEPS}/{touch.boat}/{touch.other}", [time], states)

@@ -87,7 +87,7 @@ class RecordWriter:
         self._put(EVENTS, columns | {"TextLog:text": [text], "TextLog:level": [level], "touch": [touch]})
 
     def touch(self, touch: Touch) -> None:
-        """Record that a boat has touched something, when that is over: as an event at its begin, a mark, and an arrow."""
+        """Record that a boat has touched something, when that is over: as an event, a mark, and an arrow."""
         self.event(touch.time, str(touch), "WARN", json.dumps(dataclasses.asdict(touch)))
 
     def frame(self, t: float, row: FloatArray, messages: Sequence[Message]) -> None:

@@ -171,7 +171,7 @@ def forces_of_pairs(arrays: LoopArrays, boats: frozenset[str]) -> Mapping[Pair, 
             force = contact.frame.reshape(3, 3).T @ local[:3]
             known = (pair[0], "terrain" if pair[1] in {"", "world"} else pair[1])
             size = max(float(np.linalg.norm(force)), sys.float_info.min)
-            part = np.array([*(force if one == pair[0] else -force), *(size * contact.pos), size])
+            part = np.array([*(-force if one == pair[0] else force), *(size * contact.pos), size])
             sums[known] = sums.get(known, 0.0) + part
     return {pair: (tuple(row[:3].tolist()), tuple((row[3:6] / row[6]).tolist())) for pair, row in sums.items()}
 

@@ -5,13 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rerun.blueprint import View
 from rerun.chunk import RrdReader
 
 import recorded_run
 from trees import partial
 from vrx_mj.recording.blueprint import layout, plan_view, sea_view
-from vrx_mj.recording.eyes import PLAN_ASPECT, PLAN_MARGIN, PLAN_SLOPE, followed_circle
+from vrx_mj.recording.eyes import PLAN_ASPECT, PLAN_LINE, PLAN_MARGIN, PLAN_SLOPE, followed_circle
 from vrx_mj.recording.static_chunks import boat_chunks, still_chunks
+
+CALM = {"task": None, "boats": [], "wind": {"mean": 0.0, "gain": 0.0}, "sea": {"waves": []}}
 
 
 def shown(view, places):
@@ -27,7 +30,7 @@ def shown(view, places):
 @pytest.mark.parametrize("heading", [0.0, 30.0])
 def test_the_plan_shows_all_of_the_track(boats, heading):
     georeference = {"latitude": -33.7, "longitude": 150.6, "elevation": 0.0, "heading": heading}
-    scene = replace(recorded_run.scene(boats), parameters=partial({"task": None, "georeference": georeference}))
+    scene = replace(recorded_run.scene(boats), parameters=partial({**CALM, "georeference": georeference}))
     track = np.array([[-300.0, -20.0], [40.0, 260.0]])
     corners = np.array([(x, y) for x in track[:, 0] for y in track[:, 1]])
     assert shown(plan_view(scene, track), corners)
@@ -48,7 +51,7 @@ def test_a_recording_s_plan_frames_the_track_that_was_sailed(tmp_path):
         min(x for x, _ in recorded_run.BUOYS.values()),
         rows[:, recorded_run.scene(1).layout().qpos.start].max(),
     )
-    half = height * PLAN_SLOPE - PLAN_MARGIN
+    half = height * PLAN_SLOPE * (1.0 - PLAN_LINE) - PLAN_MARGIN  # a line of wind at the upper edge
     assert (x - PLAN_ASPECT * half, x + PLAN_ASPECT * half) == pytest.approx((west, east), abs=0.5)
 
 
@@ -84,7 +87,22 @@ def test_the_camera_begins_at_the_boat_that_it_follows():
     assert followed_circle(scene)[1] == pytest.approx(recorded_run.RADIUS)
 
 
-@pytest.mark.parametrize(("boats", "shares"), [(3, [2.4, 1.0, 1.0, 1.0]), (10, [2.0, 3.2, 1.0])])
-def test_many_boats_have_a_plot_in_which_their_legend_fits(boats, shares):
+def names_of(part):
+    """Names of a view, or of all views in a container."""
+    if isinstance(part, View):
+        return [part.name]
+    return [name for one in part.contents for name in names_of(one)]
+
+
+@pytest.mark.parametrize(("boats", "heights"), [(1, []), (3, [0.22]), (20, [0.66]), (100, [2.4])])
+def test_the_names_of_many_boats_are_beside_the_plots(boats, heights):
+    """One line holds seven names; a hundred have a place of their own, which they share with the events."""
     _, right = layout(recorded_run.scene(boats=boats)).root_container.contents
-    assert right.row_shares == shares
+    found = [share for share, row in zip(right.row_shares, right.contents, strict=True) if "Boats" in names_of(row)]
+    assert found == pytest.approx(heights)
+
+
+def test_a_wind_that_never_blows_has_no_plot():
+    calm = replace(recorded_run.scene(), parameters=partial({**CALM, "georeference": None}))
+    for scene, there in ((calm, False), (recorded_run.scene(), True)):
+        assert ("Wind [m/s]" in names_of(layout(scene).root_container)) is there

@@ -12,10 +12,10 @@ import pytest
 
 import recorded_run
 from trees import partial
+from vrx_mj.draw.colors import boat_colors
 from vrx_mj.errors import RecordError, UnknownNameError, VideoError, VrxError
 from vrx_mj.packages import install_extra
 from vrx_mj.recording import read_record
-from vrx_mj.recording.record_scene import boat_colors
 from vrx_mj.recording.video import Film, Shot, draw_video, looking, parse_size, write_video
 from vrx_mj.recording.video.filming import clock_line, encoder_of, project, task_lines
 from vrx_mj.recording.video.stage import (
@@ -194,7 +194,7 @@ def made_up(tmp_path):
     recorded = read_record(tmp_path / "run.rrd")
     files = {**recorded.files, "scene.json": b'{"sea": {"level": 0.0}, "task": null}'}
     boat_set = SimpleNamespace(
-        files=files, parameters=partial({"sea": {"level": 0.0}, "task": None}), layout=recorded.layout
+        files=files, parameters=partial({"sea": {"level": 0.0}, "task": None, "boats": []}), layout=recorded.layout
     )
     return dataclasses.replace(recorded, companies=(boat_set,))
 
