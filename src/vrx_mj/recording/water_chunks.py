@@ -11,7 +11,7 @@ import numpy.typing as npt
 import rerun as rr
 from rerun.chunk import Chunk
 
-from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
+from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.recording.record_scene import RecordedBody, SeaHeight
 from vrx_mj.recording.sea_meshes import (
     RIM,
@@ -36,7 +36,7 @@ TRAIL_RATE = 5.0
 """Pieces of a trail [Hz]."""
 TRAIL_HEIGHT = 0.6
 """Height of a trail over the mean water [m]."""
-FASTEST = 5.0
+FASTEST = 3.0
 """Speed of the last colour of a trail [m/s]; the first is that of a boat at rest."""
 SPEED_COLORS = np.array([(203, 70, 121), (229, 108, 91), (248, 149, 64), (253, 197, 39), (240, 249, 33)])
 """Colours of a trail, evenly spaced over the speed: the light part of the map plasma (Smith and van der Walt, 2015)."""
@@ -154,7 +154,7 @@ class WaterChunks:
             parts["positions"].append(mesh_points(grid.x, grid.y, z))
             parts["colors"].append(colors(bright, grid.haze))
             parts["patches"].append(colors(grid.sampled(bright, patches[frames])))
-            parts["wakes"].append(rounded(grid.sampled(z, wakes[frames]) + OVER))
+            parts["wakes"].append(rounded(grid.sampled(z, wakes[frames]) + OVER[0] + OVER[1] * swell.deviation))
         yield mesh_chunk("/world/sea", time, vertex_positions=parts["positions"], vertex_colors=parts["colors"])
         foam = np.concatenate([wakes, np.concatenate(parts["wakes"])[..., None]], axis=-1).astype(np.float32)
         ends = np.cumsum([part.shape[1] for part in points])
@@ -243,15 +243,15 @@ def wake_looks() -> rr.Mesh3D:
     return rr.Mesh3D.from_fields(triangle_indices=triangles(WAKE_POINTS, 2), vertex_colors=foam)
 
 
-WAKE_RATE = 0.75
+WAKE_RATE = 1.5
 """Points that a boat leaves [Hz]."""
-WAKE_POINTS = 16
+WAKE_POINTS = 20
 """Points of a wake, the boat's place included."""
 WAKE_WIDTHS = (0.7, 1.3)
 """Width of a wake at the boat and at its end [m]."""
-SLOW = 0.3
+SLOW = 0.2
 """Way between two points under which a wake is narrower [m]."""
 FOAM = ((214, 232, 240), (104, 148, 172), (50, 98, 128))
 """Colours of a wake at the boat, half-way and at its end, where it is nearly that of the sea."""
-OVER = 0.05
-"""Height of a wake over the drawn sea [m]."""
+OVER = (0.04, 0.15)
+"""Height of a wake over the drawn sea [m], and more in standard deviations of the sea: cells are flat."""
