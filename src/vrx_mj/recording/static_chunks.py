@@ -26,7 +26,7 @@ from vrx_mj.recording.record_scene import (
     Waypoint,
     boat_colors,
 )
-from vrx_mj.recording.timeline import times
+from vrx_mj.recording.timeline import shown, static
 from vrx_mj.recording.water_chunks import wake_looks, wake_path
 
 __all__ = [
@@ -62,27 +62,6 @@ def still_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:
     yield from fleet_chunks()
     yield from place_chunks(scene)
     yield from series_chunks(scene)
-
-
-def static(path: str, *archetypes: rr.AsComponents) -> Chunk:
-    """A chunk of one row without time."""
-    return shown(None, path, *archetypes)
-
-
-def shown(begun: float | None, path: str, *archetypes: rr.AsComponents) -> Chunk:
-    """A chunk of one row, of a time [s], or without time."""
-    columns = [
-        column
-        for archetype in archetypes
-        for batch in archetype.as_component_batches()
-        for column in [rr.ComponentColumn(batch.component_descriptor(), batch, lengths=[batch_size(batch)])]
-    ]
-    return Chunk.from_columns(path, [] if begun is None else [times([begun])], columns)
-
-
-def batch_size(batch: rr.ComponentBatchLike) -> int:
-    """Number of values in a batch."""
-    return len(batch.as_arrow_array())
 
 
 def run_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:

@@ -28,7 +28,7 @@ from vrx_mj.recording.sea_meshes import (
     triangles,
     with_low_rim,
 )
-from vrx_mj.recording.timeline import Ticker, times
+from vrx_mj.recording.timeline import Ticker, shown, static, times
 
 __all__ = ["TRAIL_HEIGHT", "WaterChunks", "patch_path", "wake_looks", "wake_path"]
 
@@ -62,10 +62,10 @@ class WaterChunks:
         self._trail_end: dict[str, FloatArray] = {}
         self._wakes: dict[str, FloatArray] = {}
         self._hulls: dict[str, tuple[FloatArray, FloatArray]] = {}
-        self._patched: set[str] = set()
+        self._begun: set[str] = set()
         self._swell: Swell | None = None
         self._laid = np.zeros((0, 2))
-        self._shape = (0, 0)
+        self._mesh = ""
 
     def keep(self, boats: Sequence[RecordedBody]) -> None:
         """Go on with these boats; forget all others."""
@@ -73,7 +73,6 @@ class WaterChunks:
         self._trail_end = {boat: end for boat, end in self._trail_end.items() if boat in names}
         self._wakes = {boat: wake for boat, wake in self._wakes.items() if boat in names}
         self._hulls = {boat.name: self._hulls.get(boat.name) or hull_lines(boat) for boat in boats}
-        self._patched &= names
 
     def __call__(
         self,
@@ -120,11 +119,7 @@ class WaterChunks:
         """The water at a boat's hull, in its frame: at every shown pose."""
         x, y = lines = self._hulls[boat]
         path = patch_path(boat)
-        if boat not in self._patched:
-            self._patched.add(boat)
-            frame = rr.CoordinateFrame.columns(frame=[f"tf#/world/boats/{boat}"])
-            yield Chunk.from_columns(path, [times(time[:1])], frame)
-            yield mesh_chunk(path, time[:1], triangle_indices=[triangles(len(y), len(x))[None]])
+        yield from self._begin(path, triangles(len(y), len(x)), rr.CoordinateFrame(f"tf#/world/boats/{boat}"))
         z = with_low_rim(patch_heights(swell, lines, time, place, quaternion), SUNK * swell.deviation)
         yield mesh_chunk(path, time, vertex_positions=[mesh_points(x, y, z)])
 
@@ -142,26 +137,35 @@ class WaterChunks:
         reach = np.array([np.hypot(*(np.abs(line).max() - RIM for line in lines)) for lines in hulls])
         points = [patch_points(lines, places[:, i], quaternions[:, i]) for i, lines in enumerate(hulls)]
         patches = np.concatenate(points, axis=1)
-        parts: dict[str, list[npt.NDArray[Any]]] = defaultdict(list)
+        drawn: dict[str, list[tuple[npt.NDArray[Any], ...]]] = defaultdict(list)
         for frames, grid in self._grids(places[..., :2]):
-            if self._shape != grid.haze.shape:
-                self._shape = grid.haze.shape
-                faces = triangles(*self._shape)
-                yield mesh_chunk("/world/sea", time[frames][:1], triangle_indices=[faces[None]])
+            path = f"/world/sea/{len(grid.y)}x{len(grid.x)}"
+            if path != self._mesh:
+                yield from self._begin(path, triangles(len(grid.y), len(grid.x)))
+                if self._mesh:
+                    yield shown(time[frames][0], self._mesh, rr.Clear(recursive=False))
+                self._mesh = path
             z = grid.heights(swell, time[frames] + LEAD)
             bright = light(z - swell.level, grid.toward(z))
             z = rounded(z - SUNK * swell.deviation * grid.near(places[frames, :, :2], reach))
-            parts["positions"].append(mesh_points(grid.x, grid.y, z))
-            parts["colors"].append(colors(bright, grid.haze))
-            parts["patches"].append(colors(grid.sampled(bright, patches[frames])))
-            parts["wakes"].append(rounded(grid.sampled(z, wakes[frames]) + OVER[0] + OVER[1] * swell.deviation))
-        yield mesh_chunk("/world/sea", time, vertex_positions=parts["positions"], vertex_colors=parts["colors"])
-        foam = np.concatenate([wakes, np.concatenate(parts["wakes"])[..., None]], axis=-1).astype(np.float32)
+            drawn[path].append((time[frames], mesh_points(grid.x, grid.y, z), colors(bright, grid.haze)))
+            height = rounded(grid.sampled(z, wakes[frames]) + OVER[0] + OVER[1] * swell.deviation)
+            drawn["hulls"].append((height, colors(grid.sampled(bright, patches[frames]))))
+        height, wet = map(np.concatenate, zip(*drawn.pop("hulls"), strict=True))
+        foam = np.concatenate([wakes, height[..., None]], axis=-1).astype(np.float32)
         ends = np.cumsum([part.shape[1] for part in points])
-        wet = np.split(np.concatenate(parts["patches"]), ends[:-1], axis=1)
-        for i, boat in enumerate(boats):
+        for path, parts in drawn.items():
+            moments, positions, seen = zip(*parts, strict=True)
+            yield mesh_chunk(path, np.concatenate(moments), vertex_positions=positions, vertex_colors=seen)
+        for i, (boat, own) in enumerate(zip(boats, np.split(wet, ends[:-1], axis=1), strict=True)):
             yield mesh_chunk(wake_path(boat), time, vertex_positions=[foam[:, :, :, i]])
-            yield mesh_chunk(patch_path(boat), time, vertex_colors=[wet[i]])
+            yield mesh_chunk(patch_path(boat), time, vertex_colors=[own])
+
+    def _begin(self, path: str, faces: npt.NDArray[np.uint32], *more: rr.AsComponents) -> Iterator[Chunk]:
+        """What an entity with a mesh always has, once: triangles alone, without which a viewer drops the mesh."""
+        if path not in self._begun:
+            self._begun.add(path)
+            yield static(path, rr.Mesh3D.from_fields(triangle_indices=faces), *more)
 
     def _grids(self, places: FloatArray) -> Iterator[tuple[slice, Grid]]:
         """Spans of places (n, boats, 2) [m], each with its cells, which are laid anew when a boat has gone some way."""
@@ -227,7 +231,7 @@ def speed_colors(speed: FloatArray) -> ByteArray:
 
 def patch_path(boat: str) -> str:
     """The entity of the water at a boat's hull."""
-    return f"/world/sea/{boat}"
+    return f"/world/sea/hulls/{boat}"
 
 
 def wake_path(boat: str) -> str:

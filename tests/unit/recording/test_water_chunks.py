@@ -1,5 +1,7 @@
 """The water of a recording: the sea's meshes, wakes on them, and tracks in the colours of speeds."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -16,6 +18,7 @@ from vrx_mj.recording.sea_meshes import (
     RIM_STEP,
     STEP,
     grid_around,
+    hull_lines,
     patch_heights,
     swell_of,
     triangles,
@@ -110,6 +113,19 @@ def latest(shown, moment):
     return values[np.searchsorted(time, moment + 1e-6) - 1]
 
 
+def fleet_mesh(chunks):
+    """A function of time [s]: vertices and triangles of the fleet's mesh that is shown then, of whatever size."""
+    paths = {chunk.entity_path for chunk in chunks if MESH.fullmatch(chunk.entity_path)}
+    meshes = {path: frames(chunks, path, "vertex_positions") for path in paths}
+
+    def at(moment):
+        path = max(paths, key=lambda path: max(t for t in (-1.0, *meshes[path][0]) if t <= moment + 1e-6))
+        return latest(meshes[path], moment), triangles(*map(int, MESH.fullmatch(path).groups()))
+
+    return at
+
+
+MESH = re.compile("/world/sea/([0-9]+)x([0-9]+)")
 STORM = {
     "physics": {"profile": "marine"},
     "sea": {"model": "jonswap", "significant_height": 1.2, "peak_period": 5.0, "direction": [1.0, 0.3]},
@@ -137,27 +153,25 @@ def test_waterline_of_a_hull_in_a_storm_is_right_within_3_cm_at_every_shown_time
     ahead, aside = np.meshgrid(np.linspace(-2.4, 2.4, 13), (-1.25, -1.03, -0.8, 0.8, 1.03, 1.25))
     marks = np.column_stack([ahead.ravel(), aside.ravel(), np.full(ahead.size, 0.12)])
     poses = rows[:, scene.layout().pose(scene.layout().bodies[0])]
-    patch, patch_faces = (
-        frames(chunks, f"/world/sea/{boat}", name) for name in ("vertex_positions", "triangle_indices")
-    )
-    fleet, fleet_faces = (frames(chunks, "/world/sea", name) for name in ("vertex_positions", "triangle_indices"))
+    patch, fleet = frames(chunks, f"/world/sea/hulls/{boat}", "vertex_positions"), fleet_mesh(chunks)
+    x, y = hull_lines(scene.boats()[0])
     assert len(patch[0]) == len(rows)
     for moment, pose in zip(rows[:, 0], poses, strict=True):
         turn = rotation_matrix(pose[3:])
         points = (pose[:3] + marks @ turn.T)[:, :2]
-        near = surface(latest(patch, moment) @ turn.T + pose[:3], latest(patch_faces, moment), points)
-        around = surface(latest(fleet, moment), latest(fleet_faces, moment), points)
+        near = surface(latest(patch, moment) @ turn.T + pose[:3], triangles(len(y), len(x)), points)
+        around = surface(*fleet(moment), points)
         assert np.maximum(near, around) == pytest.approx(height(points[:, 0], points[:, 1], moment), abs=0.03)
 
 
 def test_wakes_lie_on_the_drawn_sea(storm):
     height, _, scene, chunks = storm
     over = OVER[0] + OVER[1] * swell_of(height).deviation
-    fleet, faces = (frames(chunks, "/world/sea", name) for name in ("vertex_positions", "triangle_indices"))
+    fleet = fleet_mesh(chunks)
     time, wakes = frames(chunks, f"/world/wakes/{scene.boats()[0].name}", "vertex_positions")
     assert len(time) == 10 * SEA_RATE
     for moment, wake in zip(time, wakes, strict=True):
-        drawn = surface(latest(fleet, moment), latest(faces, moment), wake[:, :2])
+        drawn = surface(*fleet(moment), wake[:, :2])
         assert wake[:, 2] == pytest.approx(drawn + over, abs=STEP)
 
 
@@ -190,12 +204,35 @@ def made_up(block):
 def test_water_does_not_depend_on_the_blocks_of_rows():
     """But for the heights of patches between evaluated ones at the ends of blocks, by a step of rounding."""
     whole, parts = made_up(200), made_up(7)
-    for path in ("/world/sea", "/world/wakes/wamv1", "/world/sea/wamv1", "/world/trails/wamv1"):
+    grid = grid_around(np.array([recorded_run.row_at(0.0)])[0, 14:35].reshape(3, 7)[:, :2])
+    paths = ("/world/wakes/wamv1", "/world/sea/hulls/wamv1", "/world/trails/wamv1")
+    for path in (f"/world/sea/{len(grid.y)}x{len(grid.x)}", *paths):
         name = "strips" if "trails" in path else "vertex_positions"
         one, other = frames(whole, path, name), frames(parts, path, name)
         np.testing.assert_array_equal(one[0], other[0])
         for a, b in zip(one[1], other[1], strict=True):
-            np.testing.assert_allclose(a, b, atol=1.01 * RIM_STEP if path == "/world/sea/wamv1" else 1e-6)
+            np.testing.assert_allclose(a, b, atol=1.01 * RIM_STEP if "hulls" in path else 1e-6)
+
+
+def test_one_mesh_of_the_fleet_is_shown_at_a_time_while_boats_sail_apart():
+    """A mesh with other lines is another entity, with triangles at all times; the one before is cleared then."""
+    water, time = WaterChunks(), np.arange(1200) / 20
+    water.keep(recorded_run.scene(2).boats())
+    places = np.zeros((1200, 2, 3))
+    places[:, 1, 0] = 10.0 + 3.0 * time
+    level = np.tile([1.0, 0.0, 0.0, 0.0], (1200, 2, 1))
+    chunks = list(water(["wamv1", "wamv2"], time, places, recorded_run.sea_height, level))
+    meshes = [chunk for chunk in chunks if MESH.fullmatch(chunk.entity_path)]
+    paths = {chunk.entity_path for chunk in meshes}
+    assert len(paths) > 1
+    assert {chunk.entity_path for chunk in meshes if chunk.is_static} == paths
+    shown = {path: frames(meshes, path, "vertex_positions")[0] for path in paths}
+    first, last = (min(shown, key=lambda path: shown[path][0]), max(shown, key=lambda path: shown[path][-1]))
+    assert len(np.unique(np.concatenate(list(shown.values())))) == 60 * SEA_RATE
+    for path in paths - {last}:
+        cleared = frames(meshes, path, "is_recursive")[0]
+        assert any(moment > shown[path][-1] for moment in cleared)
+    assert shown[first][0] == 0.0
 
 
 def test_without_a_sea_there_are_trails_alone():

@@ -11,6 +11,7 @@ import recorded_run
 from vrx_mj.errors import RecordError
 from vrx_mj.recording.reader import Event, read_record
 from vrx_mj.recording.rrd_file import whole_bytes
+from vrx_mj.recording.sea_meshes import grid_around
 from vrx_mj.recording.water_chunks import LEAD, SEA_RATE
 from vrx_mj.recording.writer import RecordWriter
 
@@ -131,7 +132,8 @@ def test_headings_are_wrapped(tmp_path, monkeypatch):
 
 def test_sea_is_where_the_sea_is(recording):
     """In the middle between the boats, where it is neither faded nor lowered under hulls."""
-    time, frames = displayed(recording, "/world/sea", "Mesh3D:vertex_positions")
+    grid = grid_around(all_rows()[0, 14:35].reshape(3, 7)[:, :2])
+    time, frames = displayed(recording, f"/world/sea/{len(grid.y)}x{len(grid.x)}", "Mesh3D:vertex_positions")
     np.testing.assert_array_equal(time, np.arange(25) / SEA_RATE)
     vertices = np.array(frames[10])
     middle = vertices[np.hypot(*vertices[:, :2].T) < 3.0]
