@@ -180,7 +180,7 @@ def test_patch_does_not_depend_on_how_a_boat_leans():
     swell = sea_meshes.Swell(lambda x, y, t: 0.2 * x - 0.1 * y + 0.0 * t, 0.0, 0.0)
     lines, time, place = (np.linspace(-3.0, 3.0, 5), np.linspace(-1.0, 1.0, 3)), np.arange(3.0), np.zeros((3, 3))
     turn = np.tile(quaternion(0.15, -0.1, 0.7), (3, 1))
-    z = patch_heights(swell, lines, time, place, turn)
+    z = patch_heights(swell, lines, time, np.hstack([place, turn]))
     axes = rotation_matrix(turn[0])
     x, y = np.meshgrid(*lines)
     points = np.stack([x, y, z[1]], axis=-1) @ axes.T
@@ -190,7 +190,7 @@ def test_patch_does_not_depend_on_how_a_boat_leans():
 def test_a_boat_upside_down_has_no_patch_in_sight():
     swell = sea_meshes.Swell(recorded_run.sea_height, 0.0, 0.2)
     lines, turn = (np.linspace(-3.0, 3.0, 5),) * 2, np.array([quaternion(3.0, 0.0, 0.5)])
-    z = patch_heights(swell, lines, np.zeros(1), np.zeros((1, 3)), turn)
+    z = patch_heights(swell, lines, np.zeros(1), np.hstack([np.zeros((1, 3)), turn]))
     assert (z * rotation_matrix(turn[0])[2, 2] < -1e3).all()
 
 
