@@ -16,22 +16,6 @@ from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.frames import in_world_axes
 from vrx_mj.recording.record_scene import RecordedBody, SeaHeight
 
-__all__ = [
-    "RIM",
-    "Grid",
-    "Swell",
-    "colors",
-    "grid_around",
-    "hull_lines",
-    "light",
-    "patch_heights",
-    "patch_points",
-    "rounded",
-    "swell_of",
-    "triangles",
-    "with_low_rim",
-]
-
 STEP = 1.0 / 64.0
 """Heights are rounded to this [m]: they compress twice as well, and nobody sees it."""
 CELL, CORE = 3.0, 7.0
@@ -164,7 +148,11 @@ WAMV = np.array([[-2.5, -1.25], [2.5, 1.25]])
 """Corners of a hull that has no looks [m]."""
 
 
-def hull_lines(boat: RecordedBody) -> tuple[FloatArray, FloatArray]:
+Lines = tuple[FloatArray, FloatArray]
+"""Lines of a patch along x and y of its boat's frame [m]."""
+
+
+def hull_lines(boat: RecordedBody) -> Lines:
     """Lines of a boat's patch along x and y of its frame [m]: around its looks."""
     vertices = np.concatenate([part.vertices[:, :2] for part in boat.surfaces] or [WAMV])
     low, high = vertices.min(axis=0) - HULL_MARGIN, vertices.max(axis=0) + HULL_MARGIN
@@ -180,21 +168,18 @@ def with_low_rim(z: FloatArray, drop: float) -> FloatArray:
     return np.where(low, np.round((z - 1.5 * drop) / RIM_STEP) * RIM_STEP, rounded(z))
 
 
-def patch_heights(
-    sea: Swell, lines: tuple[FloatArray, FloatArray], time: FloatArray, place: FloatArray, quaternion: FloatArray
-) -> FloatArray:
-    """Heights (n, rows, columns) [m] of a patch in a boat's frame: of times (n,) [s], places and quaternions.
+def patch_heights(sea: Swell, lines: Lines, time: FloatArray, pose: FloatArray) -> FloatArray:
+    """Heights (n, rows, columns) [m] of a patch in a boat's frame: of times (n,) [s] and poses (n, 7).
 
     At every second time the surface is met along the vertical from the frame's plane, and how far that leans in the
     frame is made good with the slope; between them heights are means. A boat upside down has no patch.
     """
     last = len(time) - 1
     some = np.append(np.arange(0, last, 2), last)
-    bow, port, up = _axes(quaternion[some])
-    east, north, plane = _over(lines, place[some], bow, port)
-    over = np.asarray(sea.height(east, north, time[some, None, None])) - plane
-    ahead, aside, upright = (axis[:, 2, None, None] for axis in (bow, port, up))
+    points = patch_points(lines, pose[some])
+    over = np.asarray(sea.height(points[..., 0], points[..., 1], time[some, None, None])) - points[..., 2]
     across, along = np.gradient(over, *lines[::-1], axis=(1, 2))
+    ahead, aside, upright = np.moveaxis(_axes(pose[some])[:, :, 2], 1, 0)[..., None, None]
     z = over * upright * (1.0 - along * ahead - across * aside)
     z = np.where(upright > 0.3, z, -1e4 * np.sign(upright))
     before, after = np.arange(last + 1) // 2, np.arange(1, last + 2) // 2
@@ -203,23 +188,16 @@ def patch_heights(
     return heights
 
 
-def patch_points(lines: tuple[FloatArray, FloatArray], place: FloatArray, quaternion: FloatArray) -> FloatArray:
-    """Places (n, rows * columns, 2) [m] of a patch's vertices, all in the frame's plane."""
-    bow, port, _ = _axes(quaternion)
-    return np.stack(_over(lines, place, bow, port)[:2], axis=-1).reshape(len(place), -1, 2)
+def patch_points(lines: Lines, pose: FloatArray) -> FloatArray:
+    """Places (n, rows, columns, 3) [m] of a patch's vertices, were all in the frame's plane."""
+    bow, port = np.moveaxis(_axes(pose)[:, :2], 1, 0)[:, :, None, None]
+    points: FloatArray = pose[:, None, None, :3] + bow * lines[0][:, None] + port * lines[1][:, None, None]
+    return points
 
 
-def _axes(quaternion: FloatArray) -> list[FloatArray]:
-    """The three axes (n, 3) of frames."""
-    return [in_world_axes(quaternion, np.tile(axis, (len(quaternion), 1))) for axis in np.eye(3)]
-
-
-def _over(
-    lines: tuple[FloatArray, FloatArray], place: FloatArray, bow: FloatArray, port: FloatArray
-) -> list[FloatArray]:
-    """Coordinates (n, rows, columns) [m] of points in a frame's plane: east, north and up."""
-    x, y = lines
-    return [(place[:, i, None] + bow[:, i, None] * x)[:, None] + (port[:, i, None] * y)[:, :, None] for i in range(3)]
+def _axes(pose: FloatArray) -> FloatArray:
+    """The three axes (n, 3, 3) of frames with poses (n, 7)."""
+    return in_world_axes(pose[:, None, 3:], np.broadcast_to(np.eye(3), (len(pose), 3, 3)))
 
 
 SUN = (0.55, 0.35)

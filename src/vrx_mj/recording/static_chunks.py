@@ -24,7 +24,7 @@ from vrx_mj.recording.record_scene import (
     Surface,
     Waypoint,
 )
-from vrx_mj.recording.timeline import times
+from vrx_mj.recording.timeline import shown, static
 from vrx_mj.recording.water_chunks import wake_looks, wake_path
 
 __all__ = [
@@ -68,27 +68,6 @@ def still_chunks(scene: RecordScene) -> Iterator[Chunk]:
     yield legend_chunk(scene)
     yield from place_chunks(scene)
     yield from series_chunks(scene)
-
-
-def static(path: str, *archetypes: rr.AsComponents) -> Chunk:
-    """A chunk of one row without time."""
-    return shown(None, path, *archetypes)
-
-
-def shown(begun: float | None, path: str, *archetypes: rr.AsComponents) -> Chunk:
-    """A chunk of one row, of a time [s], or without time."""
-    columns = [
-        column
-        for archetype in archetypes
-        for batch in archetype.as_component_batches()
-        for column in [rr.ComponentColumn(batch.component_descriptor(), batch, lengths=[batch_size(batch)])]
-    ]
-    return Chunk.from_columns(path, [] if begun is None else [times([begun])], columns)
-
-
-def batch_size(batch: rr.ComponentBatchLike) -> int:
-    """Number of values in a batch."""
-    return len(batch.as_arrow_array())
 
 
 def run_chunks(scene: RecordScene) -> Iterator[Chunk]:

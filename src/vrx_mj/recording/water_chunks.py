@@ -12,23 +12,10 @@ import rerun as rr
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import ByteArray, FloatArray
+from vrx_mj.recording import sea_meshes as sea
 from vrx_mj.recording.record_scene import RecordedBody, SeaHeight
-from vrx_mj.recording.sea_meshes import (
-    RIM,
-    Grid,
-    Swell,
-    colors,
-    grid_around,
-    hull_lines,
-    light,
-    patch_heights,
-    patch_points,
-    rounded,
-    swell_of,
-    triangles,
-    with_low_rim,
-)
-from vrx_mj.recording.timeline import Ticker, times
+from vrx_mj.recording.sea_meshes import Grid, Lines, Swell
+from vrx_mj.recording.timeline import Ticker, shown, static, times
 
 __all__ = ["TRAIL_HEIGHT", "WaterChunks", "patch_path", "wake_looks", "wake_path"]
 
@@ -36,7 +23,7 @@ TRAIL_RATE = 5.0
 """Pieces of a trail [Hz]."""
 TRAIL_HEIGHT = 0.6
 """Height of a trail over the mean water [m]."""
-FASTEST = 5.0
+FASTEST = 3.0
 """Speed of the last colour of a trail [m/s]; the first is that of a boat at rest."""
 SPEED_COLORS = np.array([(203, 70, 121), (229, 108, 91), (248, 149, 64), (253, 197, 39), (240, 249, 33)])
 """Colours of a trail, evenly spaced over the speed: the light part of the map plasma (Smith and van der Walt, 2015)."""
@@ -61,19 +48,18 @@ class WaterChunks:
         self._trail, self._sea, self._drop = Ticker(TRAIL_RATE), Ticker(SEA_RATE), Ticker(WAKE_RATE)
         self._trail_end: dict[str, FloatArray] = {}
         self._wakes: dict[str, FloatArray] = {}
-        self._hulls: dict[str, tuple[FloatArray, FloatArray]] = {}
-        self._patched: set[str] = set()
+        self._hulls: dict[str, Lines] = {}
+        self._begun: set[str] = set()
         self._swell: Swell | None = None
         self._laid = np.zeros((0, 2))
-        self._shape = (0, 0)
+        self._mesh = ""
 
     def keep(self, boats: Sequence[RecordedBody]) -> None:
         """Go on with these boats; forget all others."""
         names = {boat.name for boat in boats}
         self._trail_end = {boat: end for boat, end in self._trail_end.items() if boat in names}
         self._wakes = {boat: wake for boat, wake in self._wakes.items() if boat in names}
-        self._hulls = {boat.name: self._hulls.get(boat.name) or hull_lines(boat) for boat in boats}
-        self._patched &= names
+        self._hulls = {boat.name: self._hulls.get(boat.name) or sea.hull_lines(boat) for boat in boats}
 
     def __call__(
         self,
@@ -91,15 +77,16 @@ class WaterChunks:
             yield from self._trails(boats, time[taken], places[taken])
         if height is None:
             return
-        self._swell = self._swell or swell_of(height)
+        self._swell = self._swell or sea.swell_of(height)
+        poses = np.concatenate([places, quaternions], axis=-1)
         for i, boat in enumerate(boats):
-            yield from self._patch(boat, self._swell, time, places[:, i], quaternions[:, i])
+            yield from self._patch(boat, self._swell, time, poses[:, i])
         drops = self._drop(time)
         left, newest = self._leave(boats, places[drops, :, :2], places[0, :, :2]), np.cumsum(drops)
         frames = np.flatnonzero(self._sea(time))
         for part in (frames[i : i + SEA_FRAMES] for i in range(0, len(frames), SEA_FRAMES)):
             wakes = ribbons(places[part, :, :2], left[newest[part, None] + np.arange(WAKE_POINTS - 1)[::-1]])
-            yield from self._seas(boats, self._swell, time[part], places[part], quaternions[part], wakes)
+            yield from self._seas(boats, self._swell, time[part], poses[part], wakes)
 
     def _trails(self, boats: Sequence[str], time: FloatArray, places: FloatArray) -> Iterator[Chunk]:
         """At each time the piece of the way since the time before, in the colour of its speed."""
@@ -114,54 +101,51 @@ class WaterChunks:
             columns = rr.LineStrips3D.columns(strips=strips.astype(np.float32), colors=speed_colors(speed))
             yield Chunk.from_columns(f"/world/trails/{boat}", [times(time)], columns)
 
-    def _patch(
-        self, boat: str, swell: Swell, time: FloatArray, place: FloatArray, quaternion: FloatArray
-    ) -> Iterator[Chunk]:
-        """The water at a boat's hull, in its frame: at every shown pose."""
+    def _patch(self, boat: str, swell: Swell, time: FloatArray, pose: FloatArray) -> Iterator[Chunk]:
+        """The water at a boat's hull, in its frame: at every shown pose (n, 7)."""
         x, y = lines = self._hulls[boat]
         path = patch_path(boat)
-        if boat not in self._patched:
-            self._patched.add(boat)
-            frame = rr.CoordinateFrame.columns(frame=[f"tf#/world/boats/{boat}"])
-            yield Chunk.from_columns(path, [times(time[:1])], frame)
-            yield mesh_chunk(path, time[:1], triangle_indices=[triangles(len(y), len(x))[None]])
-        z = with_low_rim(patch_heights(swell, lines, time, place, quaternion), SUNK * swell.deviation)
+        yield from self._begin(path, y, x, rr.CoordinateFrame(f"tf#/world/boats/{boat}"))
+        z = sea.with_low_rim(sea.patch_heights(swell, lines, time, pose), SUNK * swell.deviation)
         yield mesh_chunk(path, time, vertex_positions=[mesh_points(x, y, z)])
 
     def _seas(
-        self,
-        boats: Sequence[str],
-        swell: Swell,
-        time: FloatArray,
-        places: FloatArray,
-        quaternions: FloatArray,
-        wakes: FloatArray,
+        self, boats: Sequence[str], swell: Swell, time: FloatArray, poses: FloatArray, wakes: FloatArray
     ) -> Iterator[Chunk]:
-        """The sea around the boats, as a mesh, the wakes on it, and its colours for the water at hulls."""
+        """The sea around boats with poses (n, boats, 7), as a mesh, wakes on it, and its colours for hulls' water."""
         hulls = [self._hulls[boat] for boat in boats]
-        reach = np.array([np.hypot(*(np.abs(line).max() - RIM for line in lines)) for lines in hulls])
-        points = [patch_points(lines, places[:, i], quaternions[:, i]) for i, lines in enumerate(hulls)]
+        reach = np.array([np.hypot(*(np.abs(line).max() - sea.RIM for line in lines)) for lines in hulls])
+        points = [sea.patch_points(lines, poses[:, i]).reshape(len(time), -1, 3) for i, lines in enumerate(hulls)]
         patches = np.concatenate(points, axis=1)
-        parts: dict[str, list[npt.NDArray[Any]]] = defaultdict(list)
-        for frames, grid in self._grids(places[..., :2]):
-            if self._shape != grid.haze.shape:
-                self._shape = grid.haze.shape
-                faces = triangles(*self._shape)
-                yield mesh_chunk("/world/sea", time[frames][:1], triangle_indices=[faces[None]])
+        drawn: dict[str, list[tuple[npt.NDArray[Any], ...]]] = defaultdict(list)
+        for frames, grid in self._grids(poses[..., :2]):
+            path = f"/world/sea/{len(grid.y)}x{len(grid.x)}"
+            if path != self._mesh:
+                yield from self._begin(path, grid.y, grid.x)
+                if self._mesh:
+                    yield shown(time[frames][0], self._mesh, rr.Clear(recursive=False))
+                self._mesh = path
             z = grid.heights(swell, time[frames] + LEAD)
-            bright = light(z - swell.level, grid.toward(z))
-            z = rounded(z - SUNK * swell.deviation * grid.near(places[frames, :, :2], reach))
-            parts["positions"].append(mesh_points(grid.x, grid.y, z))
-            parts["colors"].append(colors(bright, grid.haze))
-            parts["patches"].append(colors(grid.sampled(bright, patches[frames])))
-            parts["wakes"].append(rounded(grid.sampled(z, wakes[frames]) + OVER))
-        yield mesh_chunk("/world/sea", time, vertex_positions=parts["positions"], vertex_colors=parts["colors"])
-        foam = np.concatenate([wakes, np.concatenate(parts["wakes"])[..., None]], axis=-1).astype(np.float32)
+            bright = sea.light(z - swell.level, grid.toward(z))
+            z = sea.rounded(z - SUNK * swell.deviation * grid.near(poses[frames, :, :2], reach))
+            drawn[path].append((time[frames], mesh_points(grid.x, grid.y, z), sea.colors(bright, grid.haze)))
+            height = sea.rounded(grid.sampled(z, wakes[frames]) + OVER[0] + OVER[1] * swell.deviation)
+            drawn["hulls"].append((height, sea.colors(grid.sampled(bright, patches[frames]))))
+        height, wet = map(np.concatenate, zip(*drawn.pop("hulls"), strict=True))
+        foam = np.concatenate([wakes, height[..., None]], axis=-1).astype(np.float32)
         ends = np.cumsum([part.shape[1] for part in points])
-        wet = np.split(np.concatenate(parts["patches"]), ends[:-1], axis=1)
-        for i, boat in enumerate(boats):
+        for path, parts in drawn.items():
+            moments, positions, seen = zip(*parts, strict=True)
+            yield mesh_chunk(path, np.concatenate(moments), vertex_positions=positions, vertex_colors=seen)
+        for i, (boat, own) in enumerate(zip(boats, np.split(wet, ends[:-1], axis=1), strict=True)):
             yield mesh_chunk(wake_path(boat), time, vertex_positions=[foam[:, :, :, i]])
-            yield mesh_chunk(patch_path(boat), time, vertex_colors=[wet[i]])
+            yield mesh_chunk(patch_path(boat), time, vertex_colors=[own])
+
+    def _begin(self, path: str, y: FloatArray, x: FloatArray, *more: rr.AsComponents) -> Iterator[Chunk]:
+        """What an entity with a mesh always has, once: triangles alone, without which a viewer drops the mesh."""
+        if path not in self._begun:
+            self._begun.add(path)
+            yield static(path, rr.Mesh3D.from_fields(triangle_indices=sea.triangles(len(y), len(x))), *more)
 
     def _grids(self, places: FloatArray) -> Iterator[tuple[slice, Grid]]:
         """Spans of places (n, boats, 2) [m], each with its cells, which are laid anew when a boat has gone some way."""
@@ -171,7 +155,7 @@ class WaterChunks:
                 self._laid = places[begin]
             gone = np.abs(places[begin:] - self._laid).max(axis=(1, 2)) > MOVED
             end = begin + int(np.argmax([*gone, True]))
-            yield slice(begin, end), grid_around(self._laid)
+            yield slice(begin, end), sea.grid_around(self._laid)
             begin = end
 
     def _leave(self, boats: Sequence[str], places: FloatArray, first: FloatArray) -> FloatArray:
@@ -227,7 +211,7 @@ def speed_colors(speed: FloatArray) -> ByteArray:
 
 def patch_path(boat: str) -> str:
     """The entity of the water at a boat's hull."""
-    return f"/world/sea/{boat}"
+    return f"/world/sea/hulls/{boat}"
 
 
 def wake_path(boat: str) -> str:
@@ -240,18 +224,18 @@ def wake_looks() -> rr.Mesh3D:
     share = np.linspace(0.0, 1.0, WAKE_POINTS)
     shades = [np.interp(share, (0.0, 0.5, 1.0), part) for part in zip(*FOAM, strict=True)]
     foam = np.repeat(np.column_stack(shades), 2, axis=0).astype(np.uint8)
-    return rr.Mesh3D.from_fields(triangle_indices=triangles(WAKE_POINTS, 2), vertex_colors=foam)
+    return rr.Mesh3D.from_fields(triangle_indices=sea.triangles(WAKE_POINTS, 2), vertex_colors=foam)
 
 
-WAKE_RATE = 0.75
+WAKE_RATE = 1.5
 """Points that a boat leaves [Hz]."""
-WAKE_POINTS = 16
+WAKE_POINTS = 20
 """Points of a wake, the boat's place included."""
 WAKE_WIDTHS = (0.7, 1.3)
 """Width of a wake at the boat and at its end [m]."""
-SLOW = 0.3
+SLOW = 0.2
 """Way between two points under which a wake is narrower [m]."""
 FOAM = ((214, 232, 240), (104, 148, 172), (50, 98, 128))
 """Colours of a wake at the boat, half-way and at its end, where it is nearly that of the sea."""
-OVER = 0.05
-"""Height of a wake over the drawn sea [m]."""
+OVER = (0.04, 0.15)
+"""Height of a wake over the drawn sea [m], and more in standard deviations of the sea: cells are flat."""

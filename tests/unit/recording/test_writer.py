@@ -11,6 +11,8 @@ import recorded_run
 from vrx_mj.errors import RecordError
 from vrx_mj.recording.reader import Event, read_record
 from vrx_mj.recording.rrd_file import whole_bytes
+from vrx_mj.recording.sea_meshes import grid_around
+from vrx_mj.recording.water_chunks import LEAD, SEA_RATE
 from vrx_mj.recording.writer import RecordWriter
 
 SECONDS = 6.0
@@ -129,11 +131,15 @@ def test_headings_are_wrapped(tmp_path, monkeypatch):
 
 
 def test_sea_is_where_the_sea_is(recording):
-    time, frames = displayed(recording, "/world/sea", "Mesh3D:vertex_positions")
-    assert len(time) == 31
-    patch = np.array(frames[10]).reshape(32, 32, 3)[1:-1, 1:-1]
-    expected = recorded_run.sea_height(patch[..., 0], patch[..., 1], time[10])
-    np.testing.assert_allclose(patch[..., 2], expected, atol=1 / 128 + 1e-6)  # rounded to 1/64 m
+    """In the middle between the boats, where it is neither faded nor lowered under hulls."""
+    grid = grid_around(all_rows()[0, 14:35].reshape(3, 7)[:, :2])
+    time, frames = displayed(recording, f"/world/sea/{len(grid.y)}x{len(grid.x)}", "Mesh3D:vertex_positions")
+    np.testing.assert_array_equal(time, np.arange(25) / SEA_RATE)
+    vertices = np.array(frames[10])
+    middle = vertices[np.hypot(*vertices[:, :2].T) < 3.0]
+    assert len(middle) > 1
+    expected = recorded_run.sea_height(middle[:, 0], middle[:, 1], time[10] + LEAD)
+    np.testing.assert_allclose(middle[:, 2], expected, atol=1 / 128 + 1e-3)  # rounded to 1/64 m; lines lean by 1 mm
 
 
 def test_blueprint_is_in_the_file(recording):
