@@ -23,9 +23,9 @@ __all__ = [
 ]  # fmt: skip
 
 
-RINGS, SPOKES = 96, 81
+RINGS, SPOKES = 84, 73
 """Points of a spoke and of a ring."""
-ANGLE, GROWTH = 0.0064, 0.1
+ANGLE, GROWTH = 0.0064, 0.06
 """Steps from ring to ring whose shares of the rings are equal: angle [rad], or ratio of distances."""
 LEAST_HEIGHT = 0.5
 """Height of the eye over a calm sea from which the angles are measured, at least [m]."""
@@ -79,8 +79,7 @@ def spokes() -> FloatArray:
 def fan_triangles() -> npt.NDArray[np.int32]:
     """Return the triangles of the fan, counter-clockwise from above; point (ring, spoke) is ring * SPOKES + spoke."""
     corner = (np.arange(RINGS - 1)[:, None] * SPOKES + np.arange(SPOKES - 1)).reshape(-1, 1)
-    outer = corner + np.array([0, SPOKES, SPOKES + 1])
-    return np.concatenate([outer, corner + np.array([0, SPOKES + 1, 1])]).astype(np.int32)
+    return (corner + np.array([0, SPOKES, SPOKES + 1, 0, SPOKES + 1, 1])).reshape(-1, 3).astype(np.int32)
 
 
 def ripples(waves: Table) -> Table:

@@ -10,6 +10,7 @@ from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.sensors.readings import CameraInfo
 
 __all__ = [
+    "SMALLEST",
     "View",
     "focal_length",
     "half_heights",
@@ -48,7 +49,7 @@ def half_heights(config: CameraConfig) -> tuple[float, float]:
 
 
 SMALLEST = 0.25
-"""Geoms of a smaller radius in the picture [pixels] are not drawn."""
+"""Radius of geoms in the picture that are drawn at least [pixels]."""
 MARGIN = 0.03
 """By how much the sea is drawn wider than the view [rad]."""
 
@@ -72,6 +73,8 @@ class View:
     """[pixels]"""
     end: float = 6000.0
     """Where land and sea end [m]."""
+    smallest: float = SMALLEST
+    """Geoms of a smaller radius [pixels] are not drawn."""
 
     def shows(self, centers: FloatArray, radii: FloatArray) -> BoolArray:
         """Whether spheres (n, 3), (n,) [m] may be seen: neither behind, beside, too far away, nor too small.
@@ -83,7 +86,7 @@ class View:
         for across, half in ((left, self.half_width), (up, self.half_height)):
             # distance beyond the plane through the eye and the picture's edge
             seen &= np.abs(across) - half * ahead <= radii * math.hypot(1.0, half)
-        seen &= radii * self.focal_length >= SMALLEST * np.maximum(ahead, self.near)
+        seen &= radii * self.focal_length >= self.smallest * np.maximum(ahead, self.near)
         return np.asarray(seen | (radii <= 0.0))
 
     def horizontal_range(self) -> tuple[float, float]:

@@ -56,8 +56,8 @@ LARGEST = 4096
 """Pixels along a side, at most."""
 INSET, INSET_EDGE = 0.34, 0.02
 """Width of the view from above in the corner, and its distance from the edges, of the picture's width."""
-INSET_EVERY = 3
-"""Pictures for which the view in the corner is drawn once."""
+INSET_RATE = 5
+"""Views in the corner per second, each for several pictures: a boat moves a pixel or two between them."""
 EVENT_TIME = 4.0
 """How long an event is shown in the picture, in the video's time [s]."""
 MOST_EVENTS = 3
@@ -196,8 +196,8 @@ class Film:
         return chase if view == "chase" else (*chase, Above(paths, level, width / height).eye)
 
     def _inset_at(self, time: float) -> Image:
-        """The view from above in the corner, which is drawn for every third picture: little moves in it."""
-        step = INSET_EVERY * self._shot.speed / float(self.rate)
+        """The view from above in the corner: that of the last time at which it is drawn."""
+        step = max(1, round(self.rate / INSET_RATE)) * self._shot.speed / float(self.rate)
         begin = self.times[0] + math.floor((time - self.times[0]) / step + 1e-6) * step
         if self._inset is None or self._inset[0] != begin:
             width, height = self.size

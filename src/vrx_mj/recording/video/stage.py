@@ -21,7 +21,7 @@ from vrx_mj.errors import CommandError, RecordError, shown
 from vrx_mj.mjcf.drawing import add_skin, compiled_spec, drawing_spec
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics.surface import EDGE, PLAIN, draw_surface, horizon
-from vrx_mj.recording.antialiasing import antialias
+from vrx_mj.recording.antialiasing import antialias, smooth
 from vrx_mj.recording.boat_sets import HUGE, BoatSet, columns_in
 from vrx_mj.recording.reader import Record
 from vrx_mj.recording.rescoring import scored_frames
@@ -31,7 +31,7 @@ from vrx_mj.runtime.warmup import announced
 from vrx_mj.sensors.canvas import Canvas
 from vrx_mj.sensors.displays import check_display_marks, displays_of
 from vrx_mj.sensors.sea import SeaSkin, Skin
-from vrx_mj.sensors.view import View
+from vrx_mj.sensors.view import SMALLEST, View
 from vrx_mj.tasks.registry import TASK_KINDS
 
 __all__ = [
@@ -101,7 +101,7 @@ def looking(position: Sequence[float], target: Sequence[float], up: Sequence[flo
 
 def view_of(eye: Eye, width: int, height: int) -> View:
     """What an eye sees in a picture of a size [pixels]."""
-    half = math.tan(eye.field / 2.0)
+    half, above = math.tan(eye.field / 2.0), eye.rotation[2, 0] < -STEEP
     return View(
         position=eye.position,
         rotation=eye.rotation,
@@ -111,6 +111,7 @@ def view_of(eye: Eye, width: int, height: int) -> View:
         far=FAR,
         focal_length=width / (2.0 * half),
         end=1.2 * horizon(float(eye.position[2])),
+        smallest=SMALLEST_ABOVE if above else SMALLEST,
     )
 
 
@@ -311,6 +312,8 @@ Paths = Mapping[str, FloatArray]
 
 STEEP = 0.5
 """Height of the view's axis [unit vector], negative, from which a picture is one from above."""
+SMALLEST_ABOVE = 1.0
+"""Geoms of a smaller radius [pixels] are not drawn in a picture from above, which has many."""
 RELIEF = 5.0
 """How much more the slopes of waves shade a sea that is seen from above, where little of the sky mirrors in it."""
 LIGHTER = 0.14
@@ -362,11 +365,11 @@ class Stage:
         view = view_of(eye, width, height)
         with announced(draw_surface, "the sea's pictures", 8):
             self._move_sea(view, moment.time)
-        drawn, out = np.empty((2, height, width, 3), np.uint8)
+        drawn = np.empty((height, width, 3), np.uint8)
         self._foam.move(moment.time, self._sea.height)
         self._canvas.draw(data, view, (self._sea, self._foam), drawn)
-        antialias(drawn, np.empty((height, width), np.int16), out)
-        return out
+        with announced(smooth, "the smoothing of edges", 3):
+            return antialias(drawn)
 
     def close(self) -> None:
         """Free the drawing context."""
