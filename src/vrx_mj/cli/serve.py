@@ -78,7 +78,8 @@ def serve(
 ) -> None:
     """Serve a world to ROS, with VRX's topics and services. By default ROS 1 and rosbridge, without ROS 2.
 
-    Ctrl-C or SIGTERM ends it; a recording is closed then. --foxglove alone serves viewers without ROS.
+    Ctrl-C or SIGTERM ends it; a recording is closed then. For viewers, without ROS:
+    vrx-mj serve example_course --foxglove
 
     Example: vrx-mj serve example_course --fleet usv_config --ros1
     """

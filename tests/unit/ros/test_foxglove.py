@@ -2,8 +2,11 @@
 
 import asyncio
 import json
+import signal
 import socket
 import struct
+import subprocess
+import sys
 import time
 from types import SimpleNamespace
 
@@ -19,6 +22,7 @@ from vrx_mj.ros.foxglove import BACKLOG, Foxglove
 from vrx_mj.ros.interface import Inbox
 from vrx_mj.ros.messages import decode
 from vrx_mj.ros.ros_server import RosServer
+from vrx_mj.ros.serve import Wanted
 from vrx_mj.ros.table.viewers import MARKERS, START, start_of
 
 PROTOCOL = "foxglove.sdk.v1"
@@ -161,3 +165,24 @@ def test_a_boat_that_leaves_takes_its_topics_along(server, wire):
     server.remove(server.sim.boats[0])
     _, channels, _ = asyncio.run(received(wire, server, {"/clock"}))
     assert channels.keys() == {name for name, one in server.table.outputs.items() if one.type != "sensor_msgs/Image"}
+
+
+def test_a_viewer_alone_gets_the_true_poses_and_beside_ros_only_on_demand():
+    assert not Wanted(foxglove=8765).for_ros
+    assert Wanted(foxglove=8765, rosbridge=9090).for_ros
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
+def test_serve_ends_on_a_signal(ending, tmp_path):
+    command = [sys.executable, "-m", "vrx_mj", "serve", "ocean", "--foxglove", "0"]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, encoding="utf-8", cwd=tmp_path)
+    seen = ""
+    while "Foxglove: ws://127.0.0.1:" not in seen:
+        line = process.stderr.readline()
+        assert line, seen
+        seen += line
+    process.send_signal(ending)
+    _, rest = process.communicate(timeout=60)
+    assert process.returncode == 0, seen + rest
+    assert "served " in rest
