@@ -78,15 +78,14 @@ def serve(
 ) -> None:
     """Serve a world to ROS, with VRX's topics and services. By default ROS 1 and rosbridge, without ROS 2.
 
-    Ctrl-C or SIGTERM ends it; a recording is closed then. --foxglove alone serves viewers without ROS.
+    Ctrl-C or SIGTERM ends it; a recording is closed then. For viewers alone: vrx-mj serve example_course --foxglove
 
     Example: vrx-mj serve example_course --fleet usv_config --ros1
     """
     source, given = opened_by(world, arguments)
     none = not (ros1 or ros2 or rosbridge is not None or foxglove is not None)
-    options = {"seed": seed, "nudge": nudge, "arguments": given}
     _run(
-        *(source, fleet, options, record),
+        *(source, fleet, {"seed": seed, "nudge": nudge, "arguments": given}, record),
         ros1=ros1 or none,
         rosbridge=int(DEFAULT_PORT) if none else rosbridge,
         foxglove=foxglove,

@@ -302,6 +302,7 @@ class Bag:
         self._topics = tuple(topics)
         self._file: BagFile | None = None
         self._wanted: frozenset[str] = frozenset()
+        self._types: dict[str, str] = {}
         self._size, self._flushed, self._now = 0, time.monotonic(), 0.0
 
     def start(self) -> Sequence[str]:
@@ -315,7 +316,7 @@ class Bag:
         return [f"bag: {self.path}"]
 
     def offer(self, table: RosInterface) -> None:
-        """Write these topics from now on; beside an .mcap file, the layout that shows them.
+        """Write these topics from now on.
 
         Raises:
             UnknownNameError: no topic matches one that was named.
@@ -329,10 +330,6 @@ class Bag:
                 )
         light = {output.name for output in table.outputs.values() if output.type not in HEAVY}
         self._wanted = frozenset(light.union(*named.values()))
-        if self.path.suffix == ".mcap":
-            with self._writing():
-                shown = layout_text(table.outputs[name] for name in sorted(self._wanted))
-                self.path.with_suffix(".layout.json").write_text(shown, encoding="utf-8")
         twice = sorted(name for name in self._wanted if f"{name}/compressed" in self._wanted)
         if twice:
             text = f"the bag takes both raw and compressed pictures of {', '.join(twice[:3])}: raw ones make it large"
@@ -367,7 +364,7 @@ class Bag:
         """
         if self._file is None:
             raise RecordError(f"the bag '{self.path}' is closed")
-        self._now = moment
+        self._now, self._types[topic] = moment, type_name
         with self._writing():
             self._size += self._file.write(topic, type_name, message, max(FIRST, round(moment * 1e9)), latched=latched)
 
@@ -385,11 +382,13 @@ class Bag:
         return Traffic(0, self._size, 0)
 
     def close(self) -> None:
-        """Complete the file. Once; later calls do nothing."""
+        """Complete the file, and write an .mcap's layout beside it. Once; later calls do nothing."""
         file, self._wanted = self._file, frozenset()
         if file is not None:
             with self._writing():
                 file.close()
+                if self.path.suffix == ".mcap":
+                    self.path.with_suffix(".layout.json").write_text(layout_text(self._types), encoding="utf-8")
             self._file = None
 
     @contextmanager

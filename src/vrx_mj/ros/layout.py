@@ -1,10 +1,9 @@
 """A layout of panels for Foxglove and Lichtblick, which their users import: the world in 3D, a map, and a camera."""
 
 import json
-from collections.abc import Iterable
+from collections.abc import Mapping
 from typing import Any
 
-from vrx_mj.ros.interface import Output
 from vrx_mj.ros.table.viewers import MARKERS, START
 
 __all__ = ["layout_text"]
@@ -18,11 +17,11 @@ SEA = {"layerId": "foxglove.Grid", "instanceId": "sea", "label": "sea level", "f
 BOAT = {"layerId": "foxglove.Urdf", "sourceType": "topic", "visible": True, "displayMode": "auto"}
 
 
-def layout_text(outputs: Iterable[Output]) -> str:
-    """The layout that shows these topics, as JSON."""
+def layout_text(types: Mapping[str, str]) -> str:
+    """The layout that shows topics of these types by name, as JSON."""
     by_type: dict[str, list[str]] = {}
-    for output in outputs:
-        by_type.setdefault(output.type, []).append(output.name)
+    for topic, type_name in types.items():
+        by_type.setdefault(type_name, []).append(topic)
     boats = [name for name in by_type.get("std_msgs/String", ()) if name.endswith("/robot_description")]
     panels: dict[str, dict[str, Any]] = {
         "3D!world": {

@@ -28,7 +28,6 @@ from vrx_mj.ros.table import CLOCK, make_tables
 from vrx_mj.ros.table.boats import description
 from vrx_mj.ros.table.host import Bodies, CmdVel
 from vrx_mj.ros.table.tasks import TASK_INFO
-from vrx_mj.ros.table.viewers import with_meshes_inside
 from vrx_mj.runtime.observation import BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.subscriptions import Subscription
@@ -467,15 +466,11 @@ class RosServer:
 
     # Who is there
 
-    def description(self, boat: str, *, whole: bool = False) -> str:
-        """A boat's URDF; a VrxError where the files that it was made of are not here.
-
-        With `whole` its meshes are in it, but for a boat that joined: its text could name any file of this machine.
-        """
+    def description(self, boat: str) -> str:
+        """A boat's URDF; a VrxError where the files that it was made of are not here."""
         if boat in self._joined and self._joined[boat].is_urdf:
             return in_namespace(self._joined[boat].text, boat)
-        text = description(self.sim.world, boat)
-        return with_meshes_inside(text) if whole and boat not in self._joined else text
+        return description(self.sim.world, boat)
 
     def spawn(self, name: str, urdf: str, pose: Sequence[float]) -> None:
         """Put a boat of this URDF into the world, at (x, y, z, roll, pitch, yaw) [m, rad, ENU].

@@ -24,10 +24,12 @@ from vrx_mj.physics.tables import RUDDER
 from vrx_mj.ros.interface import BOTH, VRX, VRX3, Input, Output
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.table.host import Host, header, turned, vector
+from vrx_mj.ros.table.viewers import with_meshes_inside
 from vrx_mj.runtime.hull import Propeller
 
 __all__ = [
     "BASE",
+    "WORLD_FRAME",
     "BoatFrames",
     "boat_inputs",
     "boat_joints",
@@ -118,6 +120,7 @@ def _urdf(boat: str, order: Order) -> str:
     return boat_urdf(order, boat)
 
 
+WORLD_FRAME = "map"
 BASE = "base_link"
 """What the frame of a boat's root link is called, whatever the link's own name."""
 FIXED = "fixed"
@@ -263,12 +266,15 @@ class BoatFrames:
 
             yield Output(f"{stem}/{name}", "tf2_msgs/TFMessage", make, rate, latched=rate == 0.0, dialects=VRX3)
         if self.description is not None:
-            for dialects, whole in ((VRX3, False), (VRX, True)):
-                text = cache(partial(self._described, whole))
+            for dialects, written in ((VRX3, self._named), (VRX, self._whole)):
+                text = cache(partial(_text, written))
                 yield Output(f"{stem}/robot_description", "std_msgs/String", text, latched=True, dialects=dialects)
 
-    def _described(self, whole: bool) -> Message:
-        return new("std_msgs/String", data=self._host.description(self.boat, whole=whole))
+    def _named(self) -> str:
+        return self.description or ""
+
+    def _whole(self) -> str:
+        return with_meshes_inside(self.description or "", self._host.sim.world.assets)
 
     @cached_property
     def description(self) -> str | None:
@@ -303,7 +309,7 @@ class BoatFrames:
             link, mount = f"{boat}/{sensor.config.link}", sensor.mount
             if sensor.config.link != BASE:
                 frames[link] = transform(0.0, f"{boat}/{BASE}", link, mount.position, mount.orientation)
-            if sensor.frame != link:
+            if sensor.frame not in {link, WORLD_FRAME}:  # a ground truth is in the world's
                 optical = (0.5, -0.5, 0.5, -0.5) if sensor.config.type == "camera" else (1.0, 0.0, 0.0, 0.0)
                 frames[sensor.frame] = transform(0.0, link, sensor.frame, (0.0, 0.0, 0.0), optical)
         moving = {
@@ -329,7 +335,7 @@ class BoatFrames:
                 frames.append(_joint_frame(host.sim.time, thruster.shaft, spins[thruster.name].angle))
         if host.truth:
             placed = host.bodies.model(boat)
-            frames.append(transform(host.sim.time, "map", f"{boat}/{BASE}", placed.position, placed.quaternion))
+            frames.append(transform(host.sim.time, WORLD_FRAME, f"{boat}/{BASE}", placed.position, placed.quaternion))
         return frames
 
     # Inside
@@ -364,6 +370,10 @@ class BoatFrames:
             share = drive.command(thrust[name]) / drive.max_command
             self._spins[name] = self._spins.get(name, Spin()).after(max(passed, 0.0), share)
         return self._spins
+
+
+def _text(written: Callable[[], str]) -> Message:
+    return new("std_msgs/String", data=written())
 
 
 def _joints_of(row: Thruster, moving: Sequence[BoatJoint]) -> ThrusterJoints:

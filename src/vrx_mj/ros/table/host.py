@@ -280,8 +280,8 @@ class Host(Protocol):
     def sensor_load(self) -> Mapping[tuple[str, str], float]:
         """Share of wall time that each sensor that is listened to takes, by boat and sensor."""
 
-    def description(self, boat: str, *, whole: bool = False) -> str:
-        """A boat's URDF, `whole` with its meshes in it; a VrxError where the files that it was made of are not here."""
+    def description(self, boat: str) -> str:
+        """A boat's URDF; a VrxError where the files that it was made of are not here."""
 
     def command(self, boat: str, commands: Mapping[str, float]) -> None:
         """Command thrusters, as `Simulation.command`."""

@@ -2,7 +2,7 @@
 
 import base64
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 from urllib.parse import unquote
@@ -15,8 +15,9 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.urdf.meshes import read_mesh
 from vrx_mj.errors import VrxError
+from vrx_mj.mjcf.templates import mesh_of_file
 from vrx_mj.mjcf.world import World
-from vrx_mj.ros.interface import BOTH, Output
+from vrx_mj.ros.interface import Output
 from vrx_mj.ros.messages import Message, kind, new
 from vrx_mj.ros.table.host import Host, header, turned, vector
 from vrx_mj.runtime.simulation import Simulation
@@ -65,7 +66,7 @@ def marker_output(host: Host) -> Output:
             _drawn[host.sim] = there, new("visualization_msgs/MarkerArray", markers=[clear, *shapes])
         return _drawn[host.sim][1]
 
-    return Output(MARKERS, "visualization_msgs/MarkerArray", make, latched=True, dialects=BOTH)
+    return Output(MARKERS, "visualization_msgs/MarkerArray", make, latched=True)
 
 
 def _markers(world: World, start: FloatArray) -> Iterator[Message]:
@@ -110,23 +111,28 @@ def _size(marker: Message, model: mujoco.MjModel, geom: int) -> None:
         marker.points = [point(*xyz) for xyz in model.mesh_vert[corners].tolist()]
 
 
-def with_meshes_inside(text: str) -> str:
-    """A URDF's text with the meshes of its `file://` in it, as `data:` URLs of glTF; what is no mesh stays as it is."""
+def with_meshes_inside(text: str, assets: Collection[str]) -> str:
+    """A URDF's text with meshes in it in the place of their `file://`, as `data:` URLs of glTF.
+
+    Only those that are among a world's `assets`, names of files: a URDF from a stranger can name any file.
+    """
 
     def inside(found: re.Match[str]) -> str:
         try:
-            return f'"{_data_url(Path(unquote(unescape(found[1]))))}"'
+            asset, url = _embedded(Path(unquote(unescape(found[1]))))
         except VrxError:
             return found[0]
+        return f'"{url}"' if asset in assets else found[0]
 
     return _FILE.sub(inside, text)
 
 
 @lru_cache(maxsize=256)
-def _data_url(file: Path) -> str:
+def _embedded(file: Path) -> tuple[str, str]:
+    """The name of a mesh among the assets of a world, and its URL."""
     import trimesh
 
     mesh = read_mesh(file)
     upright = mesh.points[:, [0, 2, 1]] * [1.0, 1.0, -1.0]  # glTF has y up
     content = trimesh.Trimesh(upright, mesh.triangles, process=False).export(file_type="glb")
-    return f"data:model/gltf-binary;base64,{base64.b64encode(content).decode()}"
+    return mesh_of_file(file).file, f"data:model/gltf-binary;base64,{base64.b64encode(content).decode()}"

@@ -16,7 +16,7 @@ from vrx_mj.drive.pilot import engines_of
 from vrx_mj.ros.cdr import kind
 from vrx_mj.ros.interface import BOTH, VRX3, Input, Output, Service
 from vrx_mj.ros.messages import Message, new, stamp
-from vrx_mj.ros.table.boats import BoatFrames, transform
+from vrx_mj.ros.table.boats import WORLD_FRAME, BoatFrames, transform
 from vrx_mj.ros.table.host import Host, collision_name, header, vector
 from vrx_mj.ros.table.viewers import START, start_of
 from vrx_mj.ros.table.vrx3 import with_vrx3
@@ -97,7 +97,7 @@ def world_outputs(host: Host, boat_frames: Sequence[BoatFrames], clock_rate: flo
 
     @cache
     def still() -> Message:
-        near = transform(0.0, START, "map", -start_of(host.sim), (1.0, 0.0, 0.0, 0.0))  # viewers begin at the root
+        near = transform(0.0, WORLD_FRAME, START, start_of(host.sim), (1.0, 0.0, 0.0, 0.0))
         return new("tf2_msgs/TFMessage", transforms=[near, *(frame for one in boat_frames for frame in one.still())])
 
     rows = partial(Output, dialects=BOTH, recorded="rows")

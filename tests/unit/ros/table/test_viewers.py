@@ -15,9 +15,9 @@ from trimesh.transformations import quaternion_matrix
 
 import vrx_mj
 from ros_scene import served
-from urdf_boats import link, robot
 from vrx_mj.config.urdf.meshes import read_mesh
 from vrx_mj.draw.map_scene import map_of
+from vrx_mj.mjcf.templates import mesh_of_file
 from vrx_mj.ros.table.boats import description
 from vrx_mj.ros.table.viewers import CUBE, DELETE_ALL, MARKERS, START, TRIANGLES, start_of, with_meshes_inside
 from vrx_mj.sensors.displays import displays_of
@@ -99,13 +99,13 @@ def test_markers_are_sent_again_when_an_object_comes_and_not_before(bay):
     assert len(latched(scene, MARKERS).markers) > before
 
 
-def test_the_frame_start_is_near_the_boats_and_is_above_map(scene):
+def test_the_frame_start_is_in_map_near_the_boats(scene):
     scene.server.announce()
     start = start_of(scene.sim)
-    near = next(one for one in latched(scene, "/tf_static").transforms if one.child_frame_id == "map")
+    near = next(one for one in latched(scene, "/tf_static").transforms if one.child_frame_id == START)
     shift = near.transform.translation
-    assert near.header.frame_id == START
-    assert [shift.x, shift.y, shift.z] == pytest.approx(-start)
+    assert near.header.frame_id == "map"
+    assert [shift.x, shift.y, shift.z] == start.tolist()
     for boat in scene.sim.boats:
         assert np.linalg.norm(scene.sim.observe()[boat].position[:2] - start[:2]) < 20.0
     scene.sim.step({}, duration=1.0)
@@ -118,7 +118,8 @@ def meshes(text):
 
 def test_meshes_inside_are_those_of_the_files(course):
     text = description(course, "wamv")
-    files, inside = meshes(text), meshes(with_meshes_inside(text))
+    whole = with_meshes_inside(text, course.assets)
+    files, inside = meshes(text), meshes(whole)
     assert len(files) == len(inside) > 10
     for file, url in set(zip(files, inside, strict=True)):
         head, content = url.split(",")
@@ -127,28 +128,26 @@ def test_meshes_inside_are_those_of_the_files(course):
         read = read_mesh(Path(unquote(urlsplit(file).path)))
         turned = np.column_stack([mesh.vertices[:, 0], -mesh.vertices[:, 2], mesh.vertices[:, 1]])  # z up again
         assert np.allclose(turned[mesh.faces], read.points[read.triangles], atol=1e-6)
-    assert re.sub(r'filename="[^"]*"', "", text) == re.sub(r'filename="[^"]*"', "", with_meshes_inside(text))
+    assert re.sub(r'filename="[^"]*"', "", text) == re.sub(r'filename="[^"]*"', "", whole)
 
 
 @pytest.mark.parametrize("name", ["package://nowhere/a.stl", "file:///nowhere/a.stl", "http://localhost/a.stl"])
-def test_a_mesh_that_is_not_there_stays_as_it_is(name):
+def test_a_mesh_that_is_not_there_stays_as_it_is(course, name):
     text = f'<robot><link name="a"><visual><geometry><mesh filename="{name}"/></geometry></visual></link></robot>'
-    assert with_meshes_inside(text) == text
+    assert with_meshes_inside(text, course.assets) == text
 
 
-def test_a_boat_that_joined_over_a_network_gets_no_file_of_this_machine(scene, tmp_path):
+def test_a_urdf_from_elsewhere_gets_no_file_that_its_world_does_not_have(course, tmp_path):
     secret = tmp_path / "secret.stl"
     trimesh.creation.box().export(secret)
-    shapes = f'<visual><geometry><mesh filename="{secret.as_uri()}"/></geometry></visual>'
-    text = robot(link("sign", shapes=shapes))
-    scene.server._joined["new"] = type("Newcomer", (), {"text": text, "is_urdf": True})()
-    assert scene.server.description("new", whole=True) == scene.server.description("new")
-    assert secret.as_uri() in scene.server.description("new", whole=True)
+    text = f'<robot><mesh filename="{secret.as_uri()}"/></robot>'
+    assert with_meshes_inside(text, course.assets) == text
+    assert with_meshes_inside(text, [mesh_of_file(secret).file]) != text
 
 
 def test_every_boat_has_its_description_as_a_topic_with_its_meshes_inside(scene):
     scene.server.announce()
     for boat in scene.sim.boats:
         text = latched(scene, f"/{boat}/robot_description").data
-        assert text == with_meshes_inside(description(scene.sim.world, boat))
+        assert text == with_meshes_inside(description(scene.sim.world, boat), scene.sim.world.assets)
         assert not [name for name in meshes(text) if not name.startswith("data:")]
