@@ -59,7 +59,7 @@ def test_a_recording_s_plan_frames_the_track_that_was_sailed(tmp_path):
 def test_a_viewer_that_meets_what_it_follows_in_its_first_picture_looks_from_the_same_distance(follow):
     """It then goes to 1.5 times the diagonal of what the followed entity holds (rerun 0.41), whatever the views say."""
     scene = replace(recorded_run.scene(), follow=follow)
-    chunks = [*still_chunks(scene, b""), *boat_chunks(scene)]
+    chunks = [*still_chunks(scene), *boat_chunks(scene)]
     for view in (sea_view(scene), plan_view(scene)):
         (path,), eye = eye_of(view), view.properties["EyeControls3D"]
         columns = [chunk.to_record_batch().to_pydict() for chunk in chunks if chunk.entity_path == path]
