@@ -41,7 +41,7 @@ def geom_surface(model: mujoco.MjModel, geom: int) -> Surface:
     )
 
 
-@functools.cache
+@functools.lru_cache(maxsize=256)
 def _primitive(kind: int, size: tuple[float, float, float]) -> Triangles:
     shapes, (x, y, _) = mujoco.mjtGeom, size
     if kind == shapes.mjGEOM_BOX:
@@ -139,7 +139,7 @@ def _gathered(surface: Surface, cell: float) -> Surface:
     _, owner = np.unique(6 * index + 2 * axis + below, return_inverse=True)
     outward = np.argsort(np.linalg.norm(place - 0.5, axis=1), kind="stable")
     outermost = np.empty(owner.max() + 1, np.int64)
-    outermost[owner[outward]] = outward
+    outermost[owner[outward]] = outward  # the last one stays
     ordered = np.sort(owner[faces], axis=1)
     wide = np.flatnonzero((ordered[:, 0] < ordered[:, 1]) & (ordered[:, 1] < ordered[:, 2]))
     _, once = np.unique(ordered[wide], axis=0, return_index=True)

@@ -43,7 +43,7 @@ __all__ = ["Choice", "check_columns", "parts_of", "scene_of"]
 
 Looks = dict[str, list[Surface]]
 """Surfaces by the name of the body that carries them."""
-FINE_BOATS, MOST_FACES = 10, 1500
+FINE_BOATS, MOST_FACES = 10, 1200
 """Boats up to which each is drawn as it is; most triangles of a boat in a larger fleet."""
 
 
