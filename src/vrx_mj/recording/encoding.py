@@ -6,7 +6,6 @@ The parts are read from the file once, some at a time, and go as chunks into ano
 from __future__ import annotations
 
 import dataclasses
-import json
 import uuid
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -17,6 +16,7 @@ from rerun.chunk import Chunk, LazyChunkStream
 from vrx_mj.errors import RecordError
 from vrx_mj.outputs import written
 from vrx_mj.recording.blueprint import blueprint_bytes
+from vrx_mj.recording.boat_sets import sent_messages
 from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk, part_chunk
 from vrx_mj.recording.packing import row_count, unpack_rows
 from vrx_mj.recording.parts import APPLICATION, COMPANIES, EVENTS, FRAMES, ROWS, STATES, Part
@@ -54,13 +54,13 @@ def encode(raw: Path, scenes: Iterable[RecordScene], target: Path) -> None:
     """
     encoder = Encoder(iter(scenes))
     with written(target, "the recording", UnwrittenError) as draft:
-        stream = LazyChunkStream.from_iter(encoder.chunks(raw_parts(raw, target)))
+        stream = LazyChunkStream.from_iter(encoder.chunks(raw_parts(raw)))
         try:
             stream.write_rrd(draft, application_id=APPLICATION, recording_id=str(uuid.uuid4()))
         except RuntimeError as error:
             if encoder.error is None:
                 raise OSError(str(error)) from error
-            raise RecordError(f"cannot write the recording '{target}': {encoder.error}") from encoder.error
+            raise RecordError(f"cannot write the recording '{raw}': {encoder.error}") from encoder.error
         add_views(draft, encoder.views())
 
 
@@ -103,22 +103,22 @@ class Encoder:
 
     def _going(self, batch: Batch) -> Iterator[Chunk]:
         """What has come in a while, then the boats that have come and gone at its end."""
-        changes, states = batch.pop(COMPANIES, []), batch.pop(STATES, [])
-        frames = [written_frame(part) for part in batch.pop(FRAMES, [])]
+        found = {entity: batch.pop(entity, []) for entity in (STATES, ROWS, EVENTS, FRAMES, COMPANIES)}
+        states = [state for part in found[STATES] for state in written_states(part)]
+        frames = [frame for part in found[FRAMES] for frame in written_frames(part)]
         if states:
-            yield part_chunk(states)
-        if rows := [unpack_rows(part.blobs("block")[0]) for part in batch.pop(ROWS, [])]:
+            yield part_chunk(found[STATES])
+        if rows := [unpack_rows(blob) for part in found[ROWS] for blob in part.blobs("block")]:
             yield from self._moving(np.concatenate(rows))
-        if happened := batch.pop(EVENTS, []):
-            yield event_chunk(sorted(map(written_event, happened)))
-            yield from touch_chunks([event.touch for event in all_events(happened) if event.touch])
+        if events := sorted(event for part in found[EVENTS] for event in written_events(part)):
+            yield event_chunk(events)
+            yield from touch_chunks([event.touch for event in all_events(found[EVENTS]) if event.touch])
         if frames:
             yield frame_chunk(frames, self._moving.boat_set)
-        saved = [(part.times("time")[0], part.blobs("blob")[0]) for part in states]
-        yield from self._task(saved, frames)
+        yield from self._task(states, frames)
         for parts in batch.values():
             yield from self._sensed(parts)
-        for part in changes:
+        for part in found[COMPANIES]:
             before, self._scene = self._scene, next(self._scenes)
             self._moving.go_on(self._scene)
             self._task.go_on(self._scene.parameters)
@@ -143,15 +143,20 @@ def batches(parts: Iterable[Part]) -> Iterator[Batch]:
     yield batch
 
 
-def written_event(part: Part) -> tuple[float, str, str, str]:
-    """Time [s], text, level, and the JSON of a touch, of an event."""
-    (time,) = part.numbers("sim_time", "i")
-    text, level, touch = (part.texts(name)[0] for name in ("TextLog:text", "TextLog:level", "touch"))
-    return time / 1e9, text, level, touch
+def written_states(part: Part) -> Iterator[tuple[float, bytes]]:
+    """Times [s] and bytes of saved states."""
+    return zip(part.times("time"), part.blobs("blob"), strict=True)
 
 
-def written_frame(part: Part) -> WrittenFrame:
-    """Time [s], row and messages of a frame."""
-    (row,) = unpack_rows(part.blobs("block")[0])
-    (sent,) = part.texts("sent")
-    return float(row[0]), row, [message for _, messages in json.loads(sent) for message in messages]
+def written_events(part: Part) -> Iterator[tuple[float, str, str, str]]:
+    """Times [s], texts, levels, and the JSON of touches, of events."""
+    times = (time / 1e9 for time in part.numbers("sim_time", "i"))
+    return zip(times, *map(part.texts, ("TextLog:text", "TextLog:level", "touch")), strict=True)
+
+
+def written_frames(part: Part) -> Iterator[WrittenFrame]:
+    """Times [s], rows and messages of frames."""
+    for blob, text in zip(part.blobs("block"), part.texts("sent"), strict=True):
+        sent = dict(sent_messages(text))
+        for number, row in enumerate(unpack_rows(blob)):
+            yield float(row[0]), row, [[topic, content] for topic, content in sent.get(number, ())]

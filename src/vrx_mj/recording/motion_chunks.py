@@ -220,10 +220,14 @@ def exact_rows(rows: FloatArray, boat_set: int) -> Chunk:
     return Chunk.from_columns(ROWS, [times(rows[:1, 0])], columns)
 
 
+KEPT = ("time", "head", "files", "blob", "sequence", "numbers")
+"""Columns of parts that are in a recording as they are."""
+
+
 def part_chunk(parts: Sequence[Part]) -> Chunk:
     """Parts of one entity as they are."""
     columns: dict[str, Any] = {}
-    for name in parts[0].columns:
+    for name in (name for name in KEPT if name in parts[0].columns):
         cells: list[Any] = [cell for part in parts for cell in part.columns[name]]
         columns[name] = np.concatenate(cells) if isinstance(cells[0], np.ndarray) else cells
     index = [times(columns["time"])] if "time" in columns else []

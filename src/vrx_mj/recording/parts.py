@@ -183,4 +183,4 @@ def content_of(cell: Cell) -> tuple[str, bytes]:
     """Kind and bytes of a cell."""
     if isinstance(cell, np.ndarray):
         return cell.dtype.str, cell.tobytes()
-    return ("text", cell.encode()) if isinstance(cell, str) else ("bytes", cell or b"")
+    return ("text", cell.encode("utf-8", "replace")) if isinstance(cell, str) else ("bytes", cell or b"")

@@ -77,8 +77,8 @@ def is_raw(path: Path) -> bool:
         return stream.read(len(MAGIC)) == MAGIC
 
 
-def raw_parts(path: Path, named: Path) -> Iterator[Part]:
-    """The parts of a file, which messages call `named`, one after another, up to where it was cut or is damaged.
+def raw_parts(path: Path) -> Iterator[Part]:
+    """The parts of a file, one after another, up to where it was cut or is damaged.
 
     Raises:
         RecordError: it is of another version, or nothing of it is whole.
@@ -88,7 +88,7 @@ def raw_parts(path: Path, named: Path) -> Iterator[Part]:
         mark, version = HEAD.unpack(stream.read(HEAD.size).ljust(HEAD.size, b"\0"))
         if (mark, version) != (MAGIC, VERSION):
             found = f"version {version}; this version reads {VERSION}"
-            raise RecordError(f"'{named}' is the recording of a run that was not closed, {found}")
+            raise RecordError(f"'{path}' is the recording of a run that was not closed, {found}")
         while len(frame := stream.read(FRAME.size)) == FRAME.size:
             length, checksum = FRAME.unpack(frame)
             if length > left or zlib.crc32(block := stream.read(length)) != checksum:
@@ -96,10 +96,10 @@ def raw_parts(path: Path, named: Path) -> Iterator[Part]:
             try:
                 yield part_of(memoryview(block))
             except (ValueError, struct.error) as error:
-                raise RecordError(f"'{named}' is damaged: {str(error).splitlines()[0]}") from error
+                raise RecordError(f"'{path}' is damaged: {str(error).splitlines()[0]}") from error
             count += 1
     if not count:
-        raise RecordError(f"'{named}' is damaged: nothing of the run is in it")
+        raise RecordError(f"'{path}' is damaged: nothing of the run is in it")
 
 
 def part_of(block: memoryview) -> Part:

@@ -97,7 +97,7 @@ def parsed_file(file: Path, columns: Sequence[str], entities: Sequence[str], *, 
     """
     with reading(file), whole_file(file) as source:
         if is_raw(source):
-            found = (part.only(columns) for part in raw_parts(source, file) if part.entity in entities)
+            found = (part.only(columns) for part in raw_parts(source) if part.entity in entities)
             return Parsed(tuple(found), footer=False, views=False)
         arguments = ["whole" if whole else "ours", ",".join(columns), *entities]
         parsed = blocks_of(parser_output(file, source, "read", arguments), file, source)

@@ -22,9 +22,8 @@ __all__ = ["add_views"]
 
 TRAILER, MARK = struct.Struct("<QQI4s4sI"), b"FOOT"
 """End of a file: where its table of contents begins, its length [bytes] and checksum, and that it is the only one."""
-TABLE, PAYLOAD, COMPRESSION, SIZE = 4, 2, 3, 4
-"""Fields of a store's table of contents: the Arrow table; and of that: its bytes, how compressed, and size before."""
-UNCOMPRESSED = 1
+TABLE, PAYLOAD, SIZE = 4, 2, 4
+"""Fields of a store's table of contents: the Arrow table; and of that: its bytes, as LZ4, and their number before."""
 OFFSETS = "chunk_byte_offset"
 """Column of the places of chunks [bytes]."""
 
@@ -68,17 +67,16 @@ def moved(contents: bytes, by: int) -> bytes:
 def moved_table(table: int | bytes, by: int) -> bytes:
     """The places of a store's chunks, so many bytes later."""
     assert isinstance(table, bytes), "a message"
-    found = dict(fields(table))
-    plain = pa.Codec("lz4_raw").decompress(found[PAYLOAD], decompressed_size=found[SIZE])
-    rows = pa.ipc.open_stream(plain).read_all()
+    found, codec = dict(fields(table)), pa.Codec("lz4_raw")
+    rows = pa.ipc.open_stream(codec.decompress(found[PAYLOAD], decompressed_size=found[SIZE])).read_all()
     offsets = pa.array(rows[OFFSETS].to_numpy() + np.uint64(by))
     column = rows.schema.get_field_index(OFFSETS)
     rows = rows.set_column(column, rows.schema.field(column), offsets)
     sink = pa.BufferOutputStream()
     with pa.ipc.new_stream(sink, rows.schema) as writer:
         writer.write_table(rows)
-    payload = sink.getvalue().to_pybytes()
-    return message({**found, PAYLOAD: payload, COMPRESSION: UNCOMPRESSED, SIZE: len(payload)}.items())
+    plain = sink.getvalue()
+    return message({**found, PAYLOAD: codec.compress(plain, asbytes=True), SIZE: len(plain)}.items())
 
 
 def fields(text: bytes) -> Iterator[tuple[int, int | bytes]]:

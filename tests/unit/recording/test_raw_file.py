@@ -80,7 +80,7 @@ def test_parts_come_back(columns, tmp_path_factory):
     file = RawFile(path)
     file.append("/some/where", columns)
     file.close()
-    (found,) = raw_parts(path, path)
+    (found,) = raw_parts(path)
     assert repr(cells(found)) == repr(cells(Part("/some/where", static=False, columns=columns)))
 
 
