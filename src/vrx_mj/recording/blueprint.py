@@ -24,7 +24,7 @@ from vrx_mj.recording.eyes import (
 )
 from vrx_mj.recording.record_scene import RecordedSensor, RecordScene
 from vrx_mj.recording.sensor_chunks import track_path
-from vrx_mj.recording.static_chunks import LEGEND_PATH, NAME_WIDTH, NAMES
+from vrx_mj.recording.static_chunks import FEW_NAMES, LEGEND_PATH, NAMES, name_width
 from vrx_mj.recording.task_chunks import MARKS, PLOT, STEPS, WORDS
 from vrx_mj.recording.timeline import TIMELINE
 from vrx_mj.sensors.registry import SENSOR_KINDS
@@ -36,8 +36,6 @@ PLAN_WATER = (16, 45, 66)
 GRID = (150, 190, 215, 60)
 LEGEND = 2
 """Most series of thrusters that a plot's legend lists: a longer one would hide the plot."""
-FEW_LINES = 4
-"""Most lines of the legend that stay in view; more have a place that they share with the events."""
 TASK = (PLOT.rpartition("/")[2], "Score")
 BESIDE = (
     (("speed", "Speed [m/s]"), ("course", "Course, compass [°]")),
@@ -89,14 +87,15 @@ def layout(
     """The views and their places; `live`: at the newest moment instead of playing from the first."""
     pictured = bool(scene.of_type("camera"))
     left = rrb.Vertical(sea_view(scene), below(scene), row_shares=[1.7 if pictured else 3.4, 1])
-    lines = math.ceil(len(scene.roster()) / NAMES)
+    boats = len(scene.roster())
     story = [steps_view(), log_view()] if has_task(scene) else [log_view(), steps_view()]
     rows: list[rrb.View | rrb.Container] = [*beside(scene, result), rrb.Tabs(*story)]
     shares = [*[1.0] * (len(rows) - 1), 1.2]
-    if lines > FEW_LINES:
-        rows, shares = [*rows[:-1], rrb.Tabs(legend_view(lines), *story)], [*shares[:-1], 2.4]
-    elif len(scene.roster()) > 1:
-        rows, shares = [*rows[:-2], legend_view(lines), *rows[-2:]], [*shares[:-2], 0.22 * lines, *shares[-2:]]
+    if boats > FEW_NAMES:
+        rows, shares = [*rows[:-1], rrb.Tabs(legend_view(boats), *story)], [*shares[:-1], 3.0]
+    elif boats > 1:
+        height = 0.22 * math.ceil(boats / NAMES)
+        rows, shares = [*rows[:-2], legend_view(boats), *rows[-2:]], [*shares[:-2], height, *shares[-2:]]
     right = rrb.Vertical(plan_view(scene, track), *rows, row_shares=[2.4, *shares])
     return rrb.Blueprint(
         rrb.Horizontal(left, right, column_shares=[2, 1]),
@@ -124,10 +123,11 @@ def has_task(scene: RecordScene) -> bool:
     return bool(scene.parameters and scene.parameters.task)
 
 
-def legend_view(lines: int) -> rrb.Spatial2DView:
-    """The names of the boats in their colours, in so many lines beside the plots, which it does not hide."""
-    bounds = rrb.VisualBounds2D(x_range=(-NAME_WIDTH / 2, (NAMES - 0.5) * NAME_WIDTH), y_range=(-0.3, lines - 0.1))
-    return rrb.Spatial2DView(name="Boats", origin=LEGEND_PATH, titlebar=lines > FEW_LINES, visual_bounds=bounds)
+def legend_view(boats: int) -> rrb.Spatial2DView:
+    """The names of so many boats in their colours, beside the plots: few stay in view, many share a place."""
+    width, lines = name_width(boats), math.ceil(boats / NAMES)
+    bounds = rrb.VisualBounds2D(x_range=(-width / 2, (NAMES - 0.5) * width), y_range=(-0.3, lines - 0.1))
+    return rrb.Spatial2DView(name="Boats", origin=LEGEND_PATH, titlebar=boats > FEW_NAMES, visual_bounds=bounds)
 
 
 def below(scene: RecordScene) -> rrb.Container:
@@ -198,8 +198,14 @@ def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatia
             eye_up=(*north, 0.0),
             tracking_entity=PLANNED if track is None else None,
         ),
-        overrides=trails(scene),
+        overrides=trails(scene) | unnamed(scene),
     )
+
+
+def unnamed(scene: RecordScene) -> dict[str, Any]:
+    """Names of many boats hidden, which would cover the plan: dots in their colours stay."""
+    names = scene.roster() if len(scene.roster()) > FEW_NAMES else ()
+    return {f"/world/boats/{name}/label": rr.Points3D.from_fields(show_labels=False) for name in names}
 
 
 def bare() -> rrb.archetypes.SpatialInformation:

@@ -11,19 +11,9 @@ from vrx_mj.draw.course import course_of
 from vrx_mj.recording.record_scene import RecordScene
 
 __all__ = [
-    "FLEET",
-    "PLAN",
-    "PLANNED",
-    "PLAN_LINE",
-    "PLAN_SLOPE",
-    "around",
-    "east_and_north",
-    "fleet_circle",
-    "followed_circle",
-    "followed_path",
-    "plan_eye",
-    "sea_eye",
-]
+    "FLEET", "PLAN", "PLANNED", "PLAN_LINE", "PLAN_SLOPE", "around", "east_and_north", "fleet_circle",
+    "followed_circle", "followed_path", "plan_eye", "sea_eye",
+]  # fmt: skip
 
 FLEET, PLANNED, PLAN = "/world/fleet", "/world/fleet/plan", "/world/plan"
 """Entities: in the middle of what the camera follows, what a plan follows there, and one that frames a track."""
@@ -49,7 +39,7 @@ def around(distance: float) -> list[list[float]]:
 
 def sea_eye(reach: float) -> FloatArray:
     """The way (3,) [m] from what the sea's view follows to its eye; all of it is within `reach` [m]."""
-    return (9.0 + 1.5 * reach) * np.array([-0.72, -0.72, 0.42])
+    return (9.0 + 1.7 * reach) * np.array([-0.72, -0.72, 0.42])
 
 
 def plan_eye(scene: RecordScene, track: FloatArray | None = None) -> tuple[FloatArray, float]:

@@ -28,13 +28,14 @@ from vrx_mj.recording.timeline import shown, static
 from vrx_mj.recording.water_chunks import wake_looks, wake_path
 
 __all__ = [
+    "FEW_NAMES",
     "LEGEND_PATH",
     "NAMES",
-    "NAME_WIDTH",
     "UNSEEN",
     "boat_chunks",
     "change_chunks",
     "mesh",
+    "name_width",
     "pose",
     "shown",
     "static",
@@ -47,8 +48,8 @@ UNSEEN = (30, 70, 94, 0)
 """Colour of points of no size, which are specks all the same: that of water."""
 WHITE = (1.0, 1.0, 1.0, 1.0)
 BALL_COLOR = (40, 90, 255)
-LEGEND_PATH, NAMES, NAME_WIDTH = "/boats", 7, 2.5
-"""The entity of the boats' names, how many of them are in a line, and the width of each in heights of the line."""
+LEGEND_PATH, NAMES, FEW_NAMES = "/boats", 7, 28
+"""The entity of the boats' names, how many of them are in a line, and how many are few."""
 SHORE_HEIGHT = 0.15
 """Height of the shoreline [m], so that the sea does not hide it."""
 
@@ -165,10 +166,16 @@ def fleet_chunks(scene: RecordScene) -> Iterator[Chunk]:
         yield static(path, rr.Points3D(around(distance), colors=[UNSEEN], radii=[0.0]))
 
 
+def name_width(boats: int) -> float:
+    """Width of a name in the legend, in heights of its line: the lines of many are lower."""
+    return 2.5 if boats <= FEW_NAMES else 3.4
+
+
 def legend_chunk(scene: RecordScene) -> Chunk:
     """The names of all boats in their colours, as a picture."""
     colors = scene.colors()
-    spots = [(number % NAMES * NAME_WIDTH, number // NAMES) for number in range(len(colors))]
+    width = name_width(len(colors))
+    spots = [(number % NAMES * width, number // NAMES) for number in range(len(colors))]
     points = rr.Points2D(
         spots, labels=list(colors), colors=list(colors.values()), radii=[rr.Radius.ui_points(4.0)], show_labels=True
     )

@@ -23,13 +23,12 @@ __all__ = ["WeatherChunks", "plan_chunks"]
 
 RATE = 2.0
 """Arrows and figures [Hz]."""
-FIGURES = {
-    "wind": "wind {0:.1f} m/s from {1:.0f} deg",
-    "waves": "waves Hs {0:.2g} m, Tp {2:.2g} s from {1:.0f} deg",
-    "current": "current {0:.2g} m/s toward {1:.0f} deg",
+KINDS = {
+    "wind": (WIND_COLOR, "wind {0:.1f} m/s from {1:.0f} deg"),
+    "waves": (WAVE_COLOR, "waves Hs {0:.2g} m, Tp {2:.2g} s from {1:.0f} deg"),
+    "current": (CURRENT_COLOR, "current {0:.2g} m/s toward {1:.0f} deg"),
 }
-"""Texts: speed or significant height, compass direction, period."""
-COLORS = {"wind": WIND_COLOR, "waves": WAVE_COLOR, "current": CURRENT_COLOR}
+"""Colours, and texts of speed or significant height, compass direction and period."""
 
 
 class Corner(NamedTuple):
@@ -83,10 +82,9 @@ def flows(scene: RecordScene, rows: FloatArray) -> dict[str, npt.NDArray[np.comp
 def figures(scene: RecordScene, name: str, flow: npt.NDArray[np.complex128]) -> list[str]:
     """What a flow (n,) is, in words."""
     x = scene.parameters.x_from_east if scene.parameters else 0.0
-    back = math.pi if " from " in FIGURES[name] else 0.0
-    bearings = np.round(compass(np.angle(flow) + x + back)) % 360.0
-    period = scene.parameters.sea.period if scene.parameters else math.nan
-    return [FIGURES[name].format(*pair, period) for pair in zip(np.abs(flow), bearings, strict=True)]
+    text, period = KINDS[name][1], scene.parameters.sea.period if scene.parameters else math.nan
+    bearings = np.round(compass(np.angle(-flow if " from " in text else flow) + x)) % 360.0
+    return [text.format(*pair, period) for pair in zip(np.abs(flow), bearings, strict=True)]
 
 
 class WeatherChunks:
@@ -121,7 +119,7 @@ class WeatherChunks:
 
 def still_weather(scene: RecordScene) -> Iterator[Chunk]:
     """Colours and places of arrows and figures, and the size of those beside the boats."""
-    colors = [COLORS[name] for name in scene.weather()]
+    colors = [KINDS[name][0] for name in scene.weather()]
     for corner in corners_of(scene):
         yield static(corner.path, rr.Arrows3D.from_fields(colors=colors, radii=[rr.Radius.ui_points(2.5)]))
         spots, tints = corner.spots(corner.text, len(colors)), [text_color(color) for color in colors]

@@ -94,7 +94,7 @@ def names_of(part):
     return [name for one in part.contents for name in names_of(one)]
 
 
-@pytest.mark.parametrize(("boats", "heights"), [(1, []), (3, [0.22]), (20, [0.66]), (100, [2.4])])
+@pytest.mark.parametrize(("boats", "heights"), [(1, []), (3, [0.22]), (20, [0.66]), (100, [3.0])])
 def test_the_names_of_many_boats_are_beside_the_plots(boats, heights):
     """One line holds seven names; a hundred have a place of their own, which they share with the events."""
     _, right = layout(recorded_run.scene(boats=boats)).root_container.contents
