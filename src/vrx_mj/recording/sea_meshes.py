@@ -177,7 +177,7 @@ def patch_heights(sea: Swell, lines: Lines, time: FloatArray, pose: FloatArray) 
     last = len(time) - 1
     some = np.append(np.arange(0, last, 2), last)
     points = patch_points(lines, pose[some])
-    over = np.asarray(sea.height(points[..., 0], points[..., 1], time[some, None, None])) - points[..., 2]
+    over = np.asarray(sea.height(points[0], points[1], time[some, None, None])) - points[2]
     across, along = np.gradient(over, *lines[::-1], axis=(1, 2))
     ahead, aside, upright = np.moveaxis(_axes(pose[some])[:, :, 2], 1, 0)[..., None, None]
     z = over * upright * (1.0 - along * ahead - across * aside)
@@ -189,9 +189,9 @@ def patch_heights(sea: Swell, lines: Lines, time: FloatArray, pose: FloatArray) 
 
 
 def patch_points(lines: Lines, pose: FloatArray) -> FloatArray:
-    """Places (n, rows, columns, 3) [m] of a patch's vertices, were all in the frame's plane."""
-    bow, port = np.moveaxis(_axes(pose)[:, :2], 1, 0)[:, :, None, None]
-    points: FloatArray = pose[:, None, None, :3] + bow * lines[0][:, None] + port * lines[1][:, None, None]
+    """Coordinates (3, n, rows, columns) [m] of a patch's vertices, were all in the frame's plane."""
+    place, bow, port = (each.T[..., None, None] for each in (pose[:, :3], *np.moveaxis(_axes(pose)[:, :2], 1, 0)))
+    points: FloatArray = place + bow * lines[0] + port * lines[1][:, None]
     return points
 
 

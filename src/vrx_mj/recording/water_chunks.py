@@ -115,8 +115,8 @@ class WaterChunks:
         """The sea around boats with poses (n, boats, 7), as a mesh, wakes on it, and its colours for hulls' water."""
         hulls = [self._hulls[boat] for boat in boats]
         reach = np.array([np.hypot(*(np.abs(line).max() - sea.RIM for line in lines)) for lines in hulls])
-        points = [sea.patch_points(lines, poses[:, i]).reshape(len(time), -1, 3) for i, lines in enumerate(hulls)]
-        patches = np.concatenate(points, axis=1)
+        points = [sea.patch_points(lines, poses[:, i]).reshape(3, len(time), -1) for i, lines in enumerate(hulls)]
+        patches = np.moveaxis(np.concatenate(points, axis=-1), 0, -1)
         drawn: dict[str, list[tuple[npt.NDArray[Any], ...]]] = defaultdict(list)
         for frames, grid in self._grids(poses[..., :2]):
             path = f"/world/sea/{len(grid.y)}x{len(grid.x)}"
@@ -133,7 +133,7 @@ class WaterChunks:
             drawn["hulls"].append((height, sea.colors(grid.sampled(bright, patches[frames]))))
         height, wet = map(np.concatenate, zip(*drawn.pop("hulls"), strict=True))
         foam = np.concatenate([wakes, height[..., None]], axis=-1).astype(np.float32)
-        ends = np.cumsum([part.shape[1] for part in points])
+        ends = np.cumsum([part.shape[-1] for part in points])
         for path, parts in drawn.items():
             moments, positions, seen = zip(*parts, strict=True)
             yield mesh_chunk(path, np.concatenate(moments), vertex_positions=positions, vertex_colors=seen)
