@@ -31,6 +31,8 @@ LEAST_HEIGHT = 0.5
 """Height of the eye over a calm sea from which the angles are measured, at least [m]."""
 FINE, COARSE = 0.4 * math.pi, 0.8 * math.pi
 """Phases between neighbours up to which a wave is drawn whole, a fifth of its length, and from which not at all."""
+LIT = 1.6
+"""How much smaller the squares of these phases are for light and foam, which change faster than the heights."""
 EDGE = 0.01
 """The palette's numbers 0 and 1 lie this far from its borders, beyond which a texture begins again."""
 PLAIN = 0.5
@@ -79,7 +81,8 @@ def spokes() -> FloatArray:
 def fan_triangles() -> npt.NDArray[np.int32]:
     """Return the triangles of the fan, counter-clockwise from above; point (ring, spoke) is ring * SPOKES + spoke."""
     corner = (np.arange(RINGS - 1)[:, None] * SPOKES + np.arange(SPOKES - 1)).reshape(-1, 1)
-    return (corner + np.array([0, SPOKES, SPOKES + 1, 0, SPOKES + 1, 1])).reshape(-1, 3).astype(np.int32)
+    pairs = corner + np.array([0, SPOKES, SPOKES + 1, 0, SPOKES + 1, 1])  # side by side, they share what is lit
+    return np.asarray(pairs.reshape(-1, 3), np.int32)
 
 
 def ripples(waves: Table) -> Table:
@@ -147,10 +150,8 @@ def draw_surface(
     t: float,
     eye: FloatArray,
     sun: FloatArray,
-    course: float,
     half: float,
     distances: FloatArray,
-    places: FloatArray,
     floats: FloatArray,
     sums: FloatArray,
     vertices: npt.NDArray[np.float32],
@@ -159,26 +160,22 @@ def draw_surface(
 ) -> None:
     """Write points (n, 3) [m, world], unit normals (n, 3) and places on the palette (n, 2) at time `t` [s].
 
-    The fan's apex lies under `eye` (3,) [m]; it opens by `half` [rad] to both sides of `course` [rad,
-    counter-clockwise from east], and `half` = pi is the whole circle. `sun` (3,) points to the sun. `shading` are
-    waves that only tilt the normals. `floats` (m, 7) stand in the water: east, north, direction of an edge (2,), half
-    its length and half the other's [m], and how much foam surrounds them, 0 to 1. `sums` (8, spokes) is overwritten.
-    Near the eye heights are `surface_height`.
+    The fan's apex lies under `eye` (3,) [m]; `half` [rad] is half its angle. `sun` (3,) points to the sun. `shading`
+    are waves that only tilt the normals. `floats` (m, 7) stand in the water: east, north, direction of an edge (2,),
+    half its length and half the other's [m], and how much foam surrounds them, 0 to 1. `sums` (8, spokes) begins with
+    the directions of the spokes, to the east and north; the rest is overwritten. Near the eye heights are
+    `surface_height`.
     """
-    grown = ramp(sea, t)
-    for spoke in range(places.size):
-        angle = course + half * places[spoke]
-        sums[0, spoke], sums[1, spoke] = math.cos(angle), math.sin(angle)
+    grown, count = ramp(sea, t), sums.shape[1]
     for ring in range(distances.size):
         r = distances[ring]
         gap = 0.5 * (distances[min(ring + 1, distances.size - 1)] - distances[max(ring - 1, 0)])
-        beside = r * half * 2.0 / (places.size - 1)
+        beside = r * half * 2.0 / (count - 1)
         sums[2:] = 0.0
-        for i in range(waves.size):
-            _add_wave(waves[i], 1.0, sea.gravity, eye, r, gap, beside, t, sums)
-        for i in range(shading.size):
-            _add_wave(shading[i], 0.0, sea.gravity, eye, r, gap, beside, t, sums)
-        for spoke in range(places.size):
+        for i in range(waves.size + shading.size):
+            own, lift = (waves[i], 1.0) if i < waves.size else (shading[i - waves.size], 0.0)
+            _add_wave(own, lift, sea.gravity, eye, r, gap, beside, t, sums)
+        for spoke in range(count):
             height, east, north, rough, fall, falls = sums[2:, spoke]
             z, slope = sea.level + grown * height, (grown * east, grown * north)
             x, y = eye[0] + r * sums[0, spoke], eye[1] + r * sums[1, spoke]
@@ -188,7 +185,7 @@ def draw_surface(
             mirrored, glitter = _shade(slope, view, sun, grown * grown * rough)
             foam = _exceeded(BREAKING - grown * fall, math.sqrt(grown * grown * falls + SOFT * SOFT))
             foam = max(foam, _fringe(floats, x, y, FRINGE + 0.5 * max(gap, beside)))
-            row = ring * places.size + spoke
+            row = ring * count + spoke
             vertices[row, 0], vertices[row, 1], vertices[row, 2] = x, y, z
             normals[row, 0], normals[row, 1], normals[row, 2] = -slope[0] / length, -slope[1] / length, 1.0 / length
             palette[row, 0] = EDGE + (1.0 - 2.0 * EDGE) * mirrored
@@ -216,6 +213,13 @@ def _fringe(floats: FloatArray, x: float, y: float, width: float) -> float:
 
 
 @kernel
+def _share(turn: float) -> float:
+    """Return how much is drawn of a wave whose phase from point to point has a square `turn`, 0 to 1."""
+    x = min(max((COARSE * COARSE - turn) / (COARSE * COARSE - FINE * FINE), 0.0), 1.0)
+    return x * x * (3.0 - 2.0 * x)
+
+
+@kernel
 def _add_wave(
     wave: Record, lift: float, gravity: float, eye: FloatArray, r: float, gap: float, beside: float, t: float,
     sums: FloatArray,
@@ -223,7 +227,7 @@ def _add_wave(
     """Add a wave to the sums of a ring at a distance `r` [m], whose cells are `gap` long and `beside` wide [m].
 
     `sums` are east and north of the spokes; height [m], slopes to the east and north, the variance of the slopes that
-    are not drawn, and the downward acceleration [g] with the variance of what is not drawn of it. `lift` 0: slopes
+    are not lit, and the downward acceleration [g] with the variance of what is not counted of it. `lift` 0: slopes
     alone.
     """
     k, east, north = wave.wavenumber, wave.direction[0], wave.direction[1]
@@ -234,13 +238,12 @@ def _add_wave(
         c, s = sums[0, spoke], sums[1, spoke]
         along, across = k * (east * c + north * s), k * (north * c - east * s)
         turn = (along * gap) ** 2 + (across * beside) ** 2
-        x = min(max((COARSE * COARSE - turn) / (COARSE * COARSE - FINE * FINE), 0.0), 1.0)
-        share = x * x * (3.0 - 2.0 * x)
+        share, lit = _share(turn), _share(LIT * turn)
         cosine, sine = near_cosine_and_sine(phase + along * r)
-        lost = 0.5 * (1.0 - share * share)
+        lost = 0.5 * (1.0 - lit * lit)
         sums[2, spoke] += share * a * cosine
-        sums[3, spoke] -= share * steep * sine * east
-        sums[4, spoke] -= share * steep * sine * north
+        sums[3, spoke] -= lit * steep * sine * east
+        sums[4, spoke] -= lit * steep * sine * north
         sums[5, spoke] += lost * steep * steep
-        sums[6, spoke] += share * fall * cosine
+        sums[6, spoke] += lit * fall * cosine
         sums[7, spoke] += lost * fall * fall

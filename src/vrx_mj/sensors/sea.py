@@ -118,6 +118,7 @@ class SeaSkin(Skin):
         `elevations` are the lowest and the highest direction that is seen [rad], `floats` what foam surrounds.
         """
         if self.wet:
+            self._sums[:2] = np.cos(course + half * self._spokes), np.sin(course + half * self._spokes)
             sea, deviation = self._sea[0], math.sqrt(0.5 * float(np.sum(self._waves["amplitude"] ** 2)))
             draw_surface(
                 self._waves,
@@ -126,10 +127,8 @@ class SeaSkin(Skin):
                 float(time),
                 np.asarray(eye, np.float64),
                 np.asarray(sun, np.float64),
-                float(course),
                 float(half),
                 ring_distances(float(eye[2] - sea["level"]), deviation, *elevations),
-                self._spokes,
                 floats,
                 self._sums,
                 self.vertices,

@@ -1,4 +1,4 @@
-"""The sea as cameras see it: the waves that push, as far as points can carry them, and in the light what they cannot."""
+"""The sea as cameras see it: the waves that push, as far as points carry them, and in the light what they do not."""
 
 import math
 from itertools import pairwise
@@ -38,8 +38,9 @@ def surface(waves, water, *, height=1.8, elevations=LEVEL_VIEW, shading=NO_RIPPL
     distances = ring_distances(height, 0.2, *elevations)
     points, normals, palette = (np.zeros((RINGS * SPOKES, width), np.float32) for width in (3, 3, 2))
     eye, sums = np.array([3.0, -2.0, height]), np.zeros((8, SPOKES))
+    sums[:2] = np.cos(COURSE + HALF * spokes()), np.sin(COURSE + HALF * spokes())
     draw_surface(
-        waves, shading, water, TIME, eye, sun, COURSE, HALF, distances, spokes(), floats, sums, points, normals, palette
+        waves, shading, water, TIME, eye, sun, HALF, distances, floats, sums, points, normals, palette
     )  # fmt: skip
     return distances, *(values.astype(float).reshape(RINGS, SPOKES, -1) for values in (points, normals, palette))
 
