@@ -129,5 +129,5 @@ def _embedded(file: Path) -> tuple[str, str]:
 
     mesh = read_mesh(file)
     upright = mesh.points[:, [0, 2, 1]] * [1.0, 1.0, -1.0]  # glTF has y up
-    content = trimesh.Trimesh(upright, mesh.triangles, process=False).export(file_type="glb")
+    content = trimesh.Trimesh(upright, mesh.triangles).export(file_type="glb")
     return mesh_of_file(file).file, f"data:model/gltf-binary;base64,{base64.b64encode(content).decode()}"
