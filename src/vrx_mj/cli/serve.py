@@ -29,8 +29,7 @@ class CmdVel(Enum):
 
 Rosbridge = Annotated[int | None, typer.Option(help="Serve rosbridge v2; the port may be left out: 9090.")]
 Foxglove = Annotated[
-    int | None,
-    typer.Option(help="Serve Foxglove and Lichtblick, to look at; the port may be left out: 8765."),
+    int | None, typer.Option(help="Serve Foxglove and Lichtblick, to look at; the port may be left out: 8765.")
 ]
 Waits = Annotated[
     str | None,
@@ -82,10 +81,9 @@ def serve(
 
     Example: vrx-mj serve example_course --fleet usv_config --ros1
     """
-    source, given = opened_by(world, arguments)
-    none = not (ros1 or ros2 or rosbridge is not None or foxglove is not None)
+    none = not (ros1 or ros2) and (rosbridge, foxglove) == (None, None)
     _run(
-        *(source, fleet, {"seed": seed, "nudge": nudge, "arguments": given}, record),
+        *(opened_by(world, arguments), fleet, {"seed": seed, "nudge": nudge}, record),
         ros1=ros1 or none,
         rosbridge=int(DEFAULT_PORT) if none else rosbridge,
         foxglove=foxglove,
@@ -103,7 +101,9 @@ def serve(
     )
 
 
-def _run(world: str, fleet: str | None, options: dict[str, Any], record: Path | None, **wanted: Any) -> None:
+def _run(
+    opened: tuple[str, Any], fleet: str | None, options: dict[str, Any], record: Path | None, **wanted: Any
+) -> None:
     """Compile and serve; imports wait until they are needed."""
     check_installed(
         rosbridge=wanted["rosbridge"] is not None, ros2=wanted["ros2"], foxglove=wanted["foxglove"] is not None
@@ -117,7 +117,7 @@ def _run(world: str, fleet: str | None, options: dict[str, Any], record: Path | 
 
     logging.getLogger("vrx_mj").addHandler(_Log())
     services = Wanted(**wanted | {"origins": checked_origins(wanted["origins"])})
-    sim = Simulation(compile_world(world, fleet=fleet, **options))
+    sim = Simulation(compile_world(opened[0], fleet=fleet, arguments=opened[1], **options))
     with recording(sim, record, ()):
         run(sim, services, report=_log_line, status=_status())
 

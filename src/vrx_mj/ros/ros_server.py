@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 from typing import NamedTuple
 
@@ -127,7 +128,7 @@ class Publisher:
         last, written = self._last.get(output.name, (None, b""))
         if message is last:
             return False
-        now = encode(message, output.type)
+        now = sha256(encode(message, output.type)).digest()
         self._last[output.name] = message, now
         return now != written
 

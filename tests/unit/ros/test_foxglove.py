@@ -112,7 +112,7 @@ def test_a_scene_has_the_shapes_places_and_colours_of_the_markers(server, monkey
     markers = server.table.outputs[MARKERS].make()
     scene = foxglove._scene(markers)
     for number, kind in {1: "cubes", 2: "spheres", 3: "cylinders", 11: "triangles"}.items():
-        made = [(one.id, shape) for one in scene.entities for shape in getattr(one, kind)]
+        made = [(one.id, shape) for one in scene.entities for shape in getattr(one, kind, ())]
         there = [one for own in scene.entities for one in markers.markers if (one.ns, one.type) == (own.id, number)]
         assert len(made) == len(there)
         for (space, shape), marker in zip(made, there, strict=True):

@@ -266,15 +266,13 @@ class BoatFrames:
 
             yield Output(f"{stem}/{name}", "tf2_msgs/TFMessage", make, rate, latched=rate == 0.0, dialects=VRX3)
         if self.description is not None:
-            for dialects, written in ((VRX3, self._named), (VRX, self._whole)):
-                text = cache(partial(_text, written))
+            for dialects, whole in ((VRX3, False), (VRX, True)):
+                text = cache(partial(self._described, whole))
                 yield Output(f"{stem}/robot_description", "std_msgs/String", text, latched=True, dialects=dialects)
 
-    def _named(self) -> str:
-        return self.description or ""
-
-    def _whole(self) -> str:
-        return with_meshes_inside(self.description or "", self._host.sim.world.assets)
+    def _described(self, whole: bool) -> Message:
+        text = self.description or ""
+        return new("std_msgs/String", data=with_meshes_inside(text, self._host.sim.world.assets) if whole else text)
 
     @cached_property
     def description(self) -> str | None:
@@ -370,10 +368,6 @@ class BoatFrames:
             share = drive.command(thrust[name]) / drive.max_command
             self._spins[name] = self._spins.get(name, Spin()).after(max(passed, 0.0), share)
         return self._spins
-
-
-def _text(written: Callable[[], str]) -> Message:
-    return new("std_msgs/String", data=written())
 
 
 def _joints_of(row: Thruster, moving: Sequence[BoatJoint]) -> ThrusterJoints:

@@ -74,41 +74,36 @@ def _markers(world: World, start: FloatArray) -> Iterator[Message]:
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     shown = {name for one in displays_of(world.parameters) for names in one.parts.values() for name in names}
-    docks = tuple(f"{dock.name}/" for dock in world.parameters.docks)
-    boats = tuple(f"{boat}/" for boat in world.boats)
+    docks, boats = tuple(f"{dock.name}/" for dock in world.parameters.docks), tuple(f"{boat}/" for boat in world.boats)
     for geom in range(model.ngeom):
         name, body = model.geom(geom).name, model.body(model.geom_bodyid[geom]).name
         touches = model.geom_contype[geom] or model.geom_conaffinity[geom]
         if touches or name in shown or body.startswith(boats) or int(model.geom_type[geom]) not in SHAPES:
             continue
         space = "docks" if body.startswith(docks) else "objects" if model.geom_bodyid[geom] else "shore"
-        quaternion = np.empty(4)
+        shape, quaternion = SHAPES[int(model.geom_type[geom])], np.empty(4)
         mujoco.mju_mat2Quat(quaternion, data.geom_xmat[geom])
-        marker = new(
+        x, y, z = (2.0 * float(value) for value in model.geom_size[geom])
+        sizes = {TRIANGLES: (1.0, 1.0, 1.0), CYLINDER: (x, x, y)}
+        yield new(
             "visualization_msgs/Marker",
             header=header(0.0, START),
             ns=space,
             id=geom,
-            type=SHAPES[int(model.geom_type[geom])],
+            type=shape,
             pose={"position": vector(data.geom_xpos[geom] - start), "orientation": turned(quaternion)},
+            scale=vector(sizes.get(shape, (x, y or x, z or x))),
             color=dict(zip("rgba", map(float, model.geom_rgba[geom]), strict=True)),
+            points=_corners(model, int(model.geom_dataid[geom])) if shape == TRIANGLES else [],
             frame_locked=True,
         )
-        _size(marker, model, geom)
-        yield marker
 
 
-def _size(marker: Message, model: mujoco.MjModel, geom: int) -> None:
-    """Give a marker the size of a geom, or its triangles."""
-    x, y, z = (2.0 * float(value) for value in model.geom_size[geom])
-    size = {CUBE: (x, y, z), SPHERE: (x, y or x, z or x), CYLINDER: (x, x, y), TRIANGLES: (1.0, 1.0, 1.0)}[marker.type]
-    marker.scale = new("geometry_msgs/Vector3", **vector(size))
-    if marker.type == TRIANGLES:
-        mesh = model.mesh(int(model.geom_dataid[geom]))
-        first, count = int(mesh.faceadr[0]), int(mesh.facenum[0])
-        corners = model.mesh_face[first : first + count].ravel() + int(mesh.vertadr[0])
-        point = kind("geometry_msgs/Point")
-        marker.points = [point(*xyz) for xyz in model.mesh_vert[corners].tolist()]
+def _corners(model: mujoco.MjModel, number: int) -> list[Message]:
+    """Three points for each triangle of a mesh, in its own frame."""
+    mesh, point = model.mesh(number), kind("geometry_msgs/Point")
+    faces = model.mesh_face[int(mesh.faceadr[0]) :][: int(mesh.facenum[0])]
+    return [point(*xyz) for xyz in model.mesh_vert[faces.ravel() + int(mesh.vertadr[0])].tolist()]
 
 
 def with_meshes_inside(text: str, assets: Collection[str]) -> str:
@@ -134,5 +129,5 @@ def _embedded(file: Path) -> tuple[str, str]:
 
     mesh = read_mesh(file)
     upright = mesh.points[:, [0, 2, 1]] * [1.0, 1.0, -1.0]  # glTF has y up
-    content = trimesh.Trimesh(upright, mesh.triangles, process=False).export(file_type="glb")
+    content = trimesh.Trimesh(upright, mesh.triangles).export(file_type="glb")
     return mesh_of_file(file).file, f"data:model/gltf-binary;base64,{base64.b64encode(content).decode()}"
