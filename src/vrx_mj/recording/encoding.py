@@ -7,18 +7,20 @@ from __future__ import annotations
 
 import dataclasses
 import uuid
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
+import rerun as rr
 from rerun.chunk import Chunk, LazyChunkStream
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError
 from vrx_mj.outputs import written
 from vrx_mj.recording.blueprint import blueprint_bytes
 from vrx_mj.recording.boat_sets import sent_messages
 from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk, part_chunk
-from vrx_mj.recording.packing import row_count, unpack_rows
+from vrx_mj.recording.packing import pack_rows, row_count, unpack_rows
 from vrx_mj.recording.parts import APPLICATION, COMPANIES, EVENTS, FRAMES, ROWS, STATES, Part
 from vrx_mj.recording.raw_file import raw_parts
 from vrx_mj.recording.record_scene import RecordScene
@@ -26,8 +28,12 @@ from vrx_mj.recording.rrd_footer import add_views
 from vrx_mj.recording.sensor_chunks import SensedChunks, sensor_chunks
 from vrx_mj.recording.static_chunks import boat_chunks, change_chunks, still_chunks
 from vrx_mj.recording.task_chunks import TaskChunks, WrittenFrame, frame_chunk, mark_chunks, task_chunks
+from vrx_mj.recording.timeline import times
 
 __all__ = ["UnwrittenError", "encode"]
+
+SMALL = 200
+"""Rows of a block under which it takes more space: its first rows are not differences."""
 
 MOST_ROWS, MOST_BYTES = 1200, 64 << 20
 """Rows, and bytes, that become chunks at once: a minute, as each chunk takes 1 kB besides what is in it."""
@@ -67,6 +73,7 @@ class Encoder:
     def __init__(self, scenes: Iterator[RecordScene]) -> None:
         self._scenes = scenes
         self._first = self._scene = next(scenes)
+        self._boat_set = 0
         self._moving, self._sensed = MovingChunks(self._first), SensedChunks(self._first)
         self._task = TaskChunks(self._first.parameters)
         self.error: Exception | None = None
@@ -102,18 +109,21 @@ class Encoder:
         frames = [frame for part in found[FRAMES] for frame in written_frames(part)]
         if states:
             yield part_chunk(found[STATES])
-        if rows := [unpack_rows(blob) for part in found[ROWS] for blob in part.blobs("block")]:
-            yield from self._moving(np.concatenate(rows))
+        if blobs := [blob for part in found[ROWS] for blob in part.blobs("block")]:
+            blocks = [unpack_rows(blob) for blob in blobs]
+            yield exact_rows(blobs, blocks, self._boat_set)
+            yield from self._moving(np.concatenate(blocks))
         if events := sorted(event for part in found[EVENTS] for event in written_events(part)):
             yield event_chunk(events)
             yield from mark_chunks([(time, "contacts") for time, _, _, touch in events if touch])
         if frames:
-            yield frame_chunk(frames, self._moving.boat_set)
+            yield frame_chunk(frames, self._boat_set)
         yield from self._task(states, frames)
         for parts in batch.values():
             yield from self._sensed(parts)
         for part in found[COMPANIES]:
             before, self._scene = self._scene, next(self._scenes)
+            self._boat_set += 1
             self._moving.go_on(self._scene)
             self._task.go_on(self._scene.parameters)
             yield part_chunk([part])
@@ -135,6 +145,15 @@ def batches(parts: Iterable[Part]) -> Iterator[Batch]:
             yield batch
             batch, rows, size = Batch(), 0, 0
     yield batch
+
+
+def exact_rows(blobs: Sequence[bytes], blocks: Sequence[FloatArray], boat_set: int) -> Chunk:
+    """Blocks of rows as they are, to the last bit, with the number of their boat set; small ones become one."""
+    if sum(map(len, blocks)) < SMALL * len(blocks):
+        rows = np.concatenate(blocks)
+        blobs, blocks = [pack_rows(rows)], [rows]
+    columns = rr.AnyValues.columns(block=blobs, company=[boat_set] * len(blobs))
+    return Chunk.from_columns(ROWS, [times([block[0, 0] for block in blocks])], columns)
 
 
 def written_states(part: Part) -> Iterator[tuple[float, bytes]]:
