@@ -54,7 +54,7 @@ def put_together(parts: Parts) -> bytes:
 def as_killed_run(parts: Parts) -> bytes:
     """The file of a run that was not closed, with a block for each row of these parts."""
     blocks = [
-        block_of(entity, {name: cells[row : row + 1] for name, cells in columns.items()})
+        b"".join(block_of(entity, {name: cells[row : row + 1] for name, cells in columns.items()}))
         for entity, _, columns in parts
         for row in range(max(map(len, columns.values()), default=0))
     ]

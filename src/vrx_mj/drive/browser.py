@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import replace
@@ -70,8 +69,7 @@ class Browser:
         rr.send_chunks(self._fleet(row), recording=self._stream)
         if self._others_pause.is_over(now):
             self._others_pause.begin(now, OTHERS_PERIOD)
-            others = itertools.islice(self._others(row), 1, None)  # the exact rows are sent already
-            rr.send_chunks(others, recording=self._stream)
+            rr.send_chunks(self._others(row), recording=self._stream)
 
     def restart(self) -> None:
         """Begin another recording on the same page: time began again."""

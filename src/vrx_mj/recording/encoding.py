@@ -5,33 +5,44 @@ The parts are read from the file once, some at a time, and go as chunks into ano
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import subprocess
+import tempfile
 import uuid
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
+import rerun as rr
 from rerun.chunk import Chunk, LazyChunkStream
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError
 from vrx_mj.outputs import written
 from vrx_mj.recording.blueprint import blueprint_bytes
 from vrx_mj.recording.boat_sets import sent_messages
 from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk, part_chunk
-from vrx_mj.recording.packing import row_count, unpack_rows
+from vrx_mj.recording.packing import pack_rows, row_count, unpack_rows
 from vrx_mj.recording.parts import APPLICATION, COMPANIES, EVENTS, FRAMES, ROWS, STATES, Part
 from vrx_mj.recording.raw_file import raw_parts
 from vrx_mj.recording.reader import all_events
 from vrx_mj.recording.record_scene import RecordScene
-from vrx_mj.recording.rrd_footer import add_views
 from vrx_mj.recording.sensor_chunks import SensedChunks, sensor_chunks
 from vrx_mj.recording.static_chunks import boat_chunks, change_chunks, still_chunks
 from vrx_mj.recording.task_chunks import TaskChunks, WrittenFrame, frame_chunk, task_chunks
+from vrx_mj.recording.timeline import times
 from vrx_mj.recording.touch_chunks import touch_chunks
+from vrx_mj.recording.viewer import viewer_binary, viewer_environment
 from vrx_mj.recording.weather_chunks import plan_chunks
 
-__all__ = ["UnwrittenError", "encode"]
+__all__ = ["UnwrittenError", "encode", "join_views"]
 
+SMALL = 200
+"""Rows of a block under which it takes more space: its first rows are not differences."""
+
+JOIN_SECONDS = 600.0
+"""Longest that rerun may take to join files."""
 MOST_ROWS, MOST_BYTES = 1200, 64 << 20
 """Rows, and bytes, that become chunks at once: a minute, as each chunk takes 1 kB besides what is in it."""
 
@@ -53,15 +64,37 @@ def encode(raw: Path, scenes: Iterable[RecordScene], target: Path) -> None:
         RecordError: what is in the file is damaged.
     """
     encoder = Encoder(iter(scenes))
-    with written(target, "the recording", UnwrittenError) as draft:
-        stream = LazyChunkStream.from_iter(encoder.chunks(raw_parts(raw)))
+    with written(target, "the recording", UnwrittenError) as draft, beside(target) as folder:
+        stream, bare = LazyChunkStream.from_iter(encoder.chunks(raw_parts(raw))), folder / "bare.rrd"
         try:
-            stream.write_rrd(draft, application_id=APPLICATION, recording_id=str(uuid.uuid4()))
+            stream.write_rrd(bare, application_id=APPLICATION, recording_id=str(uuid.uuid4()))
         except RuntimeError as error:
             if encoder.error is None:
                 raise OSError(str(error)) from error
             raise RecordError(f"cannot write the recording '{raw}': {encoder.error}") from encoder.error
-        add_views(draft, encoder.views())
+        join_views(bare, encoder.views(), draft)
+
+
+@contextlib.contextmanager
+def beside(target: Path) -> Iterator[Path]:
+    """A folder beside a file, on the same disk, that is removed at the end."""
+    with tempfile.TemporaryDirectory(dir=target.absolute().parent, prefix=".record-") as folder:
+        yield Path(folder)
+
+
+def join_views(recording: Path, views: bytes, output: Path) -> None:
+    """Write a file with its blueprint, the bytes of an `.rbl` file, before it, and a table of contents of both.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    blueprint = recording.with_name("views.rbl")
+    blueprint.write_bytes(views)
+    command = [str(viewer_binary()), "rrd", "merge", str(recording), str(blueprint), "-o", str(output)]
+    done = subprocess.run(command, capture_output=True, timeout=JOIN_SECONDS, check=False, env=viewer_environment())
+    if done.returncode != 0:
+        errors = done.stderr.decode("utf-8", "replace").strip().splitlines()
+        raise OSError(f"rerun cannot finish it: {errors[-1] if errors else done.returncode}")
 
 
 class Encoder:
@@ -70,6 +103,7 @@ class Encoder:
     def __init__(self, scenes: Iterator[RecordScene]) -> None:
         self._scenes = scenes
         self._first = self._scene = next(scenes)
+        self._boat_set = 0
         self._moving, self._sensed = MovingChunks(self._first), SensedChunks(self._first)
         self._task = TaskChunks(self._first.parameters)
         self.error: Exception | None = None
@@ -108,18 +142,21 @@ class Encoder:
         frames = [frame for part in found[FRAMES] for frame in written_frames(part)]
         if states:
             yield part_chunk(found[STATES])
-        if rows := [unpack_rows(blob) for part in found[ROWS] for blob in part.blobs("block")]:
-            yield from self._moving(np.concatenate(rows))
+        if blobs := [blob for part in found[ROWS] for blob in part.blobs("block")]:
+            blocks = [unpack_rows(blob) for blob in blobs]
+            yield exact_rows(blobs, blocks, self._boat_set)
+            yield from self._moving(np.concatenate(blocks))
         if events := sorted(event for part in found[EVENTS] for event in written_events(part)):
             yield event_chunk(events)
             yield from touch_chunks([event.touch for event in all_events(found[EVENTS]) if event.touch])
         if frames:
-            yield frame_chunk(frames, self._moving.boat_set)
+            yield frame_chunk(frames, self._boat_set)
         yield from self._task(states, frames)
         for parts in batch.values():
             yield from self._sensed(parts)
         for part in found[COMPANIES]:
             before, self._scene = self._scene, next(self._scenes)
+            self._boat_set += 1
             self._moving.go_on(self._scene)
             self._task.go_on(self._scene.parameters)
             yield part_chunk([part])
@@ -141,6 +178,15 @@ def batches(parts: Iterable[Part]) -> Iterator[Batch]:
             yield batch
             batch, rows, size = Batch(), 0, 0
     yield batch
+
+
+def exact_rows(blobs: Sequence[bytes], blocks: Sequence[FloatArray], boat_set: int) -> Chunk:
+    """Blocks of rows as they are, to the last bit, with the number of their boat set; small ones become one."""
+    if sum(map(len, blocks)) < SMALL * len(blocks):
+        rows = np.concatenate(blocks)
+        blobs, blocks = [pack_rows(rows)], [rows]
+    columns = rr.AnyValues.columns(block=blobs, company=[boat_set] * len(blobs))
+    return Chunk.from_columns(ROWS, [times([block[0, 0] for block in blocks])], columns)
 
 
 def written_states(part: Part) -> Iterator[tuple[float, bytes]]:

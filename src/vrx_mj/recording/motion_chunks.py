@@ -1,4 +1,4 @@
-"""What changes with time, as rerun chunks: poses, arrows, plots, and the exact rows.
+"""What changes with time, as rerun chunks: poses, arrows and plots.
 
 `MovingChunks` holds the little that a chunk must know of the one before it: which samples the slower streams took.
 """
@@ -15,8 +15,7 @@ from rerun.chunk import Chunk
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.frames import compass, rotation_matrix
 from vrx_mj.recording.eyes import FLEET
-from vrx_mj.recording.packing import pack_rows
-from vrx_mj.recording.parts import EVENTS, ROWS, Part
+from vrx_mj.recording.parts import EVENTS, Part
 from vrx_mj.recording.record_scene import (
     PARKED,
     MovingBody,
@@ -72,15 +71,12 @@ class MovingChunks:
         self._codes: dict[str, int] = {}
         self._first = scene.layout()
         self._ranged: set[str] = set()
-        self.boat_set = 0
-        """Number of the boat set whose rows are to come: how often boats or objects came or went."""
         self.track: FloatArray | None = None
         """Least and greatest x and y (2, 2) [m] of all boats until now."""
         self._take(scene)
 
     def go_on(self, scene: RecordScene) -> None:
         """Go on in a scene in which boats or objects have come or gone: rows have its columns now."""
-        self.boat_set += 1
         self._take(scene)
 
     def _take(self, scene: RecordScene) -> None:
@@ -95,8 +91,7 @@ class MovingChunks:
         self._codes = {name: last for name, last in self._codes.items() if name in seen}
 
     def __call__(self, rows: FloatArray) -> Iterator[Chunk]:
-        """Chunks of (n, columns) rows, n > 0, the exact rows first; what is shown of them is finite."""
-        yield exact_rows(rows, self.boat_set)
+        """Chunks of what is shown of (n, columns) rows, n > 0; it is finite."""
         rows = np.clip(np.nan_to_num(rows), -FARTHEST, FARTHEST)
         for body in self._layout.bodies:
             pose = rows[:, self._layout.pose(body)]
@@ -212,12 +207,6 @@ class MovingChunks:
         for k, thruster in enumerate(thrusters):
             if (turned := changed[:, 1, k]).any():
                 yield engine(self._paths[boat.name], time[turned], thruster, now[turned, 1, k])
-
-
-def exact_rows(rows: FloatArray, boat_set: int) -> Chunk:
-    """A block of rows as they are, to the last bit, with the number of their boat set."""
-    columns = rr.AnyValues.columns(block=[pack_rows(rows)], company=[boat_set])
-    return Chunk.from_columns(ROWS, [times(rows[:1, 0])], columns)
 
 
 KEPT = ("time", "head", "files", "blob", "sequence", "numbers")

@@ -32,9 +32,10 @@ FLIP = np.int64(0x7FFF_FFFF_FFFF_FFFF)
 def pack_rows(rows: FloatArray) -> bytes:
     """Bytes of (n, columns) rows."""
     count, width = rows.shape
-    planes = np.empty((8, width * count), np.uint8)
-    _write_planes(np.ascontiguousarray(rows.T, dtype="<f8").view("<i8"), planes)
-    return HEADER.pack(count, width) + planes.tobytes()
+    blob = np.empty(HEADER.size + 8 * width * count, np.uint8)
+    HEADER.pack_into(blob.data, 0, count, width)
+    _write_planes(np.ascontiguousarray(rows.T, dtype="<f8").view("<i8"), blob[HEADER.size :].reshape(8, -1))
+    return blob.tobytes()
 
 
 @kernel

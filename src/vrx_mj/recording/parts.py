@@ -170,13 +170,12 @@ def columns_of(lengths: Lengths, content: memoryview) -> dict[str, list[Cell]]:
     return columns
 
 
-def block_of(entity: str, columns: Mapping[str, Sequence[Cell]]) -> bytes:
-    """A part with time as a block."""
+def block_of(entity: str, columns: Mapping[str, Sequence[Cell]]) -> list[bytes]:
+    """The pieces of a block of a part with time."""
     found = {name: [content_of(cell) for cell in cells] for name, cells in columns.items()}
     lengths = {name: [(kind, len(content)) for kind, content in cells] for name, cells in found.items()}
     text = json.dumps({"entity": entity, "static": False, "columns": lengths}).encode()
-    cells = [content for column in found.values() for _, content in column]
-    return b"".join((rrd_parser.LENGTH.pack(len(text)), text, *cells))
+    return [rrd_parser.LENGTH.pack(len(text)), text, *(content for cells in found.values() for _, content in cells)]
 
 
 def content_of(cell: Cell) -> tuple[str, bytes]:

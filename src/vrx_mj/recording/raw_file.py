@@ -5,6 +5,7 @@ Nothing in it is encoded for a viewer yet; `encoding` does that when the run is 
 
 from __future__ import annotations
 
+import functools
 import struct
 import time
 import zlib
@@ -50,10 +51,10 @@ class RawFile:
         Raises:
             OSError: it cannot be written; then the file is closed.
         """
-        block = block_of(entity, columns)
+        pieces = block_of(entity, columns)
+        checksum = functools.reduce(lambda total, piece: zlib.crc32(piece, total), pieces, 0)
         try:
-            self._stream.write(FRAME.pack(len(block), zlib.crc32(block)))
-            self._stream.write(block)
+            self._stream.writelines([FRAME.pack(sum(map(len, pieces)), checksum), *pieces])
             if (now := time.monotonic()) >= self._due:
                 self._due = now + FLUSH
                 self._stream.flush()

@@ -289,8 +289,7 @@ def viewable(record: Record, follow: str | None, folder: Path) -> Path:
         UnknownNameError: unknown boat.
         RecordError: it is damaged.
     """
-    from vrx_mj.recording.encoding import encode
-    from vrx_mj.recording.rrd_footer import add_views
+    from vrx_mj.recording.encoding import encode, join_views
 
     if follow is not None:
         check_name("boat", follow, record.boats)
@@ -301,8 +300,9 @@ def viewable(record: Record, follow: str | None, folder: Path) -> Path:
         return file
     else:  # a viewer prefers the views in a file
         copy = copy.with_stem(f"{copy.stem}_{follow}") if follow else copy
-        copy_without_views(file, copy, APPLICATION, str(uuid.uuid4()))
-        add_views(copy, views_following(record, follow))
+        bare = folder / "bare.rrd"
+        copy_without_views(file, bare, APPLICATION, str(uuid.uuid4()))
+        join_views(bare, views_following(record, follow), copy)
     return copy
 
 
