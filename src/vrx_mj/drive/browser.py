@@ -87,7 +87,7 @@ class Browser:
         rr.send_blueprint(layout(self._scene, live=True), recording=self._stream)
         rr.send_chunks(still_chunks(self._scene), recording=self._stream)
         rr.send_chunks(boat_chunks(self._scene), recording=self._stream)
-        self._fleet = MovingChunks(_only(self._scene, boats=True))
+        self._fleet = MovingChunks(_only(self._scene, boats=True), live=True)
         self._others = MovingChunks(_only(self._scene, boats=False))
         self._shown, self._boat = -1.0, ""
         self._fleet_pause.end()

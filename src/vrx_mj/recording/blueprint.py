@@ -126,7 +126,7 @@ def has_task(scene: RecordScene) -> bool:
 def legend_view(boats: int) -> rrb.Spatial2DView:
     """The names of so many boats in their colours, beside the plots: few stay in view, many share a place."""
     width, lines = name_width(boats), math.ceil(boats / NAMES)
-    bounds = rrb.VisualBounds2D(x_range=(-width / 2, (NAMES - 0.5) * width), y_range=(-0.3, lines - 0.1))
+    bounds = rrb.VisualBounds2D(x_range=(-width / 2, (NAMES - 0.5) * width), y_range=(-0.3, lines + 0.1))
     return rrb.Spatial2DView(name="Boats", origin=LEGEND_PATH, titlebar=boats > FEW_NAMES, visual_bounds=bounds)
 
 
@@ -183,7 +183,7 @@ def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatia
             "+ /world/**",
             "- /world/sea/**",
             "- /world/wakes/**",
-            f"- {PLAN if track is None else FLEET}/**",
+            f"- {FLEET}/weather/**" if track is None else f"- {FLEET}/**",
             *(f"- {camera.path}" for camera in scene.of_type("camera")),
         ],
         background=rrb.Background(color=PLAN_WATER),

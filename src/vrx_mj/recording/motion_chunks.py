@@ -14,7 +14,7 @@ from rerun.chunk import Chunk
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.frames import compass, rotation_matrix
-from vrx_mj.recording.eyes import FLEET
+from vrx_mj.recording.eyes import FLEET, PLAN, PLAN_SLOPE, plan_eye
 from vrx_mj.recording.parts import EVENTS, Part
 from vrx_mj.recording.record_scene import (
     PARKED,
@@ -64,9 +64,11 @@ def event_chunk(events: Sequence[tuple[float, str, str, str]]) -> Chunk:
 class MovingChunks:
     """Turns blocks of rows into chunks."""
 
-    def __init__(self, scene: RecordScene) -> None:
+    def __init__(self, scene: RecordScene, *, live: bool = False) -> None:
+        """Begin with a scene; `live`: the plan follows the fleet."""
         self._scalar, self._water = Ticker(SCALAR_RATE), WaterChunks()
         self._weather = WeatherChunks()
+        self._plan_size = plan_eye(scene)[1] * PLAN_SLOPE if live else None
         self._driven: dict[str, FloatArray] = {}
         self._codes: dict[str, int] = {}
         self._first = scene.layout()
@@ -122,8 +124,13 @@ class MovingChunks:
         places = self._boat_positions(rows)
         ends = [places.min(axis=(0, 1))[:2], places.max(axis=(0, 1))[:2], *([] if self.track is None else self.track)]
         self.track = np.array([np.min(ends, axis=0), np.max(ends, axis=0)])
+        yield transforms(FLEET, rows[:, 0], self._middle(rows))
+
+    def _middle(self, rows: FloatArray) -> FloatArray:
+        """Places (n, 3) [m] of what the camera follows, at the mean water level."""
         own = [i for i, boat in enumerate(self._boats) if boat.name == self._scene.follow]
-        yield transforms(FLEET, rows[:, 0], places[:, own or slice(None)].mean(axis=1) * (1.0, 1.0, 0.0))
+        middle: FloatArray = self._boat_positions(rows)[:, own or slice(None)].mean(axis=1) * (1.0, 1.0, 0.0)
+        return middle
 
     def _boat_positions(self, rows: FloatArray) -> FloatArray:
         """Positions (n, boats, 3) of the boats [m]."""
@@ -136,6 +143,10 @@ class MovingChunks:
             return
         yield from self._plots(rows)
         yield from self._weather(self._scene, rows)
+        if self._plan_size is not None:
+            size = np.full((len(rows), 3), self._plan_size)
+            plan = rr.Transform3D.columns(translation=self._middle(rows).astype(np.float32), scale=size)
+            yield Chunk.from_columns(PLAN, [times(rows[:, 0])], plan)
         for boat in self._boats:
             yield from self._thrust(boat, rows)
 
