@@ -3,6 +3,7 @@
 What their panels draw has their own types, the rest ROS 1's. Needs foxglove-sdk, and no ROS.
 """
 
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -40,6 +41,7 @@ class Foxglove(ServerListener):
         self._latched: dict[str, Sent] = {}
         self._listened: frozenset[tuple[str, int]] = frozenset()
         """Topics and clients."""
+        self._lock = threading.Lock()
 
     def start(self) -> Sequence[str]:
         """Open it; returns a line with its address. NetworkError: it cannot be opened, and why."""
@@ -57,8 +59,8 @@ class Foxglove(ServerListener):
         """Offer this table from now on, and nothing else."""
         types = {name: one.type for name, one in table.outputs.items() if one.type != RAW and is_known(one.type)}
         for name in self._channels.keys() - types.keys():
-            self._channels.pop(name).close()
             self._latched.pop(name, None)
+            self._channels.pop(name).close()
         for name in types.keys() - self._channels.keys():
             self._channels[name] = _channel(name, types[name], self._context)
 
@@ -101,17 +103,19 @@ class Foxglove(ServerListener):
 
     def on_subscribe(self, client: Client, channel: ChannelView) -> None:
         """A client listens: it gets what is latched."""
-        self._listened |= {(channel.topic, client.id)}
+        with self._lock:
+            self._listened |= {(channel.topic, client.id)}
         if channel.topic in self._latched:
             self._log(self._latched[channel.topic], client.id)
 
     def on_unsubscribe(self, client: Client, channel: ChannelView) -> None:
         """A client does not listen any more, or has gone."""
-        self._listened -= {(channel.topic, client.id)}
+        with self._lock:
+            self._listened -= {(channel.topic, client.id)}
 
     def _log(self, sent: Sent, client: int | None = None) -> None:
         name, (_, convert) = sent.output.name, CONVERSIONS.get(sent.output.type, (None, None))
-        content = convert(sent.message).encode() if convert else encode(sent.message, sent.output.type)
+        content = convert(sent.message, sent.time).encode() if convert else encode(sent.message, sent.output.type)
         self._sent += len(content) * (sum(topic == name for topic, _ in self._listened) if client is None else 1)
         self._channels[name].log(content, log_time=round(sent.time * 1e9), sink_id=client)
 
@@ -139,17 +143,17 @@ def _head(header: Message) -> dict[str, Any]:
     return {"timestamp": fox.Timestamp(header.stamp.sec, header.stamp.nanosec), "frame_id": header.frame_id}
 
 
-def _fix(fix: Message) -> Any:
+def _fix(fix: Message, _time: float) -> Any:
     place = {name: getattr(fix, name) for name in ("latitude", "longitude", "altitude")}
     return fox.LocationFix(**_head(fix.header), **place)
 
 
-def _image(image: Message) -> Any:
+def _image(image: Message, _time: float) -> Any:
     kind = "png" if "png" in image.format else "jpeg"
     return fox.CompressedImage(**_head(image.header), data=bytes(image.data), format=kind)
 
 
-def _transforms(frames: Message) -> Any:
+def _transforms(frames: Message, _time: float) -> Any:
     return fox.FrameTransforms(transforms=[_transform(one) for one in frames.transforms])
 
 
@@ -162,8 +166,9 @@ def _transform(one: Message) -> Any:
     )  # fmt: skip
 
 
-def _poses(states: Message) -> Any:
-    return fox.PosesInFrame(frame_id="map", poses=[_pose(pose) for pose in states.pose])
+def _poses(states: Message, time: float) -> Any:
+    poses = [_pose(pose) for pose in states.pose]
+    return fox.PosesInFrame(timestamp=fox.Timestamp.from_epoch_secs(time), frame_id="map", poses=poses)
 
 
 PRIMITIVES: Mapping[int, tuple[str, str, Mapping[str, Any]]] = {
@@ -175,7 +180,7 @@ PRIMITIVES: Mapping[int, tuple[str, str, Mapping[str, Any]]] = {
 """By type of marker: the field of an entity, the type there, and what it has besides."""
 
 
-def _scene(markers: Message) -> Any:
+def _scene(markers: Message, _time: float) -> Any:
     """An entity for each namespace; what was there before goes."""
     entities: dict[str, dict[str, Any]] = {}
     for one in markers.markers:
@@ -194,7 +199,7 @@ def _scene(markers: Message) -> Any:
     )
 
 
-CONVERSIONS: Mapping[str, tuple[Any, Callable[[Message], Any]]] = {
+CONVERSIONS: Mapping[str, tuple[Any, Callable[[Message, float], Any]]] = {
     "gazebo_msgs/ModelStates": (fox.PosesInFrame, _poses),
     "sensor_msgs/CompressedImage": (fox.CompressedImage, _image),
     "sensor_msgs/NavSatFix": (fox.LocationFix, _fix),

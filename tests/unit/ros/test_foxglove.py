@@ -110,7 +110,7 @@ class Open:
 def test_a_scene_has_the_shapes_places_and_colours_of_the_markers(server, monkeypatch):
     monkeypatch.setattr(foxglove, "fox", Open())
     markers = server.table.outputs[MARKERS].make()
-    scene = foxglove._scene(markers)
+    scene = foxglove._scene(markers, 0.0)
     for number, kind in {1: "cubes", 2: "spheres", 3: "cylinders", 11: "triangles"}.items():
         made = [(one.id, shape) for one in scene.entities for shape in getattr(one, kind, ())]
         there = [one for own in scene.entities for one in markers.markers if (one.ns, one.type) == (own.id, number)]
