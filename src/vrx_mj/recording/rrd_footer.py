@@ -22,6 +22,8 @@ __all__ = ["add_views"]
 
 TRAILER, MARK = struct.Struct("<QQI4s4sI"), b"FOOT"
 """End of a file: where its table of contents begins, its length [bytes] and checksum, and that it is the only one."""
+STORE, ACTIVATION = 1, 3
+"""Field of the name of a store; kind of the message that has a blueprint used."""
 TABLE, PAYLOAD, SIZE = 4, 2, 4
 """Fields of a store's table of contents: the Arrow table; and of that: its bytes, as LZ4, and their number before."""
 OFFSETS = "chunk_byte_offset"
@@ -38,8 +40,11 @@ def add_views(file: Path, views: bytes) -> None:
         contents, end = footer_of(stream)
         own, own_end = footer_of(io.BytesIO(views))
         contents += moved(own, end - FILE_HEADER)
+        (store,) = (dict(fields(part))[STORE] for _, part in fields(own) if isinstance(part, bytes))
+        used = message([(STORE, store), (2, 1), (3, 1)])  # by this recording, and by all of its application
         stream.seek(end)
-        stream.write(views[FILE_HEADER:own_end] + MESSAGE_HEADER.pack(0, len(contents)))
+        stream.write(views[FILE_HEADER:own_end] + MESSAGE_HEADER.pack(ACTIVATION, len(used)) + used)
+        stream.write(MESSAGE_HEADER.pack(0, len(contents)))
         start = stream.tell()
         stream.write(contents + TRAILER.pack(start, len(contents), xxh32(contents), MAGIC, MARK, 1))
         stream.truncate()
