@@ -23,6 +23,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning
+from vrx_mj.outputs import write_files
 from vrx_mj.ros.interface import Inbox, RosInterface, Sent, Traffic
 from vrx_mj.ros.layout import layout_text
 from vrx_mj.ros.messages import Message, definition, encode, full_name, md5sum, new, stamp, typestore
@@ -388,7 +389,8 @@ class Bag:
             with self._writing():
                 file.close()
                 if self.path.suffix == ".mcap":
-                    self.path.with_suffix(".layout.json").write_text(layout_text(self._types), encoding="utf-8")
+                    shown = {self.path.with_suffix(".layout.json").name: layout_text(self._types)}
+                    write_files(self.path.parent, shown, "the layout", RecordError)
             self._file = None
 
     @contextmanager

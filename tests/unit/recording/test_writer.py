@@ -10,7 +10,7 @@ import pytest
 import recorded_run
 from vrx_mj.errors import RecordError
 from vrx_mj.recording.reader import Event, read_record
-from vrx_mj.recording.rrd_file import whole_bytes
+from vrx_mj.recording.rrd_file import FILE_HEADER, MESSAGE_HEADER, whole_bytes
 from vrx_mj.recording.sea_meshes import grid_around
 from vrx_mj.recording.water_chunks import LEAD, SEA_RATE
 from vrx_mj.recording.writer import RecordWriter
@@ -142,8 +142,18 @@ def test_sea_is_where_the_sea_is(recording):
     np.testing.assert_allclose(middle[:, 2], expected, atol=1 / 128 + 1e-3)  # rounded to 1/64 m; lines lean by 1 mm
 
 
+def kinds_of_messages(path):
+    data, place, kinds = path.read_bytes(), FILE_HEADER, []
+    while not kinds or kinds[-1] != 0:
+        kind, length = MESSAGE_HEADER.unpack_from(data, place)
+        kinds.append(kind)
+        place += MESSAGE_HEADER.size + length
+    return kinds
+
+
 def test_blueprint_is_in_the_file(recording):
     assert read_record(recording).has_views
+    assert 3 in kinds_of_messages(recording)  # which has a viewer open with it
 
 
 def test_writer_leaves_no_threads(tmp_path):
