@@ -8,8 +8,6 @@ import numpy as np
 
 from vrx_mj.model.boats import Boat
 
-__all__ = ["CURRENT_COLOR", "WAVE_COLOR", "WIND_COLOR", "Rgb", "boat_color", "boat_colors", "shade", "text_color"]
-
 Rgb = tuple[int, int, int]
 """Red, green, blue, 0 to 255."""
 

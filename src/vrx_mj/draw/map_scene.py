@@ -20,20 +20,6 @@ from vrx_mj.model.site import Dock, Object
 if TYPE_CHECKING:
     import mujoco
 
-__all__ = [
-    "MapBoat",
-    "MapDock",
-    "MapObject",
-    "MapPlacard",
-    "MapScene",
-    "MapWave",
-    "MapWind",
-    "ground_of",
-    "hex_color",
-    "map_of",
-    "rounded",
-]
-
 Rgb = tuple[float, float, float]
 
 NO_FLEET = "single"

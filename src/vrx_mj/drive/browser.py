@@ -19,8 +19,6 @@ from vrx_mj.recording.viewer import Server
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.timing import Pause
 
-__all__ = ["Browser"]
-
 FLEET_PERIOD, OTHERS_PERIOD = 0.1, 0.5
 """Wall time between pictures of the boats, and of all else that moves [s]: each body is a chunk of its own, and pages
 fall behind at more than a few hundred chunks a second."""

@@ -16,19 +16,6 @@ from vrx_mj.mjcf.markers import add_markers
 from vrx_mj.mjcf.world import World
 from vrx_mj.physics.surface import EDGE, PLAIN, WAVELETS, fan_triangles, reflectance, ring_distances, spokes
 
-__all__ = [
-    "SEA",
-    "add_signs",
-    "add_skin",
-    "compiled_spec",
-    "drawing_model",
-    "drawing_spec",
-    "sea_palette",
-    "signed_spec",
-    "sky_cube",
-]
-
-
 SEA = "vrx_mj/sea"
 """Name of the skin that is the sea's surface, of its material and of the material's texture."""
 LAMP = "vrx_mj/lamp"

@@ -16,8 +16,6 @@ from vrx_mj.config.urdf.meshes import mesh_bytes, obj_text, read_mesh
 from vrx_mj.errors import CompileError
 from vrx_mj.resources import root
 
-__all__ = ["Geom", "Mesh", "block", "geoms", "mesh_of_file", "meshes", "render"]
-
 MESH = "vrx_mj/mesh"
 """Name of a mesh that is tried alone."""
 MUJOCO_SUFFIXES = (".obj", ".stl")

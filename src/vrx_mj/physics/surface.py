@@ -17,12 +17,6 @@ from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.tables import WAVE, Record, Table
 from vrx_mj.physics.waves import ramp
 
-__all__ = [
-    "EDGE", "PLAIN", "RINGS", "SPOKES", "WAVELETS", "draw_surface", "fan_triangles", "horizon", "reflectance",
-    "ring_distances", "ripples", "spokes",
-]  # fmt: skip
-
-
 RINGS, SPOKES = 84, 73
 """Points of a spoke and of a ring."""
 ANGLE, GROWTH = 0.0064, 0.06

@@ -20,12 +20,6 @@ from vrx_mj.physics.noise import stream_key, uniform
 from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.wave_columns import elevation_of_columns, wave_columns
 
-__all__ = [
-    "cwr_components", "elevation", "pms_components", "ramp", "random_phases", "surface_height",
-    "surface_heights",
-]  # fmt: skip
-
-
 PHILLIPS = 0.0081
 """Phillips' constant of the Pierson-Moskowitz spectrum (1964)."""
 

@@ -5,8 +5,6 @@ import numpy as np
 from vrx_mj.arrays import ByteArray, IntArray
 from vrx_mj.physics.kernel import kernel
 
-__all__ = ["antialias", "smooth"]
-
 CONTRAST = 12
 """Range of green around a pixel, of 255, from which there is an edge."""
 REACH = 8.0

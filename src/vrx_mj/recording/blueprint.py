@@ -29,8 +29,6 @@ from vrx_mj.recording.task_chunks import MARKS, PLOT, STEPS, WORDS
 from vrx_mj.recording.timeline import TIMELINE
 from vrx_mj.sensors.registry import SENSOR_KINDS
 
-__all__ = ["blueprint_bytes", "layout"]
-
 SKY = (158, 190, 214)
 PLAN_WATER = (16, 45, 66)
 GRID = (150, 190, 215, 60)

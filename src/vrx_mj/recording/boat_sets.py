@@ -24,21 +24,6 @@ from vrx_mj.recording.packing import archive, unpack_rows, unpacked
 from vrx_mj.recording.parts import LONGEST, ROWS, Part
 from vrx_mj.recording.record_scene import FORMAT, MovingBody, RecordedSensor, RecordScene, RowLayout
 
-__all__ = [
-    "HUGE",
-    "BoatSet",
-    "all_rows",
-    "boat_set_cells",
-    "boat_set_head",
-    "boat_set_numbers",
-    "columns_in",
-    "head_of",
-    "joint_layout",
-    "read_boat_sets",
-    "sent_messages",
-    "sound_rows",
-]
-
 HUGE = 1e9
 """A number of a row beyond this is of a state that has diverged."""
 

@@ -36,8 +36,6 @@ from vrx_mj.recording.touch_chunks import touch_chunks
 from vrx_mj.recording.viewer import viewer_binary, viewer_environment
 from vrx_mj.recording.weather_chunks import plan_chunks
 
-__all__ = ["UnwrittenError", "encode", "join_views"]
-
 SMALL = 200
 """Rows of a block under which it takes more space: its first rows are not differences."""
 

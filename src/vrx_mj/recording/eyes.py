@@ -10,11 +10,6 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.course import course_of
 from vrx_mj.recording.record_scene import RecordScene
 
-__all__ = [
-    "FLEET", "PLAN", "PLANNED", "PLAN_LINE", "PLAN_SLOPE", "around", "east_and_north", "fleet_circle",
-    "followed_circle", "followed_path", "plan_eye", "sea_eye",
-]  # fmt: skip
-
 FLEET, PLANNED, PLAN = "/world/fleet", "/world/fleet/plan", "/world/plan"
 """Entities: in the middle of what the camera follows, what a plan follows there, and one that frames a track."""
 PLAN_MARGIN = 8.0

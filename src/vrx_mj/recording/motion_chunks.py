@@ -24,18 +24,10 @@ from vrx_mj.recording.record_scene import (
     RecordedThruster,
     RecordScene,
 )
-from vrx_mj.recording.static_chunks import UNSEEN, static
-from vrx_mj.recording.timeline import Ticker, times
+from vrx_mj.recording.static_chunks import UNSEEN
+from vrx_mj.recording.timeline import Ticker, static, times
 from vrx_mj.recording.water_chunks import WaterChunks
 from vrx_mj.recording.weather_chunks import WeatherChunks
-
-__all__ = [
-    "MovingChunks",
-    "event_chunk",
-    "part_chunk",
-    "part_poses",
-]
-
 
 SCALAR_RATE = 10.0
 """Plots, arrows [Hz]."""

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from vrx_mj.mjcf.world import World
     from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["in_notebook", "progress", "register", "show", "terminal_bar"]
-
 MAP_SIZE = (1000, 720)
 """Width and height of a world's map [px]."""
 ANGLES = ("yaw from x [deg]", "compass heading [deg]", "compass course [deg]")

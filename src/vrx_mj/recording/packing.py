@@ -20,8 +20,6 @@ from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.errors import RecordError
 from vrx_mj.physics.kernel import kernel
 
-__all__ = ["archive", "pack_rows", "row_count", "unpack_rows", "unpacked"]
-
 ORDER = 3
 """Differences taken: the third are the smallest that pay for smooth 20 Hz rows of a boat in waves."""
 HEADER = struct.Struct("<II")

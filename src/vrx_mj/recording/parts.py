@@ -17,22 +17,6 @@ from pydantic import Field
 from vrx_mj.errors import RecordError
 from vrx_mj.recording import rrd_parser
 
-__all__ = [
-    "APPLICATION",
-    "COMPANIES",
-    "EVENTS",
-    "FRAMES",
-    "LONGEST",
-    "ROWS",
-    "RUN",
-    "STATES",
-    "Cell",
-    "Lengths",
-    "Part",
-    "block_of",
-    "columns_of",
-]
-
 APPLICATION = "vrx_mj"
 """What rerun's files are of."""
 RUN, ROWS, STATES, EVENTS = "/record/run", "/record/rows", "/record/states", "/events"

@@ -19,8 +19,6 @@ from vrx_mj.errors import RecordError
 from vrx_mj.recording import rrd_parser
 from vrx_mj.recording.parts import Cell, Lengths, Part, block_of, columns_of
 
-__all__ = ["RawFile", "is_raw", "raw_parts"]
-
 MAGIC = b"VRXMJRAW"
 """How such a file begins; the version comes next."""
 VERSION = 1

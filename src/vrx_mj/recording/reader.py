@@ -41,18 +41,6 @@ from vrx_mj.sensors.registry import SENSOR_KINDS
 from vrx_mj.sensors.view import intrinsics
 from vrx_mj.tasks.frame import Message
 
-__all__ = [
-    "READING_COLUMNS",
-    "Event",
-    "Record",
-    "RecordedReadings",
-    "SavedState",
-    "Track",
-    "measured",
-    "read_readings",
-    "read_record",
-]
-
 RecordedFrame = tuple[int, FloatArray, tuple[Message, ...]]
 """Number of the boat set, the frame's row, and its messages."""
 

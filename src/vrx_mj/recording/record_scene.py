@@ -20,23 +20,6 @@ from vrx_mj.draw.colors import Rgb, boat_colors
 from vrx_mj.model.world import Parameters
 from vrx_mj.sensors.displays import Display
 
-__all__ = [
-    "FORMAT",
-    "PARKED",
-    "MovingBody",
-    "RecordScene",
-    "RecordedBody",
-    "RecordedDisplay",
-    "RecordedJoint",
-    "RecordedPart",
-    "RecordedSensor",
-    "RecordedThruster",
-    "RowLayout",
-    "SeaHeight",
-    "Surface",
-    "Waypoint",
-]
-
 FORMAT = 2
 """Version of what we write into a recording; a reader refuses later ones."""
 

@@ -14,8 +14,6 @@ from vrx_mj.tasks.frame import Frame, FrameLayout, TaskStatus
 from vrx_mj.tasks.referee import Referee, parsed_dump
 from vrx_mj.tasks.registry import make_referee
 
-__all__ = ["rescore", "restore_referee", "scored_frames"]
-
 
 @dataclass(frozen=True)
 class Scored:

@@ -29,8 +29,6 @@ from vrx_mj.recording import rrd_parser
 from vrx_mj.recording.parts import Lengths, Part, columns_of
 from vrx_mj.recording.raw_file import is_raw, raw_parts
 
-__all__ = ["Parsed", "allowance", "copy_without_views", "no_recording", "parsed_file", "whole_bytes"]
-
 MAGIC = b"RRF2"
 """How a recording begins."""
 LEAST, RATIO = 64 << 20, 16

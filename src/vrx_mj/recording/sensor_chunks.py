@@ -19,14 +19,11 @@ from vrx_mj.recording.motion_chunks import part_chunk
 from vrx_mj.recording.parts import Part
 from vrx_mj.recording.reader import RecordedReadings
 from vrx_mj.recording.record_scene import RecordedSensor, RecordScene
-from vrx_mj.recording.static_chunks import static
-from vrx_mj.recording.timeline import times
+from vrx_mj.recording.timeline import static, times
 from vrx_mj.recording.water_chunks import TRAIL_HEIGHT
 from vrx_mj.sensors.readings import Reading, Scan
 from vrx_mj.sensors.registry import SENSOR_KINDS
 from vrx_mj.sensors.view import focal_length
-
-__all__ = ["SensedChunks", "sensor_chunks", "track_path"]
 
 Readings = Sequence[Reading]
 Columns = Iterable[rr.ComponentColumn]

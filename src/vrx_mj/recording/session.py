@@ -31,8 +31,6 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
 from vrx_mj.sensors.readings import Reading
 
-__all__ = ["ALL", "chosen", "open_viewer", "record", "resume"]
-
 POSE_RATE = 20.0
 """Rows per simulated second [Hz]."""
 

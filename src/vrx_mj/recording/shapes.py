@@ -12,8 +12,6 @@ import numpy.typing as npt
 from vrx_mj.arrays import FloatArray
 from vrx_mj.recording.record_scene import Surface
 
-__all__ = ["coarser", "geom_surface"]
-
 Triangles = tuple[FloatArray, npt.NDArray[np.int32], FloatArray]
 """Vertices (n, 3) [m], faces (m, 3) as indices of them, counter-clockwise from outside, and the vertices' normals."""
 

@@ -39,8 +39,6 @@ from vrx_mj.runtime.run import fingerprint
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.displays import displays_of
 
-__all__ = ["Choice", "check_columns", "parts_of", "scene_of"]
-
 Looks = dict[str, list[Surface]]
 """Surfaces by the name of the body that carries them."""
 FINE_BOATS, MOST_FACES = 10, 1200

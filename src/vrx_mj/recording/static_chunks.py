@@ -27,21 +27,6 @@ from vrx_mj.recording.record_scene import (
 from vrx_mj.recording.timeline import shown, static
 from vrx_mj.recording.water_chunks import wake_looks, wake_path
 
-__all__ = [
-    "FEW_NAMES",
-    "LEGEND_PATH",
-    "NAMES",
-    "UNSEEN",
-    "boat_chunks",
-    "change_chunks",
-    "mesh",
-    "name_width",
-    "pose",
-    "shown",
-    "static",
-    "still_chunks",
-]
-
 WAYPOINT_COLOR = (247, 62, 193)
 SHORE_COLOR = (157, 140, 103)
 UNSEEN = (30, 70, 94, 0)

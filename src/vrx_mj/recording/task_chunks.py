@@ -26,29 +26,11 @@ from vrx_mj.model.world import Parameters
 from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.parts import FRAMES
 from vrx_mj.recording.rescoring import restore_referee
-from vrx_mj.recording.static_chunks import static
-from vrx_mj.recording.timeline import times
+from vrx_mj.recording.timeline import static, times
 from vrx_mj.tasks.frame import Frame, FrameLayout, Message, Pose, has_started, score_text
 from vrx_mj.tasks.gates import gate_between
 from vrx_mj.tasks.referee import Referee
 from vrx_mj.tasks.registry import TASK_KINDS, make_referee
-
-__all__ = [
-    "FATES",
-    "GATES",
-    "MARKS",
-    "PLOT",
-    "STEPS",
-    "WORDS",
-    "Mark",
-    "TaskChunks",
-    "TaskMarks",
-    "frame_chunk",
-    "legend_chunks",
-    "mark_chunks",
-    "task_chunks",
-    "words",
-]
 
 HEIGHT = 0.35
 """Height over the mean water of what is drawn [m], so that few waves hide it."""

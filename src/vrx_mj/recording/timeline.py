@@ -11,8 +11,6 @@ from rerun.chunk import Chunk
 
 from vrx_mj.arrays import BoolArray, FloatArray
 
-__all__ = ["TIMELINE", "Ticker", "shown", "static", "times"]
-
 TIMELINE = "sim_time"
 
 

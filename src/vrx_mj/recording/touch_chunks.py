@@ -9,12 +9,9 @@ import rerun as rr
 from rerun.chunk import Chunk
 
 from vrx_mj.draw.colors import shade, text_color
-from vrx_mj.recording.static_chunks import static
 from vrx_mj.recording.task_chunks import STEPS, mark_chunks
-from vrx_mj.recording.timeline import times
+from vrx_mj.recording.timeline import static, times
 from vrx_mj.runtime.subscriptions import Touch
-
-__all__ = ["touch_chunks"]
 
 COLOR = shade((1.0, 0.0, 0.45))
 LONGEST, TYPICAL = 5.0, 1000.0

@@ -17,8 +17,6 @@ from vrx_mj.recording.record_scene import RecordedBody, SeaHeight
 from vrx_mj.recording.sea_meshes import Grid, Lines, Swell
 from vrx_mj.recording.timeline import Ticker, shown, static, times
 
-__all__ = ["TRAIL_HEIGHT", "WaterChunks", "patch_path", "wake_looks", "wake_path"]
-
 TRAIL_RATE = 5.0
 """Pieces of a trail [Hz]."""
 TRAIL_HEIGHT = 0.6

@@ -16,10 +16,7 @@ from vrx_mj.draw.colors import CURRENT_COLOR, WAVE_COLOR, WIND_COLOR, text_color
 from vrx_mj.frames import compass
 from vrx_mj.recording.eyes import FLEET, PLAN, PLAN_LINE, PLAN_SLOPE, east_and_north, followed_circle, plan_eye, sea_eye
 from vrx_mj.recording.record_scene import RecordScene
-from vrx_mj.recording.static_chunks import static
-from vrx_mj.recording.timeline import Ticker, times
-
-__all__ = ["WeatherChunks", "plan_chunks"]
+from vrx_mj.recording.timeline import Ticker, static, times
 
 RATE = 2.0
 """Arrows and figures [Hz]."""

@@ -31,8 +31,6 @@ from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.sensors.readings import Reading
 from vrx_mj.tasks.frame import Message
 
-__all__ = ["RecordWriter"]
-
 QUALITY = 75
 """Quality of the JPEG pictures, of 100."""
 

@@ -33,8 +33,6 @@ from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.run import Controller
 from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["HEAVY", "Bag", "BagFile", "bagged"]
-
 CALLER = "/vrx_mj"
 """The node that a ROS 1 bag names as the sender of its messages."""
 CHUNK = 1 << 20

@@ -16,8 +16,6 @@ from vrx_mj.ros.interface import RosInterface, Sent, Traffic
 from vrx_mj.ros.messages import Message, definition, encode, full_name, is_known
 from vrx_mj.ros.table.viewers import CUBE, CYLINDER, SPHERE, START, TRIANGLES
 
-__all__ = ["Foxglove"]
-
 BACKLOG = 256
 """Messages that wait for a client that does not keep up, at most: the oldest go first."""
 RAW = "sensor_msgs/Image"

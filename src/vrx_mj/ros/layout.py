@@ -6,8 +6,6 @@ from typing import Any
 
 from vrx_mj.ros.table.viewers import MARKERS, START
 
-__all__ = ["layout_text"]
-
 CAMERA = {"perspective": True, "distance": 55.0, "phi": 62.0, "thetaOffset": 25.0, "fovy": 45.0, "near": 0.5,
           "far": 5000.0, "target": [0, 0, 0], "targetOffset": [0, 0, 0], "targetOrientation": [0, 0, 0, 1]}  # fmt: skip
 """Of the 3D panel: 55 m from the frame `start`, its north up."""

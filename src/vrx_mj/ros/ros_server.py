@@ -35,8 +35,6 @@ from vrx_mj.runtime.subscriptions import Subscription
 from vrx_mj.runtime.timing import Schedule, sample_number, steps_to_time
 from vrx_mj.sensors.readings import Reading
 
-__all__ = ["CLOCK_RATE", "STEP", "Lockstep", "Publisher", "Report", "RosServer"]
-
 NEWS_RATE = 10.0
 """How often outputs without a rate are looked at, per simulated second."""
 

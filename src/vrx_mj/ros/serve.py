@@ -19,8 +19,6 @@ from vrx_mj.runtime.limits import process_memory
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.signals import handled
 
-__all__ = ["ROSBRIDGE_PORT", "Wanted", "serve"]
-
 KB, MB = 1e3, 1e6
 
 

@@ -22,12 +22,6 @@ from vrx_mj.sensors.readings import Image
 from vrx_mj.sensors.sea import SeaSkin
 from vrx_mj.sensors.view import View, focal_length, half_heights, intrinsics
 
-__all__ = [
-    "Cameras",
-    "grain_table",
-    "with_grain",
-]
-
 LEVELS = 4096
 """Quantiles of the normal distribution that a pixel's noise is one of: 12 random bits choose it."""
 

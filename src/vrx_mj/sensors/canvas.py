@@ -20,14 +20,6 @@ from vrx_mj.packages import load_triton
 from vrx_mj.sensors.sea import Skin
 from vrx_mj.sensors.view import View
 
-__all__ = [
-    "BACKENDS",
-    "Canvas",
-    "choose_backend",
-    "new_context",
-    "problem_of",
-]
-
 BACKENDS = ("egl", "osmesa")
 """Ways to draw without a screen on Linux, in the order in which they are tried."""
 DEBIAN = {

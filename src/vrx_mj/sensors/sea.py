@@ -11,9 +11,6 @@ from vrx_mj.physics import tables
 from vrx_mj.physics.surface import SPOKES, draw_surface, ring_distances, ripples, spokes
 from vrx_mj.physics.waves import random_phases, surface_heights
 
-__all__ = ["SeaSkin", "Skin", "sea_table", "wave_table"]
-
-
 SHOWN = 3
 """First group of geoms that pictures do not show."""
 SMALLEST, LARGEST = 0.2, 15.0

@@ -9,14 +9,6 @@ from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.sensors.readings import CameraInfo
 
-__all__ = [
-    "SMALLEST",
-    "View",
-    "focal_length",
-    "half_heights",
-    "intrinsics",
-]
-
 
 def focal_length(config: CameraConfig) -> float:
     """Focal length [pixels], equal along both axes."""

@@ -32,19 +32,6 @@ if TYPE_CHECKING:
     from PIL import ImageFont
     from PIL.Image import Image
 
-__all__ = [
-    "VIEWS",
-    "Film",
-    "Shot",
-    "clock_line",
-    "draw_video",
-    "encoder_of",
-    "parse_size",
-    "project",
-    "task_lines",
-    "write_video",
-]
-
 Picture = ByteArray
 VIEWS = ("both", "chase", "above")
 """Views of a video; both: behind a boat, with the view from above in a corner."""

@@ -34,22 +34,6 @@ from vrx_mj.sensors.sea import SeaSkin, Skin
 from vrx_mj.sensors.view import SMALLEST, View
 from vrx_mj.tasks.registry import TASK_KINDS
 
-__all__ = [
-    "LASTS",
-    "Above",
-    "Chase",
-    "Eye",
-    "Foam",
-    "Footage",
-    "Instant",
-    "Stage",
-    "TaskMoment",
-    "Wake",
-    "looking",
-    "sterns",
-    "view_of",
-]
-
 CALM = 1.2
 """Standard deviation over which a followed path is smoothed [s]."""
 TURN_CALM = 2.0

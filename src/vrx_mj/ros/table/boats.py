@@ -27,18 +27,6 @@ from vrx_mj.ros.table.host import Host, header, turned, vector
 from vrx_mj.ros.table.viewers import with_meshes_inside
 from vrx_mj.runtime.hull import Propeller
 
-__all__ = [
-    "BASE",
-    "WORLD_FRAME",
-    "BoatFrames",
-    "boat_inputs",
-    "boat_joints",
-    "command_topic",
-    "description",
-    "transform",
-    "twist_commands",
-]
-
 ORDERED = ("name", "robot", "arguments", "thrusters", "components", "sensors", "pose")
 """What of a boat's entry its URDF depends on."""
 ANGLE = "_angle"

@@ -23,8 +23,6 @@ from vrx_mj.ros.table.host import Host, header, turned, vector
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.displays import displays_of
 
-__all__ = ["MARKERS", "START", "marker_output", "start_of", "with_meshes_inside"]
-
 MARKERS, START = "/vrx_mj/markers", "start"
 ROUND = 10.0
 """Of the coordinates of the frame `start` [m]."""

@@ -22,8 +22,6 @@ from vrx_mj.ros.table.viewers import START, start_of
 from vrx_mj.ros.table.vrx3 import with_vrx3
 from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["CLOCK", "WORLD", "chart_output", "world_inputs", "world_outputs", "world_services"]
-
 WORLD = "/vrx_mj/world"
 Row = dict[str, Any]
 Place = tuple[float, float, float]
