@@ -60,20 +60,20 @@ def arguments(name: str, folder: Path) -> list[str]:
     """Words of `vrx-mj run` for a recording, its files written to a folder."""
 
     def written(what: str, content: object) -> str:
-        file = folder / f"{name}_{what}.yaml"
+        file = folder / f"{what}.yaml"
         file.write_text(yaml.safe_dump(content), encoding="utf-8")
         return str(file)
 
     shipped = "vrx_mj.control:"
     return {
         "readme": ["example_course", "--fleet", "trio", "--duration", "60", "--seed", "7", "--thrust", STRAIGHT],
-        "storm": [written("world", STORM), "--fleet", written("fleet", STORM_FLEET), "--duration", "20",
+        "storm": [written("storm", STORM), "--fleet", written("three", STORM_FLEET), "--duration", "20",
                   "--thrust", "left=0.8,right=0.85"],
         "open_water": ["ocean", "--duration", "60", "--thrust", "left=0.9,right=0.9"],
-        "fleet_of_20": ["ocean", "--fleet", written("fleet", TWENTY), "--duration", "60", "--thrust", STRAIGHT],
+        "fleet_of_20": ["ocean", "--fleet", written("twenty", TWENTY), "--duration", "60", "--thrust", STRAIGHT],
         "wayfinding": ["wayfinding_task", "--duration", "300", "--control", f"{shipped}WaypointFollower"],
         "docking": ["scan_dock_deliver", "--duration", "300", "--control", f"{shipped}Docking"],
-        "collision": ["ocean", "--fleet", written("fleet", HEAD_ON), "--duration", "15",
+        "collision": ["ocean", "--fleet", written("head_on", HEAD_ON), "--duration", "15",
                       "--thrust", "left=1,right=1"],
     }[name]  # fmt: skip
 

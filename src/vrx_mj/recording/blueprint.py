@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from itertools import chain
 from typing import Any
 
@@ -24,7 +24,7 @@ from vrx_mj.recording.eyes import (
 )
 from vrx_mj.recording.record_scene import RecordedSensor, RecordScene
 from vrx_mj.recording.sensor_chunks import track_path
-from vrx_mj.recording.static_chunks import FEW_NAMES, LEGEND_PATH, NAMES, name_width
+from vrx_mj.recording.static_chunks import FEW_NAMES, LEGEND_PATH, NAMES, legend_spots, name_width
 from vrx_mj.recording.task_chunks import MARKS, PLOT, STEPS, WORDS
 from vrx_mj.recording.timeline import TIMELINE
 from vrx_mj.sensors.registry import SENSOR_KINDS
@@ -85,14 +85,14 @@ def layout(
     """The views and their places; `live`: at the newest moment instead of playing from the first."""
     pictured = bool(scene.of_type("camera"))
     left = rrb.Vertical(sea_view(scene), below(scene), row_shares=[1.7 if pictured else 3.4, 1])
-    boats = len(scene.roster())
+    boats = scene.roster()
     story = [steps_view(), log_view()] if has_task(scene) else [log_view(), steps_view()]
     rows: list[rrb.View | rrb.Container] = [*beside(scene, result), rrb.Tabs(*story)]
     shares = [*[1.0] * (len(rows) - 1), 1.2]
-    if boats > FEW_NAMES:
+    if len(boats) > FEW_NAMES:
         rows, shares = [*rows[:-1], rrb.Tabs(legend_view(boats), *story)], [*shares[:-1], 3.0]
-    elif boats > 1:
-        height = 0.22 * math.ceil(boats / NAMES)
+    elif len(boats) > 1:
+        height = 0.22 * (legend_spots(boats)[-1][1] + 1)
         rows, shares = [*rows[:-2], legend_view(boats), *rows[-2:]], [*shares[:-2], height, *shares[-2:]]
     right = rrb.Vertical(plan_view(scene, track), *rows, row_shares=[2.4, *shares])
     return rrb.Blueprint(
@@ -121,11 +121,11 @@ def has_task(scene: RecordScene) -> bool:
     return bool(scene.parameters and scene.parameters.task)
 
 
-def legend_view(boats: int) -> rrb.Spatial2DView:
-    """The names of so many boats in their colours, beside the plots: few stay in view, many share a place."""
-    width, lines = name_width(boats), math.ceil(boats / NAMES)
+def legend_view(boats: Sequence[str]) -> rrb.Spatial2DView:
+    """The names of boats in their colours, beside the plots: few stay in view, many share a place."""
+    width, lines = name_width(len(boats)), legend_spots(boats)[-1][1] + 1
     bounds = rrb.VisualBounds2D(x_range=(-width / 2, (NAMES - 0.5) * width), y_range=(-0.3, lines + 0.1))
-    return rrb.Spatial2DView(name="Boats", origin=LEGEND_PATH, titlebar=boats > FEW_NAMES, visual_bounds=bounds)
+    return rrb.Spatial2DView(name="Boats", origin=LEGEND_PATH, titlebar=len(boats) > FEW_NAMES, visual_bounds=bounds)
 
 
 def below(scene: RecordScene) -> rrb.Container:

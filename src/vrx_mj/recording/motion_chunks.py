@@ -40,6 +40,8 @@ LEAST = {
     "wind": 0.5,
 }  # fmt: skip
 """Half of the least range of a plot's axis [m/s, N, deg]: noise is no signal."""
+RANGED = 50
+"""Values of a plot for one of its range: an axis fits what is in view."""
 PLOT_STEP = 1.0 / 1024.0
 """What plots are rounded to, in their units."""
 FARTHEST = 1e6
@@ -179,12 +181,16 @@ class MovingChunks:
             yield plot(f"{name}/{boat}", rows, values[:, own])
 
     def _plot(self, name: str, rows: FloatArray, values: FloatArray) -> Iterator[Chunk]:
-        """Values (n, k) of a quantity, the first time with the range around them that its axis has at least."""
-        if name in LEAST and name not in self._ranged and np.isfinite(values[0]).any():
+        """Values (n, k) of a quantity, and now and then the range around them that its axis has at least."""
+        known = np.flatnonzero(np.isfinite(values).any(axis=1))[::RANGED] if name in LEAST else ()
+        if len(known):
+            if name not in self._ranged:
+                looks = rr.SeriesPoints(colors=[UNSEEN], marker_sizes=[0.0], names=[" ", " "])
+                yield static(f"/plots/{name}/range", looks)
             self._ranged.add(name)
-            ends = np.array([[np.nanmin(values[0]) - LEAST[name], np.nanmax(values[0]) + LEAST[name]]])
-            yield static(f"/plots/{name}/range", rr.SeriesPoints(colors=[UNSEEN], marker_sizes=[0.0], names=[" ", " "]))
-            yield plot(f"{name}/range", rows[:1], ends)
+            around = LEAST[name] * np.array([-1.0, 1.0])
+            ends = np.stack([np.nanmin(values[known], axis=1), np.nanmax(values[known], axis=1)], axis=1) + around
+            yield plot(f"{name}/range", rows[known], ends)
         yield plot(name, rows, values)
 
     def _layout_poses(self, rows: FloatArray) -> FloatArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -35,6 +35,8 @@ WHITE = (1.0, 1.0, 1.0, 1.0)
 BALL_COLOR = (40, 90, 255)
 LEGEND_PATH, NAMES, FEW_NAMES = "/boats", 7, 28
 """The entity of the boats' names, how many of them are in a line, and how many are few."""
+SHORT_NAME = 6
+"""Characters of a name that has the place of one."""
 SHORE_HEIGHT = 0.15
 """Height of the shoreline [m], so that the sea does not hide it."""
 
@@ -152,17 +154,32 @@ def fleet_chunks(scene: RecordScene) -> Iterator[Chunk]:
 
 
 def name_width(boats: int) -> float:
-    """Width of a name in the legend, in heights of its line: the lines of many are lower."""
+    """Width of a short name in the legend, in heights of its line: the lines of many are lower."""
     return 2.5 if boats <= FEW_NAMES else 3.4
+
+
+def legend_spots(names: Collection[str]) -> list[tuple[float, int]]:
+    """Where each name is in the legend, and in which line; long names take the place of several."""
+    unit, x, line = name_width(len(names)), 0.0, 0
+    spots: list[tuple[float, int]] = []
+    for name in names:
+        width = unit * max(1.0, len(name) / SHORT_NAME)
+        if x > 0.0 and x + width > NAMES * unit:
+            x, line = 0.0, line + 1
+        spots.append((x + 0.5 * (width - unit), line))
+        x += width
+    return spots
 
 
 def legend_chunk(scene: RecordScene) -> Chunk:
     """The names of all boats in their colours, as a picture."""
     colors = scene.colors()
-    width = name_width(len(colors))
-    spots = [(number % NAMES * width, number // NAMES) for number in range(len(colors))]
     points = rr.Points2D(
-        spots, labels=list(colors), colors=list(colors.values()), radii=[rr.Radius.ui_points(4.0)], show_labels=True
+        legend_spots(colors),
+        labels=list(colors),
+        colors=list(colors.values()),
+        radii=[rr.Radius.ui_points(4.0)],
+        show_labels=True,
     )
     return static(LEGEND_PATH, points)
 

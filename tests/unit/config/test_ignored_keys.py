@@ -289,8 +289,9 @@ LOOKED_AT = {"description"}
 REFERRED_TO = {(BuoyancyElement, "name"), (Visual, "name")}
 """Names for other keys to refer to."""
 FREE = {
-    "AnimalConfig.goal", "BoatConfig.engines", "CameraConfig.antialiasing", "BoatEntry.engines", "FleetConfig.engines", "FleetConfig.headings",
-    "FleetConfig.heading", "FleetConfig.origin", "HoleConfig.size", "Rules.release", "SignalConfig.of",
+    "AnimalConfig.goal", "BoatConfig.engines", "BoatEntry.engines", "CameraConfig.antialiasing", "FleetConfig.engines",
+    "FleetConfig.headings", "FleetConfig.heading", "FleetConfig.origin", "HoleConfig.size", "Rules.release",
+    "SignalConfig.of",
     "StationkeepingTask.type", "TargetConfig.size", "ThrusterConfig.mapping", "ThrusterEntry.mapping", "_Built.engines",
     "WindageConfig.vessel", "PhysicsConfig.profile",
 }  # fmt: skip
