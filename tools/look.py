@@ -121,12 +121,12 @@ def connected(url: str, seconds: float = 60.0) -> ViewerClient:
         time.sleep(0.2)
 
 
-def light(file: Path, size: tuple[int, int], seconds: float = 60.0) -> Iterator[Path]:
+def light(file: Path, size: tuple[int, int], seconds: float = 20.0) -> Iterator[Path]:
     """A picture of rerun's page in a browser with a light theme, after some time of the clock [s] while it plays."""
     browser.FLAGS = tuple(flag for flag in browser.FLAGS if flag != "--disable-gpu")
     with (
         contextlib.closing(Server(file)) as server,
-        tempfile.TemporaryDirectory() as folder,
+        tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder,
         browser.browsing(Path(folder), "about:blank", *SOFTWARE) as page,
     ):
         page.size(*size, dark=False)
@@ -175,7 +175,6 @@ def main() -> None:
     given = parser.parse_args()
     folder, names = given.folder, given.names or [*MOMENTS, "sea"]
     folder.mkdir(parents=True, exist_ok=True)
-    pictures: list[Path] = []
     for name in names:
         if name == "sea":
             taken: Iterator[Path] = drawn_sea(folder)
@@ -184,11 +183,11 @@ def main() -> None:
             views = [dark(file, size) for size in SIZES]
             taken = itertools.chain(*views, *([] if given.dark else [light(file, size) for size in SIZES]))
         for picture in taken:
-            pictures.append(picture)
             print(picture)
-    sheet(pictures, folder / "sheet.webp")
+    found = [picture for name in (*MOMENTS, "sea") for picture in sorted(folder.glob(f"{name}_*.png"))]
+    sheet(found, folder / "sheet.webp")
     if given.gallery:
-        chosen = [one for one in pictures if "_1920" not in one.name]
+        chosen = [one for one in found if "_1920" not in one.name]
         sheet(chosen, ROOT / "docs" / "gallery" / "recordings.webp", columns=3)
 
 
