@@ -444,7 +444,7 @@ class Foam(Skin):
     """The foam of all wakes: a skin of strips, each with as many pieces as a wake can have."""
 
     def __init__(self, spec: mujoco.MjSpec, wakes: Sequence[Wake]) -> None:
-        """Add the skin to the spec of a drawing model; without wakes there is none."""
+        """Add the skin to the spec of a drawing model, which stays without it where there are no wakes."""
         super().__init__(2 * PIECES * len(wakes))
         self._wakes, self._time = wakes, math.nan
         self.normals[:, 2] = 1.0
