@@ -14,7 +14,7 @@ from pydantic import BeforeValidator
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from vrx_mj.config.base import Color, Config, Coordinate, Name, Pose, Switch, field_docstrings
+from vrx_mj.config.base import MAX_NUMBER, Color, Config, Coordinate, Name, Pose, Switch, field_docstrings
 from vrx_mj.config.bays import LIGHT_COLORS, SHAPES, LightColor, Pattern, Symbol
 from vrx_mj.config.docks import DockPlacement
 from vrx_mj.config.fleet import FleetConfig, Heading, Origin
@@ -177,7 +177,7 @@ def limits_of(constraint: Any) -> Iterator[str]:
             yield from limits_of(each)
     for name, words in (("gt", "above"), ("ge", "at least"), ("lt", "below"), ("le", "at most")):
         limit = getattr(constraint, name, None)
-        if limit is not None:
+        if limit is not None and abs(limit) != MAX_NUMBER:  # all numbers have that one
             yield f"{words} {'2^63' if limit == 2**63 else number(limit)}"
 
 

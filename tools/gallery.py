@@ -30,6 +30,14 @@ lists with your own files.
 
 This page is written by `tools/gallery.py`.
 """
+RECORDINGS = """## Recordings
+
+In rerun's viewer, dark and light, by `python tools/look.py FOLDER --gallery`: the README's run, a storm of 1.2 m, one
+boat in open water, 20 boats, wayfinding, docking and a collision; then what a camera sees of the storm from 0.5, 2, 12,
+60 and 200 m.
+
+[![Recordings in rerun's viewer](gallery/recordings.webp)](gallery/recordings.webp)
+"""
 load_object = functools.cache(load)
 LIGHTS = "robotx_light_buoy"
 LIGHT_TEXT = "The last three letters are the colours that the panels show in turn; the pictures show the first."
@@ -116,7 +124,7 @@ VIEWS = Sheet("Worlds", stock_worlds())
 
 def page() -> str:
     """The text of docs/gallery.md."""
-    parts = [HEAD, "## Worlds\n", *_world_parts(), "## Competition worlds\n", *_competition_parts()]
+    parts = [HEAD, RECORDINGS, "## Worlds\n", *_world_parts(), "## Competition worlds\n", *_competition_parts()]
     parts += ["## Robots\n", _section(ROBOTS, {name: load_robot(name).description for name in ROBOTS.names})]
     parts += ["## Dock drawings\n", "The drawings of `assets/docks`; the docks are fixed, unless `dynamic: true`.\n"]
     parts += [_section(DOCKS, dict.fromkeys(DOCKS.names, "")), "## Objects\n"]

@@ -60,20 +60,20 @@ def arguments(name: str, folder: Path) -> list[str]:
     """Words of `vrx-mj run` for a recording, its files written to a folder."""
 
     def written(what: str, content: object) -> str:
-        file = folder / f"{name}_{what}.yaml"
+        file = folder / f"{what}.yaml"
         file.write_text(yaml.safe_dump(content), encoding="utf-8")
         return str(file)
 
     shipped = "vrx_mj.control:"
     return {
         "readme": ["example_course", "--fleet", "trio", "--duration", "60", "--seed", "7", "--thrust", STRAIGHT],
-        "storm": [written("world", STORM), "--fleet", written("fleet", STORM_FLEET), "--duration", "20",
+        "storm": [written("storm", STORM), "--fleet", written("three", STORM_FLEET), "--duration", "20",
                   "--thrust", "left=0.8,right=0.85"],
         "open_water": ["ocean", "--duration", "60", "--thrust", "left=0.9,right=0.9"],
-        "fleet_of_20": ["ocean", "--fleet", written("fleet", TWENTY), "--duration", "60", "--thrust", STRAIGHT],
+        "fleet_of_20": ["ocean", "--fleet", written("twenty", TWENTY), "--duration", "60", "--thrust", STRAIGHT],
         "wayfinding": ["wayfinding_task", "--duration", "300", "--control", f"{shipped}WaypointFollower"],
         "docking": ["scan_dock_deliver", "--duration", "300", "--control", f"{shipped}Docking"],
-        "collision": ["ocean", "--fleet", written("fleet", HEAD_ON), "--duration", "15",
+        "collision": ["ocean", "--fleet", written("head_on", HEAD_ON), "--duration", "15",
                       "--thrust", "left=1,right=1"],
     }[name]  # fmt: skip
 
@@ -121,12 +121,12 @@ def connected(url: str, seconds: float = 60.0) -> ViewerClient:
         time.sleep(0.2)
 
 
-def light(file: Path, size: tuple[int, int], seconds: float = 60.0) -> Iterator[Path]:
+def light(file: Path, size: tuple[int, int], seconds: float = 20.0) -> Iterator[Path]:
     """A picture of rerun's page in a browser with a light theme, after some time of the clock [s] while it plays."""
     browser.FLAGS = tuple(flag for flag in browser.FLAGS if flag != "--disable-gpu")
     with (
         contextlib.closing(Server(file)) as server,
-        tempfile.TemporaryDirectory() as folder,
+        tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder,
         browser.browsing(Path(folder), "about:blank", *SOFTWARE) as page,
     ):
         page.size(*size, dark=False)
@@ -175,7 +175,6 @@ def main() -> None:
     given = parser.parse_args()
     folder, names = given.folder, given.names or [*MOMENTS, "sea"]
     folder.mkdir(parents=True, exist_ok=True)
-    pictures: list[Path] = []
     for name in names:
         if name == "sea":
             taken: Iterator[Path] = drawn_sea(folder)
@@ -184,11 +183,11 @@ def main() -> None:
             views = [dark(file, size) for size in SIZES]
             taken = itertools.chain(*views, *([] if given.dark else [light(file, size) for size in SIZES]))
         for picture in taken:
-            pictures.append(picture)
             print(picture)
-    sheet(pictures, folder / "sheet.webp")
+    found = [picture for name in (*MOMENTS, "sea") for picture in sorted(folder.glob(f"{name}_*.png"))]
+    sheet(found, folder / "sheet.webp")
     if given.gallery:
-        chosen = [one for one in pictures if "_1920" not in one.name]
+        chosen = [one for one in found if "_1920" not in one.name]
         sheet(chosen, ROOT / "docs" / "gallery" / "recordings.webp", columns=3)
 
 

@@ -119,7 +119,8 @@ def write_meshes(name: str, folder: Path) -> None:
     if hull.water:
         parts["water"] = closed(hull)
     for part, mesh in parts.items():
-        lines = [f"v {x:.4f} {y:.4f} {z:.4f}" for x, y, z in mesh.vertices]
+        lines = [f"mtllib {name}.mtl", f"usemtl {part}"] if part != "water" else []  # the colours, for RViz
+        lines += [f"v {x:.4f} {y:.4f} {z:.4f}" for x, y, z in mesh.vertices]
         lines += [f"f {a} {b} {c}" for a, b, c in mesh.faces + 1]
         (folder / f"{part}.obj").write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
 

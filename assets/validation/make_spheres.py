@@ -35,7 +35,8 @@ def main() -> None:
     """Write meshes and tables."""
     for name, own in SPHERES.items():
         mesh = sphere(own["radius"], 3)
-        lines = [f"v {x:.7g} {y:.7g} {z:.7g}" for x, y, z in mesh.vertices]
+        lines = ["mtllib sphere.mtl", "usemtl hull"] if (FOLDER / name / "sphere.mtl").is_file() else []
+        lines += [f"v {x:.7g} {y:.7g} {z:.7g}" for x, y, z in mesh.vertices]
         lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in mesh.faces]
         (FOLDER / name).mkdir(exist_ok=True)
         (FOLDER / name / "sphere.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")

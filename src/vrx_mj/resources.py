@@ -1,10 +1,12 @@
 """Where the package's own assets, templates and fleets are."""
 
+from functools import cache
 from pathlib import Path
 
 __all__ = ["root"]
 
 
+@cache
 def root() -> Path:
     """The folder that holds `assets`, `templates` and `fleets`.
 

@@ -10,12 +10,15 @@ import random
 import struct
 import tempfile
 import zipfile
+import zlib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from vrx_mj.recording.packing import pack_rows, unpack_rows
+from vrx_mj.recording.parts import block_of
+from vrx_mj.recording.raw_file import FRAME, HEAD, MAGIC, VERSION
 from vrx_mj.recording.reader import COLUMNS, OURS, READING_COLUMNS, read_record
 from vrx_mj.recording.rrd_file import parsed_file
 
@@ -48,6 +51,17 @@ def put_together(parts: Parts) -> bytes:
         return file.read_bytes()
 
 
+def as_killed_run(parts: Parts) -> bytes:
+    """The file of a run that was not closed, with a block for each row of these parts."""
+    blocks = [
+        b"".join(block_of(entity, {name: cells[row : row + 1] for name, cells in columns.items()}))
+        for entity, _, columns in parts
+        for row in range(max(map(len, columns.values()), default=0))
+    ]
+    framed = [FRAME.pack(len(block), zlib.crc32(block)) + block for block in blocks]
+    return b"".join((HEAD.pack(MAGIC, VERSION), *framed))
+
+
 def chunk_of(entity: str, static: bool, columns: dict[str, list[Any]]) -> Any:
     """A chunk; None where nothing is left of it. Its times are those of the column `sim_time`."""
     import pyarrow as pa
@@ -78,16 +92,22 @@ def listed(cell: Any) -> list[Any]:
 
 
 def mutated(parts: Parts, chance: random.Random) -> bytes:
-    """A recording of which one or two things are wrong."""
-    changed = copy.deepcopy(parts)
+    """A recording of which one or two things are wrong, closed or not."""
+    wrong = changed(parts, chance)
+    return as_killed_run(wrong) if chance.random() < 0.3 else put_together(wrong)
+
+
+def changed(parts: Parts, chance: random.Random) -> Parts:
+    """Parts of which one or two things are wrong."""
+    found = copy.deepcopy(parts)
     for _ in range(chance.choice([1, 1, 1, 2])):
-        entity, static, columns = part = chance.choice([part for part in changed if part[2]])
+        entity, static, columns = part = chance.choice([part for part in found if part[2]])
         name = chance.choice(list(columns))
         match chance.randrange(12):
             case 0:
-                changed.remove(part)
+                found.remove(part)
             case 1:
-                changed.append(copy.deepcopy(part))
+                found.append(copy.deepcopy(part))
             case 2:
                 del columns[name]
             case 3:
@@ -97,9 +117,9 @@ def mutated(parts: Parts, chance: random.Random) -> bytes:
             case _ if columns[name]:
                 at = chance.randrange(len(columns[name]))
                 columns[name][at] = mutated_cell(name, columns[name][at], chance)
-        if not changed:
-            changed.append((entity, static, {}))
-    return put_together(changed)
+        if not found:
+            found.append((entity, static, {}))
+    return found
 
 
 def mutated_cell(name: str, cell: Any, chance: random.Random) -> Any:

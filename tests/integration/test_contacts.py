@@ -8,7 +8,7 @@ import pytest
 import vrx_mj
 from vrx_mj.cli.screen import print_summary
 from vrx_mj.errors import CommandError, UnknownNameError
-from vrx_mj.recording.session import following
+from vrx_mj.recording.session import viewable
 from vrx_mj.runtime.subscriptions import ContactWatch, forces_of_pairs
 
 SPAWN = {"sensors": "none", "thrusters": "H"}
@@ -36,7 +36,13 @@ def test_a_touch_is_told_once_with_a_force_that_stops_the_boat(sim):
     assert len(touches) == 1
     assert 0.0 < touches[0].time < 12.0
     assert touches[0].force > 100.0
-    assert str(touches[0]) == f"a touches quay, {touches[0].time:.1f} s, {touches[0].force:.0f} N"
+    touch = touches[0]
+    until = touch.time + touch.duration
+    assert str(touch) == f"a touches quay, {touch.time:.1f} to {until:.1f} s, {touch.force:.0f} N"
+    assert touch.force == pytest.approx(np.linalg.norm(touch.vector))
+    assert touch.vector[0] < -0.9 * touch.force  # back, from the wall ahead
+    assert touch.point[0] == pytest.approx(6.0, abs=0.3)  # its face
+    assert abs(touch.point[1]) < 1.3
 
 
 def test_a_run_sums_touches_up_by_pair_after_its_task_has_finished_too(capsys):
@@ -109,6 +115,35 @@ def test_a_recording_has_the_touch_and_the_motion_does_not_notice(sim, tmp_path)
     assert events[0].text.startswith("a touches quay, ")
 
 
+def test_a_recorded_touch_is_the_whole_one(sim, tmp_path):
+    """With its largest force and its end, as a run's summary has it, and not as it was after half a second."""
+    touches = []
+    watch = sim.watch_contacts(touches.append)
+    with vrx_mj.record(sim, tmp_path / "run.rrd"):
+        ram(sim)
+        sim.set_boat("a", pose=[-10.0, 0.0, 0.1, 0.0, 0.0, 0.0])
+        sim.step(duration=2.0)
+        sim.step({"a": {"left": 1.0, "right": 1.0}}, duration=20.0)
+    sim.unwatch_contacts(watch)
+    recorded = [event.touch for event in vrx_mj.read_record(tmp_path / "run.rrd").events if event.touch]
+    assert recorded == touches
+    assert len(touches) == 2
+    assert all(touch.duration > 0.5 for touch in touches)
+
+
+def test_a_watch_of_ended_touches_is_told_when_they_are_over(sim):
+    told = []
+    watch = sim.watch_contacts(lambda touch: told.append((sim.time, touch)), ended=True)
+    ram(sim)
+    assert not told
+    sim.set_boat("a", pose=[-10.0, 0.0, 0.1, 0.0, 0.0, 0.0])
+    sim.step(duration=3.0)
+    (moment, touch) = told[0]
+    assert 1.0 <= moment - (touch.time + touch.duration) <= 1.5
+    sim.unwatch_contacts(watch)
+    assert len(told) == 1
+
+
 def test_the_same_run_has_the_same_touches_however_it_is_cut(sim):
     found = []
     for piece in (12.0, 0.3):
@@ -133,12 +168,12 @@ def test_a_recording_that_is_there_can_follow_another_boat(sim, tmp_path):
     with vrx_mj.record(sim, tmp_path / "run.rrd"):
         sim.step(duration=0.2)
     recorded = vrx_mj.read_record(tmp_path / "run.rrd")
-    copy = vrx_mj.read_record(following(recorded, "b", tmp_path))
+    copy = vrx_mj.read_record(viewable(recorded, "b", tmp_path))
     assert copy.path.name == "run_b.rrd"
     assert copy.has_views
     assert copy.rows.tobytes() == recorded.rows.tobytes()
     with pytest.raises(UnknownNameError) as refused:
-        following(recorded, "crane", tmp_path)
+        viewable(recorded, "crane", tmp_path)
     assert str(refused.value) == "no boat named 'crane'; known: a, b"
 
 
@@ -179,7 +214,7 @@ def test_touches_of_one_moment_come_in_the_order_of_their_names():
     arrays, told = SimpleNamespace(timestep=0.01), []
     watch = ContactWatch(lambda: ("a",), lambda: arrays, lambda touch: told.append((touch.boat, touch.other)))
     for pair in names:
-        watch._note(pair, 1.0, 3.0)
+        watch._note(pair, (1.0, 0.0, 0.0), (0.0, 0.0, 0.0), 3.0)
     watch.end()
     assert told == sorted(names)
 
@@ -201,7 +236,9 @@ def test_a_short_graze_is_seen_at_its_first_step_with_nearly_its_largest_force(t
             continue
         for _ in range(round(3.0 / timestep)):
             sim.advance(1)
-            forces[sim.time] = sum(forces_of_pairs(sim._live.arrays, frozenset("a")).values())
+            forces[sim.time] = sum(
+                float(np.linalg.norm(force)) for force, _ in forces_of_pairs(sim._live.arrays, frozenset("a")).values()
+            )
     began, largest = next(time for time, force in forces.items() if force > 0.0), max(forces.values())
     assert [str(touch).split(",")[0] for touch in touches] == ["a touches buoy"]
     assert touches[0].time == pytest.approx(began, abs=timestep / 2)

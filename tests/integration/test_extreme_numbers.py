@@ -1,11 +1,16 @@
 """The largest and smallest numbers that a world's file may give: a run, a diverged one, or an error of ours."""
 
 import contextlib
+import importlib
+import pkgutil
+from typing import Annotated, get_args, get_origin
 
 import pytest
+from pydantic.fields import FieldInfo
 
 import vrx_mj
-from vrx_mj.config.base import MAX_NUMBER, MIN_POSITIVE
+import vrx_mj.config
+from vrx_mj.config.base import MAX_NUMBER, MIN_POSITIVE, Config
 from vrx_mj.errors import ConfigError, VrxError
 
 FLEET = {"boats": [{"name": "a", "pose": [0, 0, 0.1, 0, 0, 0], "sensors": "none"}]}
@@ -33,10 +38,10 @@ def test_numbers_of_a_world_run_or_are_refused(section, key, number, tmp_path, m
 @pytest.mark.parametrize(
     ("world", "message"),
     [
-        ({"sea": {"gain": 1.0e308}}, "<world>: sea.gain: must be at most 1e+09 in size, got 1e+308"),
+        ({"sea": {"gain": 1.0e308}}, "<world>: sea.gain: must be at most 1000000000, got 1e+308"),
         (
             {"sea": {"direction": [1.0, -1e10]}},
-            "<world>: sea.direction[1]: must be at most 1e+09 in size, got -10000000000",
+            "<world>: sea.direction[1]: must be at least -1000000000, got -10000000000",
         ),
         ({"wind": {"var_time": 1e-13}}, "<world>: wind.var_time: must be at least 1e-12, got 1e-13"),
     ],
@@ -45,3 +50,31 @@ def test_numbers_without_physics_are_refused(world, message):
     with pytest.raises(ConfigError) as raised:
         vrx_mj.compile_world(world)
     assert str(raised.value) == message
+
+
+def models_of(base):
+    for model in base.__subclasses__():
+        yield model
+        yield from models_of(model)
+
+
+def numbers_in(annotation, marks=()):
+    """Marks of every float in an annotation."""
+    if annotation is float:
+        yield [limit for mark in marks for limit in (mark.metadata if isinstance(mark, FieldInfo) else [mark])]
+    own = annotation.__metadata__ if get_origin(annotation) is Annotated else ()
+    outer = () if get_origin(annotation) in {tuple, dict} else marks
+    for part in get_args(annotation)[: 1 if own else None]:
+        yield from numbers_in(part, (*own, *outer))
+
+
+def test_every_number_of_a_file_has_limits():
+    for module in pkgutil.walk_packages(vrx_mj.config.__path__, "vrx_mj.config."):
+        importlib.import_module(module.name)
+    fields = [(model, *item) for model in models_of(Config) for item in model.model_fields.items()]
+    found = [(model, name, marks) for model, name, own in fields for marks in numbers_in(own.annotation, own.metadata)]
+    assert len(found) > 500
+    for model, name, marks in found:
+        given = {key for mark in marks for key in ("ge", "gt", "le", "lt") if getattr(mark, key, None) is not None}
+        assert given & {"ge", "gt"}, f"{model.__name__}.{name} has no lower limit"
+        assert given & {"le", "lt"}, f"{model.__name__}.{name} has no upper limit"

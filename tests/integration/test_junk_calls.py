@@ -106,7 +106,7 @@ SIMULATED = {
     "set_light": {"name": "lamp", "colors": ("red", "off", "blue")},
     "shuffle": {"name": "lamp"},
     "subscribe": {"boat": "a", "sensor": "gps_wamv", "callback": print, "rate": 1.0},
-    "watch_contacts": {"tell": print},
+    "watch_contacts": {"tell": print, "ended": True},
 }
 NEEDING_MORE = {"attach", "detach", "energy", "fire", "paint", "pinger", "set_pinger", "set_placard", "set_state",
                 "send", "spawn", "spawn_object", "spawn_dock", "remove", "unsubscribe",

@@ -7,7 +7,7 @@ import pytest
 
 import vrx_mj
 from vrx_mj.draw.map_scene import map_of
-from vrx_mj.recording.blueprint import plan_circle
+from vrx_mj.recording.eyes import plan_eye
 from vrx_mj.recording.simulation_scene import scene_of
 from vrx_mj.recording.task_chunks import PLOT, WORDS
 
@@ -58,9 +58,9 @@ def test_the_plot_of_a_recording_ends_at_the_score_of_the_run(sim, tmp_path, beg
 
 def test_the_plan_holds_the_course(sim):
     sim.reset()
-    middle, radius = plan_circle(scene_of(sim))
-    assert radius >= 6.0
-    np.testing.assert_allclose(middle, [4.0, 0.0, 0.0], atol=0.1)
+    (x, y), height = plan_eye(scene_of(sim), np.zeros((2, 2)))
+    assert x == pytest.approx(4.0, abs=0.1)
+    assert y - height / 2.0 < -6.0 < 6.0 < y + height / 2.0
 
 
 def test_the_map_has_the_gate_in_the_direction_of_the_course(sim):

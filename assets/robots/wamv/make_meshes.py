@@ -1,5 +1,7 @@
 """Makes the WAM-V's meshes, `meshes/*.obj`, one file for each colour: `python make_meshes.py`.
 
+Their colours are in `meshes/wamv.mtl`, for RViz, and in the xacro files.
+
 Frame of hulls, trim, arches, deck and batteries: base_link (x forward, y to port, z up, at keel level); of
 the engine: its steering hinge; of the propeller: its hub; of anything else: that of its link. Lengths in m. The
 shapes are drawn from scratch after the dimensions of the WAM-V 16 and the bounding boxes of VRX's meshes. Every
@@ -18,6 +20,7 @@ from trimesh import Trimesh
 Array = npt.NDArray[np.float64]
 Vector = Sequence[float] | Array
 
+MATERIALS = "wamv.mtl"
 HULL_Y, HULL_Z, HULL_RADIUS = 1.03, 0.215, 0.205
 """Axis and radius of a hull where it is straight."""
 BOW_START, BOW_END, BOW_RISE, BOW_TAPER = 1.05, 2.493, 0.335, 0.715
@@ -482,13 +485,14 @@ def corner_normals(points: Array, faces: npt.NDArray[np.int64]) -> Array:
     return normals
 
 
-def obj_text(parts: Sequence[Trimesh]) -> str:
-    """The parts as one Wavefront OBJ, coordinates to 0.1 mm."""
+def obj_text(parts: Sequence[Trimesh], material: str = "") -> str:
+    """The parts as one Wavefront OBJ, coordinates to 0.1 mm; `material` is one of `wamv.mtl`."""
     mesh = trimesh.util.concatenate(parts)
     faces = np.asarray(mesh.faces)
     normals = np.round(corner_normals(mesh.vertices, faces), 3) + 0.0
     unique, index = np.unique(normals.reshape(-1, 3), axis=0, return_inverse=True)
-    lines = ["v " + " ".join(f"{x:.4f}".replace("-0.0000", "0.0000") for x in v) for v in mesh.vertices]
+    lines = [f"mtllib {MATERIALS}", f"usemtl {material}"] if material else []
+    lines += ["v " + " ".join(f"{x:.4f}".replace("-0.0000", "0.0000") for x in v) for v in mesh.vertices]
     lines += ["vn " + " ".join(f"{x:.3f}" for x in n) for n in unique]
     for corners, directions in zip(faces + 1, index.reshape(-1, 3) + 1, strict=True):
         lines.append("f " + " ".join(f"{v}//{n}" for v, n in zip(corners, directions, strict=True)))
@@ -496,10 +500,12 @@ def obj_text(parts: Sequence[Trimesh]) -> str:
 
 
 def write_meshes(folder: Path) -> None:
-    """Write every part into `folder`."""
+    """Write every part into `folder`; those that are drawn have a material."""
     folder.mkdir(parents=True, exist_ok=True)
+    known = (Path(__file__).parent / "meshes" / MATERIALS).read_text(encoding="utf-8").split()
     for name, parts in PARTS.items():
-        (folder / f"{name}.obj").write_text(obj_text(parts()), encoding="utf-8", newline="\n")
+        material = name if name in known else ""
+        (folder / f"{name}.obj").write_text(obj_text(parts(), material), encoding="utf-8", newline="\n")
 
 
 if __name__ == "__main__":

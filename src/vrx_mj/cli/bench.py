@@ -8,12 +8,10 @@ import math
 import statistics
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager, nullcontext, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from itertools import chain
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -34,10 +32,14 @@ if TYPE_CHECKING:
 __all__ = [
     "DT",
     "SEA",
+    "Row",
+    "bench_row",
     "boat_steps_per_second",
+    "child_cost",
     "environment_steps_per_second",
     "fleet",
     "megabytes_per_row",
+    "print_rows",
     "sailing",
     "serve",
     "two_threads_and_two_processes",
@@ -77,7 +79,7 @@ def sailing(count: int, world: Mapping[str, object] = SEA) -> Simulation:
 
 Row = dict[str, Any]
 ROUNDS = 15
-FIGURES = 18
+FIGURES = 16
 """Figures that `measure` takes: for the progress only."""
 VERDICTS = {True: "yes", False: "[red]no[/]", None: ""}
 
@@ -104,28 +106,25 @@ def measure() -> list[Row]:
     """
     rows: list[Row] = []
     with Bar("measuring", FIGURES, "figures") as bar:
-        for row in chain(_measured(), batch_rows()):
-            rows.append(row)
-            bar.update(len(rows), row["name"])
+        for found in chain(_measured(), batch_rows()):
+            rows.append(found)
+            bar.update(len(rows), found["name"])
     return rows
 
 
 def _measured() -> Iterator[Row]:
-    yield _row("step_ratio_1", step_ratio(1, 2000), "x bare mj_step", 1.5)
-    yield _row("step_ratio_100", step_ratio(100, 100), "x bare mj_step", 2.5)
-    yield _row("sea_60_ratio", step_ratio(1, 2000, OCEAN), "x bare mj_step", 4.0)
-    yield _row("marine_step_ratio_1", step_ratio(1, 2000, MARINE), "x bare mj_step", 8.0)
-    yield _row("marine_step_ratio_100", step_ratio(100, 100, MARINE), "x bare mj_step", 8.0)
-    yield _row("boats_in_real_time", boats_in_real_time(500), "boats", 3000, at_least=True)
-    yield _row("record_overhead", record_overhead(), "of the run", 0.05)
-    yield _row("import_s", import_seconds(), "s", 0.1)
-    yield _row("help_s", processor_seconds("--help"), "s of processor time", 0.3)
-    yield _row("list_s", processor_seconds("list", "worlds"), "s of processor time", 0.5)
-    yield _row("compile_100_s", compile_seconds(100), "s", 3.0)
-    yield _row("lidar_scans", lidar_scans(30), "scans/s", 100.0, at_least=True)
-    done = subprocess.run([sys.executable, "-c", MEMORY_CODE], capture_output=True, check=True)
-    yield _row("rss_3_mb", float(done.stdout), "MB", 350.0)
-    yield _row("rtf_1", real_time_factor(), "x real time", None)
+    yield bench_row("step_ratio_1", step_ratio(1, 2000), "x bare mj_step", 1.5)
+    yield bench_row("step_ratio_100", step_ratio(100, 100), "x bare mj_step", 2.5)
+    yield bench_row("sea_60_ratio", step_ratio(1, 2000, OCEAN), "x bare mj_step", 4.0)
+    yield bench_row("marine_step_ratio_1", step_ratio(1, 2000, MARINE), "x bare mj_step", 8.0)
+    yield bench_row("marine_step_ratio_100", step_ratio(100, 100, MARINE), "x bare mj_step", 8.0)
+    yield bench_row("boats_in_real_time", boats_in_real_time(500), "boats", 3000, at_least=True)
+    yield bench_row("import_s", import_seconds(), "s", 0.1)
+    yield bench_row("help_s", processor_seconds("--help"), "s of processor time", 0.3)
+    yield bench_row("list_s", processor_seconds("list", "worlds"), "s of processor time", 0.5)
+    yield bench_row("compile_100_s", compile_seconds(100), "s", 3.0)
+    yield bench_row("lidar_scans", lidar_scans(30), "scans/s", 100.0, at_least=True)
+    yield bench_row("rtf_1", real_time_factor(), "x real time", None)
 
 
 def batch_rows() -> list[Row]:
@@ -134,10 +133,10 @@ def batch_rows() -> list[Row]:
     parts = {"boat steps/s, 2 threads": threads, "boat steps/s, 2 processes": processes}
     without = needs_extra("it", "Gymnasium", "rl")
     return [
-        _row("batch_boat_steps_per_s", boat_steps_per_second(), "boat steps/s", None),
-        _row("batch_scaling_2_threads", threads / processes, "of 2 processes", 0.85, at_least=True, parts=parts),
-        _row("vector_env_steps_per_s", environment_steps_per_second(), "env steps/s", None, missing=without),
-        _row("batch_mb_per_row", megabytes_per_row(), "MB", None),
+        bench_row("batch_boat_steps_per_s", boat_steps_per_second(), "boat steps/s", None),
+        bench_row("batch_scaling_2_threads", threads / processes, "of 2 processes", 0.85, at_least=True, parts=parts),
+        bench_row("vector_env_steps_per_s", environment_steps_per_second(), "env steps/s", None, missing=without),
+        bench_row("batch_mb_per_row", megabytes_per_row(), "MB", None),
     ]
 
 
@@ -153,7 +152,7 @@ def print_rows(rows: list[Row]) -> None:
         budget = "" if row["budget"] is None else f"{row['limit']} {row['budget']:g}"
         table.add_row(row["name"], _figure(row["value"]), row["unit"], budget, VERDICTS[row["ok"]])
         for part, figure in row["parts"].items():
-            table.add_row("", f"{figure:,.0f}", part)
+            table.add_row("", _figure(figure), part)
     out = Console()
     out.print(table)
     for row in rows:
@@ -167,7 +166,7 @@ def _figure(value: float | None) -> str:
     return f"{value:,.0f}" if value >= 1e4 else f"{value:.4g}"
 
 
-def _row(
+def bench_row(
     name: str,
     value: float,
     unit: str,
@@ -233,27 +232,6 @@ def boats_in_real_time(count: int) -> float:
     return count * DT / statistics.median(seconds)
 
 
-def record_overhead() -> float:
-    """Share that recording poses and scalars adds to the README's run under way, start and end of the file apart.
-
-    The sea's surface is left out here: it is a picture, and costs more than all the rest of a recording.
-    """
-    from vrx_mj.recording import record
-
-    sim = Simulation(compile_world("example_course", fleet="trio"))
-    minute = sim.steps_in(60.0)
-    with tempfile.TemporaryDirectory() as folder:
-        seconds: dict[bool, list[float]] = {False: [], True: []}
-        for _ in range(7):
-            for recorded, times in seconds.items():
-                sim.reset()
-                with record(sim, Path(folder) / "run.rrd", sea=False) if recorded else nullcontext():
-                    begun = time.perf_counter()
-                    sim.advance(minute)
-                    times.append(time.perf_counter() - begun)
-        return statistics.median(a / b for a, b in zip(seconds[True], seconds[False], strict=True)) - 1.0
-
-
 def import_seconds() -> float:
     """What `import vrx_mj` takes in a fresh interpreter."""
     code = "import time; t = time.perf_counter(); import vrx_mj; print(time.perf_counter() - t)"
@@ -263,18 +241,22 @@ def import_seconds() -> float:
 
 def processor_seconds(*words: str) -> float:
     """Processor time of `vrx-mj` with these words, warm: user and system, median of nine [s]."""
-    return statistics.median(child_seconds([sys.executable, "-m", "vrx_mj", *words]) for _ in range(9))
+    return statistics.median(child_cost([sys.executable, "-m", "vrx_mj", *words])[0] for _ in range(9))
 
 
-def child_seconds(command: list[str]) -> float:
-    """Processor time that a command takes [s], as seen every millisecond: Windows counts none of ended processes."""
-    with psutil.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as child:
+def child_cost(command: list[str], folder: str | None = None) -> tuple[float, float]:
+    """Processor time [s] of a command and its children, and its largest memory [MB], as seen every millisecond.
+
+    Windows counts nothing of ended processes.
+    """
+    memory = 0
+    with psutil.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=folder) as child:
         while child.poll() is None:
             with suppress(psutil.NoSuchProcess):
-                spent = child.cpu_times()
+                spent, memory = child.cpu_times(), max(memory, child.memory_info().rss)
             time.sleep(0.001)
     subprocess.CompletedProcess(command, child.returncode).check_returncode()
-    return float(spent.user + spent.system)
+    return float(sum(spent[:4])), memory / 1e6
 
 
 def compile_seconds(count: int) -> float:
@@ -311,15 +293,6 @@ def lidar_scans(buoys: int) -> float:
         lidar.scan(data, key=1, index=number)
         seconds.append(time.perf_counter() - begun)
     return 1.0 / statistics.median(seconds[2:])
-
-
-MEMORY_CODE = """
-import vrx_mj
-from vrx_mj.runtime.limits import process_memory
-sim = vrx_mj.Simulation(vrx_mj.compile_world("example_course", fleet="trio"))
-sim.step(duration=1.0)
-print(process_memory() / 1e6)
-"""
 
 
 def real_time_factor() -> float:

@@ -331,7 +331,7 @@ def cores_row(cores: tuple[int, float]) -> Row:
 
 
 EXTRAS = {
-    "ros1": ("rosbags", "lz4"), "rosbridge": ("rosbags", "websockets", "cbor2"),
+    "ros1": ("rosbags", "lz4"), "foxglove": ("rosbags", "foxglove"), "rosbridge": ("rosbags", "websockets", "cbor2"),
     "rl": ("gymnasium", "pettingzoo"), "ray": ("ray",), "notebook": ("ipykernel", "rerun_notebook"),
     "video": ("av",), "hydro": ("capytaine",),
 }  # fmt: skip
@@ -435,9 +435,10 @@ def extra_row(name: str, modules: Sequence[str], find: Callable[[str], object] =
 def master_row(uri: str, timeout: float = MASTER_TIMEOUT) -> tuple[Row, Publishers]:
     """Whether a ROS master answers at a URI within so long [s], and who publishes there."""
     import asyncio
+    from xmlrpc.client import Fault
 
     from vrx_mj.ros.access import is_local
-    from vrx_mj.ros.ros1.xmlrpc import BROKEN, Fault, Proxy, address
+    from vrx_mj.ros.ros1.xmlrpc import BROKEN, Proxy, address
 
     async def asked() -> Any:
         proxy = Proxy(uri)

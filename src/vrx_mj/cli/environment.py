@@ -9,8 +9,8 @@ from pathlib import Path
 __all__ = ["PACKAGES", "installed_first", "intruder"]
 
 PACKAGES = frozenset({
-    "IPython", "PIL", "av", "capytaine", "cbor2", "collada", "gymnasium", "jinja2", "llvmlite", "lxml", "lz4",
-    "markupsafe", "matplotlib", "mujoco", "numba", "numpy", "pettingzoo", "psutil", "pyarrow", "pydantic", "ray",
+    "IPython", "PIL", "av", "capytaine", "cbor2", "collada", "foxglove", "gymnasium", "jinja2", "llvmlite", "lxml",
+    "lz4", "markupsafe", "matplotlib", "mujoco", "numba", "numpy", "pettingzoo", "psutil", "pyarrow", "pydantic", "ray",
     "rerun", "rerun_notebook", "rich", "rosbags", "scipy", "shapely", "trimesh", "typer", "websockets", "yaml",
 })  # fmt: skip
 """What we import, by the names of the modules."""

@@ -68,7 +68,7 @@ DEFAULT_WEB_PORT = "8090"
 """Port of teleop's page."""
 ENDS = (".launch", ".launch.py", ".world", ".xacro", ".sdf", ".yaml", ".yml")
 """How the files of a folder end that a command line may name."""
-PORTS = {"--rosbridge": DEFAULT_PORT, "--web": DEFAULT_WEB_PORT}
+PORTS = {"--rosbridge": DEFAULT_PORT, "--web": DEFAULT_WEB_PORT, "--foxglove": "8765"}
 """Options whose port may be left out."""
 
 
@@ -100,7 +100,7 @@ def named_values(words: Sequence[str] | None) -> dict[str, str]:
 
 
 def with_default_port(arguments: Sequence[str]) -> list[str]:
-    """The words of a command line, with a port after --rosbridge and --web where it is left out, but for a campaign."""
+    """The words of a command line, with a port after the options of PORTS where it is left out, but for a campaign."""
     if "campaign" in arguments[:1]:
         return list(arguments)
     words = []

@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
+from importlib.abc import MetaPathFinder
 from pathlib import Path
 
 from vrx_mj.bar import waiting
@@ -48,8 +49,9 @@ def sail(
     controller = steer(sim)
     most = planned(sim) if duration is None else duration
     sim.steps_in(most)
+    foreign = controller is not None and thrust is None
     with (
-        recording(sim, path, sensors or (), follow=follow),
+        recording(sim, path, sensors or (), follow=follow, pandas=foreign),
         _bagging(sim, bag, controller, topics) as (advance, controller),
         terminal_bar(sim, most) as tick,
     ):
@@ -72,18 +74,47 @@ def _bagging(
 
 @contextmanager
 def recording(
-    sim: Simulation, path: Path | None, sensors: str | Sequence[str], *, follow: str | None = None
+    sim: Simulation,
+    path: Path | None,
+    sensors: str | Sequence[str],
+    *,
+    follow: str | None = None,
+    pandas: bool = False,
 ) -> Iterator[None]:
-    """Record a simulation into a file, if there is one; to close a long recording takes a while."""
+    """Record a simulation into a file, if there is one; to close a long recording takes a while.
+
+    With `pandas` a user's code runs here, which may want it; see `_keep_pandas_out`.
+    """
     if path is None:
         yield
         return
     from vrx_mj.recording import record
 
+    if not pandas:
+        _keep_pandas_out()
     with ExitStack() as closing, ExitStack() as recorder:
         recorder.enter_context(record(sim, path, sensors=sensors, follow=follow))
         recorder.callback(lambda: closing.enter_context(waiting("closing the recording")))
         yield
+
+
+class _NoPandas(MetaPathFinder):
+    """Finds that pandas is not installed."""
+
+    def find_spec(self, fullname: str, *_: object) -> None:
+        if fullname == "pandas":
+            raise ModuleNotFoundError(name=fullname)
+
+
+def _keep_pandas_out() -> None:
+    """Have pyarrow look for pandas, which it does once, without finding it: loading it takes 0.2 s and 40 MB."""
+    from pyarrow import array
+
+    sys.meta_path.insert(0, _NoPandas())
+    try:
+        array([0])
+    finally:
+        del sys.meta_path[0]
 
 
 def steering(control: str | None, thrust: str | None) -> Callable[[Simulation], Controller | None]:

@@ -28,6 +28,9 @@ class CmdVel(Enum):
 
 
 Rosbridge = Annotated[int | None, typer.Option(help="Serve rosbridge v2; the port may be left out: 9090.")]
+Foxglove = Annotated[
+    int | None, typer.Option(help="Serve Foxglove and Lichtblick, to look at; the port may be left out: 8765.")
+]
 Waits = Annotated[
     str | None,
     typer.Option(help="Topics A,B that the simulation waits for after every /clock; step: the service /vrx_mj/step."),
@@ -56,6 +59,7 @@ def serve(
     fleet: Fleet = None,
     ros1: Annotated[bool, typer.Option("--ros1", help="Serve ROS 1; starts a master if none answers.")] = False,
     rosbridge: Rosbridge = None,
+    foxglove: Foxglove = None,
     ros2: Annotated[bool, typer.Option("--ros2", help="Serve ROS 2, through the rclpy of this Python.")] = False,
     host: Annotated[str, typer.Option(help="Address to listen on; 0.0.0.0: all networks.")] = "127.0.0.1",
     allow_origin: Origins = None,
@@ -73,17 +77,16 @@ def serve(
 ) -> None:
     """Serve a world to ROS, with VRX's topics and services. By default ROS 1 and rosbridge, without ROS 2.
 
-    Ctrl-C or SIGTERM ends it; a recording is closed then.
+    Ctrl-C or SIGTERM ends it; a recording is closed then. For viewers alone: vrx-mj serve example_course --foxglove
 
     Example: vrx-mj serve example_course --fleet usv_config --ros1
     """
-    source, given = opened_by(world, arguments)
-    none = not (ros1 or ros2 or rosbridge is not None)
-    options = {"seed": seed, "nudge": nudge, "arguments": given}
+    none = not (ros1 or ros2) and (rosbridge, foxglove) == (None, None)
     _run(
-        *(source, fleet, options, record),
+        *(opened_by(world, arguments), fleet, {"seed": seed, "nudge": nudge}, record),
         ros1=ros1 or none,
         rosbridge=int(DEFAULT_PORT) if none else rosbridge,
+        foxglove=foxglove,
         ros2=ros2,
         host=host,
         origins=allow_origin or (),
@@ -98,9 +101,13 @@ def serve(
     )
 
 
-def _run(world: str, fleet: str | None, options: dict[str, Any], record: Path | None, **wanted: Any) -> None:
+def _run(
+    opened: tuple[str, Any], fleet: str | None, options: dict[str, Any], record: Path | None, **wanted: Any
+) -> None:
     """Compile and serve; imports wait until they are needed."""
-    check_installed(rosbridge=wanted["rosbridge"] is not None, ros2=wanted["ros2"])
+    check_installed(
+        rosbridge=wanted["rosbridge"] is not None, ros2=wanted["ros2"], foxglove=wanted["foxglove"] is not None
+    )
     from vrx_mj.cli.sailing import recording
     from vrx_mj.mjcf.compile import compile_world
     from vrx_mj.ros.access import checked_origins
@@ -110,7 +117,7 @@ def _run(world: str, fleet: str | None, options: dict[str, Any], record: Path | 
 
     logging.getLogger("vrx_mj").addHandler(_Log())
     services = Wanted(**wanted | {"origins": checked_origins(wanted["origins"])})
-    sim = Simulation(compile_world(world, fleet=fleet, **options))
+    sim = Simulation(compile_world(opened[0], fleet=fleet, arguments=opened[1], **options))
     with recording(sim, record, ()):
         run(sim, services, report=_log_line, status=_status())
 
@@ -130,14 +137,14 @@ def parse_lockstep(text: str) -> tuple[str, ...]:
     return tuple(topic for topic in text.split(",") if topic not in {"", "step"})
 
 
-def check_installed(*, rosbridge: bool, ros2: bool = False) -> None:
+def check_installed(*, rosbridge: bool, ros2: bool = False, foxglove: bool = False) -> None:
     """Say what to install before the world is compiled."""
     from importlib.util import find_spec
 
-    needed = ("rosbags",) + ("websockets", "cbor2") * rosbridge
+    needed = ("rosbags",) + ("websockets", "cbor2") * rosbridge + ("foxglove",) * foxglove
     missing = [name for name in needed if find_spec(name) is None]
     if missing:
-        extra = "rosbridge" if rosbridge else "ros1"
+        extra = "foxglove" if "foxglove" in missing else "rosbridge" if rosbridge else "ros1"
         raise NetworkError(f"not installed: {', '.join(missing)}; {install_extra(extra)}")
     if ros2:
         from vrx_mj.ros.ros2 import load_rclpy

@@ -3,9 +3,8 @@
 import ast
 import inspect
 import itertools
-import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeVar, get_args, get_origin
@@ -22,39 +21,9 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from vrx_mj.arguments import as_number
 from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import one_of, shown, unknown_key
 from vrx_mj.errors import UnknownNameError
-
-__all__ = [
-    "Color",
-    "Config",
-    "Coordinate",
-    "Folder",
-    "FromFile",
-    "Latitude",
-    "Longitude",
-    "Name",
-    "NonNegative",
-    "NotEmpty",
-    "Only",
-    "Pose",
-    "Positive",
-    "Principal",
-    "Seed",
-    "Share",
-    "Switch",
-    "Vec3",
-    "fault",
-    "faults",
-    "field_docstrings",
-    "keys_of",
-    "limited_keys",
-    "numbers",
-    "text_faults",
-    "without_ignored_keys",
-]
 
 Filled = TypeVar("Filled", bound=tuple[object, ...])
 
@@ -125,10 +94,12 @@ class Only(NamedTuple):
 
     def fault(self, selected: object, value: object) -> PydanticCustomError | None:
         """What is wrong with a given value of the field beside one of the other field; None for either: not given."""
+        allowed = self.allows(selected)
+        if allowed is (value is not None) or (allowed and not self.required):
+            return None
         chosen, *known = (shown(each).strip("'") for each in (selected, *self.values))
-        if self.allows(selected) or value is None:
-            missing = self.required and value is None and self.allows(selected)
-            return fault(f"required for `{self.selector}: {chosen}`") if missing else None
+        if allowed:
+            return fault(f"required for `{self.selector}: {chosen}`")
         said = f"without `{self.selector}`" if selected is None else f"for `{self.selector}: {chosen}`"
         return fault(f"not allowed {said}{f'; allowed for {one_of(known)}' if known else ''}", selector=self.selector)
 
@@ -136,7 +107,7 @@ class Only(NamedTuple):
 class Config(BaseModel):
     """Frozen and strict: unknown keys, NaN and infinities are errors; whole numbers pass as floats."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False, defer_build=True)
 
     folder_keys: ClassVar[Mapping[str, str]] = {}
     """Key whose relative path starts in a folder, by the field of the folder; others hold that of the section."""
@@ -155,8 +126,6 @@ class Config(BaseModel):
         }
         if isinstance(data, Section):
             plain = without_ignored_keys(cls, plain, data.depth)
-        if huge := [place for key, value in plain.items() if key in fields for place in _huge(cls, key, value)]:
-            raise faults(*huge)
         if isinstance(data, Section):
             for own in (name for name, field in fields.items() if field.exclude):
                 if own in data:
@@ -166,11 +135,11 @@ class Config(BaseModel):
 
     @model_validator(mode="after")
     def _has_no_ignored_keys(self) -> Self:
-        given = {key: getattr(self, key) for key in self.model_fields_set}
+        given = self.model_fields_set
         found = [
             ((key,), error)
             for key, only in limited_keys(type(self)).items()
-            if (error := only.fault(getattr(self, only.selector), given.get(key)))
+            if (error := only.fault(getattr(self, only.selector), getattr(self, key) if key in given else None))
         ]
         if found:
             raise faults(*found)
@@ -232,33 +201,6 @@ def without_ignored_keys(
         and not only.allows(content.get(only.selector, default[only.selector]))
     }
     return {key: value for key, value in content.items() if key not in ignored}
-
-
-def _huge(model: type[Config], key: str, value: object) -> Iterator[tuple[tuple[str | int, ...], str]]:
-    """Numbers of a field that are too large for any unit, each with its path and message."""
-    if key in _whole_numbers(model):
-        return
-    for path, number in _numbers_in((key,), value):
-        if not abs(number) <= MAX_NUMBER and math.isfinite(as_number(number)) | isinstance(number, int):
-            yield path, f"must be at most {MAX_NUMBER:g} in size, got {shown(number)}"
-
-
-def _numbers_in(path: tuple[str | int, ...], value: object) -> Iterator[tuple[tuple[str | int, ...], float]]:
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        yield path, value
-    elif isinstance(value, list | tuple):
-        for index, item in enumerate(value):
-            yield from _numbers_in((*path, index), item)
-
-
-@cache
-def _whole_numbers(model: type[Config]) -> frozenset[str]:
-    """Fields of whole numbers, which have limits of their own."""
-    return frozenset(key for key, field in model.model_fields.items() if int in _kinds(field.annotation))
-
-
-def _kinds(annotation: object) -> set[object]:
-    return {annotation, *(kind for part in get_args(annotation) for kind in _kinds(part))}
 
 
 @cache
@@ -346,8 +288,9 @@ Folder = Annotated[Path | None, Field(exclude=True, repr=False, strict=False)]
 NotEmpty = AfterValidator(_some)
 """Demands at least one entry in a list."""
 
-Positive = Annotated[float, Field(gt=0), AfterValidator(_not_tiny)]
-NonNegative = Annotated[float, Field(ge=0)]
+Number = Annotated[float, Field(ge=-MAX_NUMBER, le=MAX_NUMBER)]
+Positive = Annotated[float, Field(gt=0, le=MAX_NUMBER), AfterValidator(_not_tiny)]
+NonNegative = Annotated[float, Field(ge=0, le=MAX_NUMBER)]
 Seed = Annotated[int, Field(ge=0, lt=2**63)]
 Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
 Latitude = Annotated[float, Field(ge=-90, le=90)]
@@ -358,7 +301,7 @@ Vec3 = Annotated[tuple[Coordinate, Coordinate, Coordinate], numbers("x y z")]
 Principal = Annotated[tuple[Positive, Positive, Positive], numbers("ixx iyy izz"), AfterValidator(_possible)]
 """Moments of inertia of a body about its centre of mass [kg m2]."""
 
-Pose = Annotated[tuple[Coordinate, Coordinate, Coordinate, float, float, float], numbers("x y z roll pitch yaw")]
+Pose = Annotated[tuple[Coordinate, Coordinate, Coordinate, Number, Number, Number], numbers("x y z roll pitch yaw")]
 """x, y, z [m], roll, pitch, yaw [rad]; R = Rz(yaw) Ry(pitch) Rx(roll), body to world."""
 
 Color = Annotated[tuple[Share, Share, Share, Share], BeforeValidator(_rgba)]

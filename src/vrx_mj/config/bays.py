@@ -15,31 +15,6 @@ from vrx_mj.config.base import Config, Name, NonNegative, NotEmpty, Only, Pose, 
 from vrx_mj.config.wording import shown
 from vrx_mj.frames import apply, rotation
 
-__all__ = [
-    "BLOCKS",
-    "FIRST_SYMBOL",
-    "LIGHT_COLORS",
-    "LIGHT_PATTERNS",
-    "OFF",
-    "RGB",
-    "SHAPES",
-    "SYMBOLS",
-    "Bay",
-    "BayConfig",
-    "Box",
-    "Cell",
-    "ColorName",
-    "HoleConfig",
-    "LightConfig",
-    "MooringConfig",
-    "PlacardConfig",
-    "Symbol",
-    "bay_zones",
-    "board",
-    "board_holes",
-    "find_bays",
-]
-
 Cell = tuple[int, int]
 """Row and column of a block, counted from 0."""
 

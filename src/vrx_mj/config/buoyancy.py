@@ -3,11 +3,9 @@
 import math
 from typing import Annotated, Literal
 
-from vrx_mj.config.base import Config, NonNegative, NotEmpty, Positive
+from vrx_mj.config.base import Config, NonNegative, NotEmpty, Number, Positive
 from vrx_mj.config.shapes import Shape
 from vrx_mj.constants import WATER_DENSITY
-
-__all__ = ["BuoyancyConfig", "BuoyancyElement"]
 
 
 class BuoyancyElement(Shape):
@@ -30,7 +28,7 @@ class BuoyancyConfig(Config):
 
     fluid_density: Positive = WATER_DENSITY
     """Density of the water [kg/m3]."""
-    fluid_level: float = 0.0
+    fluid_level: Number = 0.0
     """Mean water level [m]."""
     linear_drag: NonNegative
     """Drag of each element over the link's mass and linear velocity [1/s], scaled by the share of it under water."""

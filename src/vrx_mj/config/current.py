@@ -5,9 +5,7 @@ from typing import Annotated, Self
 
 from pydantic import model_validator
 
-from vrx_mj.config.base import Config, NonNegative, Positive, Seed, faults, numbers
-
-__all__ = ["CurrentConfig", "TideConfig"]
+from vrx_mj.config.base import Config, NonNegative, Number, Positive, Seed, faults, numbers
 
 M2 = 44714.16
 """Period of the principal lunar tide [s]: 12 h 25 min 14 s."""
@@ -18,13 +16,13 @@ class TideConfig(Config):
 
     speed: NonNegative
     """Greatest speed, along `direction` [m/s]."""
-    minor: float = 0.0
+    minor: Number = 0.0
     """Greatest speed across it [m/s]; below 0 the arrow turns clockwise."""
-    direction: float = 0.0
+    direction: Number = 0.0
     """Direction of the greatest speed [degrees], counter-clockwise from x."""
     period: Positive = M2
     """Period [s]; by default that of the principal lunar tide."""
-    phase: float = 0.0
+    phase: Number = 0.0
     """Phase at time 0 [degrees]: 0 is the greatest speed along `direction`."""
 
 
@@ -33,9 +31,9 @@ class CurrentConfig(Config):
 
     speed: NonNegative = 0.0
     """Mean speed at the surface [m/s]."""
-    direction: float = 0.0
+    direction: Number = 0.0
     """Direction in which the water moves [degrees], counter-clockwise from x, as for the wind."""
-    profile: tuple[Annotated[tuple[float, float], numbers("depth share")], ...] = ()
+    profile: tuple[Annotated[tuple[Number, Number], numbers("depth share")], ...] = ()
     """Share of the mean and of the tide at depths [m], with straight lines between them; by default 1 everywhere."""
     tide: TideConfig | None = None
     """A tide, which adds to the mean."""

@@ -16,7 +16,7 @@ from pydantic import BeforeValidator, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.arguments import as_number
-from vrx_mj.config.base import Config, Folder, Name, Only, Pose, Switch, fault, faults, text_faults
+from vrx_mj.config.base import Config, Folder, Name, Number, Only, Pose, Switch, fault, faults, text_faults
 from vrx_mj.config.bays import (
     BLOCKS,
     FIRST_SYMBOL,
@@ -39,18 +39,6 @@ from vrx_mj.config.tree import Items
 from vrx_mj.config.wording import one_of, shown
 from vrx_mj.config.yaml_text import find_lookalikes, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError
-
-__all__ = [
-    "Berth",
-    "Berths",
-    "DockLayout",
-    "DockPlacement",
-    "Placed",
-    "berths",
-    "drawn",
-    "load_dock",
-    "neighbours",
-]
 
 MAX_CELLS = 10_000
 """Most cells of a dock, blanks included."""
@@ -188,7 +176,7 @@ class DockPlacement(Placed):
     """A drawing, as a block of text `|` or a list of rows; a name from `docks`; or the path of a text file."""
     dynamic: Switch = False
     """Whether it floats: its blocks hang together by hinges."""
-    block: float = 2.0
+    block: Number = 2.0
     """Edge of a block [m]: 1 x 1 to 4 x 4 cubes of 0.5 m."""
     mooring: Annotated[MooringConfig | None, Only("dynamic", (True,))] = None
     """Lines that hold a dynamic dock; without them it drifts."""

@@ -4,9 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.config.base import Config, NonNegative, NotEmpty, Positive, Vec3, numbers
-
-__all__ = ["ContactConfig", "HullConfig", "HydrodynamicsConfig", "ServoConfig", "Six", "ThrusterConfig"]
+from vrx_mj.config.base import MAX_NUMBER, Config, NonNegative, NotEmpty, Number, Positive, Vec3, numbers
 
 Six = Annotated[tuple[NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative],
                 numbers("surge sway heave roll pitch yaw")]  # fmt: skip
@@ -34,9 +32,9 @@ class ThrusterConfig(Config):
     """The command that gives the largest force."""
     max_force_forward: NonNegative = 250.0
     """Force at the largest command [N]."""
-    max_force_reverse: Annotated[float, Field(le=0)] = -100.0
+    max_force_reverse: Annotated[float, Field(ge=-MAX_NUMBER, le=0)] = -100.0
     """Force at the smallest command [N]."""
-    timeout: float = 1.0
+    timeout: Number = 1.0
     """Time after which a command counts as zero [s]; 0: never, as in worlds of profile vrx3."""
     max_angle: NonNegative = 1.5707963267948966
     """Largest steering angle either way [rad]."""
@@ -68,7 +66,7 @@ class HydrodynamicsConfig(Config):
     Sixes are in the order surge, sway, heave, roll, pitch, yaw.
     """
 
-    water_level: float = 0.0
+    water_level: Number = 0.0
     """Height of the water for this boat, above the sea's own mean level [m]: it floats that much higher."""
     water_density: Positive = 997.8
     """Density of the water [kg/m3]."""

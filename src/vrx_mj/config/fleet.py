@@ -26,6 +26,7 @@ from vrx_mj.config.base import (
     Folder,
     FromFile,
     Name,
+    Number,
     Only,
     Pose,
     Positive,
@@ -44,20 +45,6 @@ from vrx_mj.config.tree import File, of_python
 from vrx_mj.config.wording import shown
 from vrx_mj.config.world import Sensors, SpawnConfig, WorldConfig, check_thrusters
 from vrx_mj.errors import ConfigError
-
-__all__ = [
-    "BoatConfig",
-    "BoatEntry",
-    "FleetConfig",
-    "FleetPosition",
-    "Headings",
-    "Loc",
-    "Located",
-    "Order",
-    "joining_boat",
-    "room_faults",
-    "slots",
-]
 
 RADIUS = 20.0
 """Default radius of a circle [m]: that of the published guide's ring."""
@@ -153,7 +140,7 @@ class FleetPosition(Config):
     """Along the y axis of the fleet's frame [m]."""
     z: Coordinate = HEIGHT
     """Height of the boat's origin over the mean water [m]."""
-    Y: float = 0.0
+    Y: Number = 0.0
     """Heading [degrees], counter-clockwise from the frame's x axis; of `headings: compass` clockwise from its y."""
 
     def pose_in(self, headings: Headings) -> Pose:
@@ -240,7 +227,7 @@ def _origin(value: object) -> object:
 
 Origin = Annotated[
     Annotated[Literal["world", "spawn"], Tag("word")]
-    | Annotated[tuple[Coordinate, Coordinate, float], numbers("x y yaw"), Tag("frame")],
+    | Annotated[tuple[Coordinate, Coordinate, Number], numbers("x y yaw"), Tag("frame")],
     Discriminator(lambda value: "word" if isinstance(value, str) else "frame"),
     BeforeValidator(_origin),
 ]
@@ -258,7 +245,7 @@ def _facing(value: object) -> object:
 
 
 Heading = Annotated[
-    Annotated[Facing, Tag("word")] | Annotated[float, Tag("degrees")],
+    Annotated[Facing, Tag("word")] | Annotated[Number, Tag("degrees")],
     Discriminator(lambda value: "word" if isinstance(value, str) else "degrees"),
     BeforeValidator(_facing),
 ]
@@ -277,7 +264,7 @@ class FleetConfig(_Built, FromFile):
     """How boats that have no `positions` are placed."""
     radius: Annotated[Positive | None, Only("layout", ("circle",))] = None
     """Radius of the circle [m]."""
-    start_angle: Annotated[float | None, Only("layout", ("circle",))] = None
+    start_angle: Annotated[Number | None, Only("layout", ("circle",))] = None
     """Angle of the circle's first boat [degrees], counter-clockwise from the frame's x axis."""
     spacing: Annotated[Positive | None, Only("layout", ("line", "column", "wedge", "grid", "random"))] = None
     """Distance between neighbours; in a random layout the least distance [m]."""

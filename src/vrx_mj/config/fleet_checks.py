@@ -7,14 +7,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from vrx_mj.config.docks import Placed
 from vrx_mj.config.fleet import FleetConfig, FleetPosition, Headings, Located, room_faults
 from vrx_mj.config.loading import Loading, Source, file_of, problem_at, read_source, validated
-from vrx_mj.config.objects import Placement, load_object
+from vrx_mj.config.objects import Placement
 from vrx_mj.config.readers import read_others
 from vrx_mj.config.search import catalogue, is_path
 from vrx_mj.config.tree import Section
 from vrx_mj.config.world import FULL_TURN, WorldConfig, check_thrusters, warn_of_degrees
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
-
-__all__ = ["far_from_all", "load_fleet"]
 
 OUTWARD = math.radians(5.0)
 """How near a heading is to outward that was meant so [rad]."""
@@ -90,7 +88,7 @@ def _wind_problems(world: WorldConfig, boats: Sequence[Located]) -> list[Problem
 def _names(placements: Sequence[Placement], prefix: str) -> Iterator[str]:
     for thing in placements:
         yield from (prefix + thing.name, thing.model)
-        yield from _names(load_object(thing.model, thing.folder).objects, f"{prefix}{thing.name}/")
+        yield from _names(thing.config.objects, f"{prefix}{thing.name}/")
 
 
 def far_from_all(fleet: FleetConfig, boats: Sequence[Located], world: WorldConfig) -> str:

@@ -11,6 +11,7 @@ from vrx_mj.config.base import (
     Folder,
     NonNegative,
     NotEmpty,
+    Number,
     Only,
     Positive,
     Switch,
@@ -25,14 +26,12 @@ from vrx_mj.config.loading import check
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.wording import shown
 
-__all__ = ["MOST_SKEGS", "MOST_STRIPS", "CrossFlowConfig", "MarineHullConfig", "SixBySix"]
-
 MOST_STRIPS = 200
 """Strips that a hull may have."""
 MOST_SKEGS = 10
 """Skegs that a hull may have."""
 
-Row = Annotated[tuple[float, float, float, float, float, float], numbers("surge sway heave roll pitch yaw")]
+Row = Annotated[tuple[Number, Number, Number, Number, Number, Number], numbers("surge sway heave roll pitch yaw")]
 OfMatrix = Only("hydrostatics", ("matrix",))
 
 
@@ -132,7 +131,7 @@ class MarineHullConfig(Config):
     """Stiffness at rest, of `hydrostatics: matrix` [N/m, N, N m], six rows of six, or the diagonal."""
     displacement: Annotated[Positive | None, OfMatrix] = None
     """Mass at which the water is at `waterline`, of `hydrostatics: matrix` [kg]; by default the boat's."""
-    waterline: Annotated[float, OfMatrix] = 0.0
+    waterline: Annotated[Number, OfMatrix] = 0.0
     """Height of the water at rest, of `hydrostatics: matrix` [m]."""
     hydro: str | None = None
     """File of radiation and diffraction that `vrx-mj robot hydro --bem` writes, beside this one: added mass, memory of

@@ -16,8 +16,6 @@ from vrx_mj.config.search import ReadingError, contained, read_limited
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import VrxError
 
-__all__ = ["FORMAT", "Hydro", "read_hydro"]
-
 FORMAT = 1
 """Version of the file."""
 MOST_BYTES, MOST_FREQUENCIES, MOST_ANGLES, MOST_POLES = 20_000_000, 500, 360, 40

@@ -12,6 +12,7 @@ from vrx_mj.config.base import (
     Folder,
     Name,
     NonNegative,
+    Number,
     Only,
     Pose,
     Positive,
@@ -25,8 +26,6 @@ from vrx_mj.config.buoyancy import BuoyancyConfig
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import UnknownNameError
-
-__all__ = ["MOST_LINKS", "AxisConfig", "JointConfig", "LinkConfig", "link_order", "tree_faults"]
 
 MOST_LINKS = 64
 """Links of an object beside its own."""
@@ -53,7 +52,7 @@ class AxisConfig(Config):
 
     xyz: Annotated[Vec3, AfterValidator(_with_a_length)] = (0.0, 0.0, 1.0)
     """Direction of the axis in the joint's frame."""
-    limits: Annotated[tuple[float, float], numbers("lower upper")] | None = None
+    limits: Annotated[tuple[Number, Number], numbers("lower upper")] | None = None
     """Lowest and highest angle [rad] or, of a prismatic joint, position [m]; without them it moves freely."""
     damping: NonNegative = 0.0
     """Damping [N m s/rad], of a prismatic joint [N s/m]."""
@@ -61,7 +60,7 @@ class AxisConfig(Config):
     """Dry friction [N m], of a prismatic joint [N]."""
     stiffness: NonNegative = 0.0
     """Stiffness of a spring in the joint [N m/rad], of a prismatic joint [N/m]."""
-    spring_reference: float = 0.0
+    spring_reference: Number = 0.0
     """Angle [rad] or position [m] at which the spring is at rest."""
 
     @field_validator("limits")

@@ -5,8 +5,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["FORMATS", "MARKS", "USES", "kind_of", "other_kind", "wrong_kind"]
-
 HEAD = 4000
 """Bytes of a file that are looked into."""
 

@@ -6,8 +6,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["HEIGHT", "Facing", "Layout", "LayoutName", "Spot", "headings", "spots", "square"]
-
 LayoutName = Literal["circle", "line", "column", "wedge", "grid", "random"]
 Facing = Literal["outward", "inward", "tangent"]
 Spot = tuple[float, float]

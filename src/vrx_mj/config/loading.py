@@ -31,21 +31,6 @@ from vrx_mj.config.wording import choice, shown, unknown_key
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError
 
-__all__ = [
-    "Loading",
-    "Source",
-    "check",
-    "fault_text",
-    "file_of",
-    "joining",
-    "path_of",
-    "problem_at",
-    "problems_of",
-    "read_source",
-    "referenced",
-    "validated",
-]
-
 
 def problems_of(error: ValidationError, model: type[Config], section: Section) -> list[Problem]:
     """Everything that pydantic found in a section, in the order of the file."""

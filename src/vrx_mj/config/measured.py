@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
-from vrx_mj.config.base import Config, Folder, NonNegative, Pose, Positive, Seed, faults
+from vrx_mj.config.base import Config, Folder, NonNegative, Number, Pose, Positive, Seed, faults
 from vrx_mj.config.dynamics import Six
 from vrx_mj.config.kinds import other_kind, wrong_kind
 from vrx_mj.config.loading import Loading, validated
@@ -19,8 +19,6 @@ from vrx_mj.config.tree import File
 from vrx_mj.config.wording import shown
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError, shortened
-
-__all__ = ["SIGNALS", "MeasuredCaseConfig", "Measurements", "read_case", "read_measurements"]
 
 SignalName = Literal[
     "x", "y", "z", "roll_deg", "pitch_deg", "heading_deg", "surge", "sway", "heave_speed", "roll_rate_deg",
@@ -43,7 +41,7 @@ class CommandsConfig(Config):
 
     time: NonNegative
     """From when on [s]."""
-    thrusters: dict[str, float]
+    thrusters: dict[str, Number]
     """Command of each thruster, as `{left: 0.5, right: 0.5, left_angle: 0.1}`; what is not listed is 0."""
 
 

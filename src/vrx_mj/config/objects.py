@@ -4,6 +4,7 @@ import math
 import warnings
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal, Protocol, Self
 
@@ -17,6 +18,7 @@ from vrx_mj.config.base import (
     Name,
     NonNegative,
     NotEmpty,
+    Number,
     Only,
     Pose,
     Positive,
@@ -39,16 +41,6 @@ from vrx_mj.config.tree import Section
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 from vrx_mj.frames import rotation
 
-__all__ = [
-    "FieldConfig",
-    "ObjectConfig",
-    "PathConfig",
-    "Placement",
-    "load_object",
-    "path_points",
-    "repeated",
-]
-
 POINTS = 8
 """Waypoints of a circle: VRX's follow_plugin.cc."""
 
@@ -67,7 +59,7 @@ class LinePath(Config):
 
     length: Positive
     """Distance between the two [m]."""
-    direction: float = 0.0
+    direction: Number = 0.0
     """Direction of the other place [rad], counter-clockwise from the thing's own x axis at the start."""
 
 
@@ -161,6 +153,11 @@ class Placement(Placed):
     """Symbols that the placards of its docks show at the start, in their order."""
     mooring: RopeConfig | None = None
     """Rope of what floats, in profile `marine`, where everything without a path has one. `null`: it drifts."""
+
+    @cached_property
+    def config(self) -> "ObjectConfig":
+        """The object model."""
+        return load_object(self.model, self.folder)
 
     @model_validator(mode="after")
     def _takes_its_rope(self, info: ValidationInfo) -> Self:
@@ -324,7 +321,7 @@ def _must_drift(item: Placement) -> None:
 
 def _drifts(item: Placement) -> bool:
     """Whether an object, or a part of it, floats without a path."""
-    thing = load_object(item.model, item.folder)
+    thing = item.config
     path = item.path if "path" in item.model_fields_set else thing.path
     return any(map(_drifts, thing.objects)) or (thing.kind == "floating" and path is None)
 

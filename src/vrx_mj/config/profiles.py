@@ -6,8 +6,6 @@ from typing import Any, Literal
 from vrx_mj.config.tree import Section
 from vrx_mj.constants import STANDARD_GRAVITY
 
-__all__ = ["CLASSIC", "DEFAULT", "MARINE", "NEWER", "Profile", "physics_of_profile", "world_of_profile"]
-
 Profile = Literal["vrx", "vrx3", "marine"]
 """VRX classic (Gazebo 11, ROS 1), VRX 3 (gz-sim, ROS 2), the one of 2023, and water that streams."""
 

@@ -5,13 +5,11 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from vrx_mj.config.base import Config, NonNegative, Positive, faults, numbers
-
-__all__ = ["PropellerConfig"]
+from vrx_mj.config.base import MAX_NUMBER, Config, NonNegative, Number, Positive, faults, numbers
 
 MOST_POINTS = 1000
 """Points of a curve, at most."""
-Point = Annotated[tuple[float, float], numbers("command thrust")]
+Point = Annotated[tuple[Number, Number], numbers("command thrust")]
 
 
 class PropellerConfig(Config):
@@ -24,7 +22,7 @@ class PropellerConfig(Config):
     or the last gives that one's thrust."""
     diameter: Annotated[Positive, Field(le=20)]
     """Diameter [m]; what of the disc is in air pushes nothing and draws no power."""
-    vanishing_speed: Annotated[float, Field(ge=0.1)] | None = None
+    vanishing_speed: Annotated[float, Field(ge=0.1, le=MAX_NUMBER)] | None = None
     """Speed through the water, along the axis, at which full thrust vanishes [m/s]; by default it never does."""
     time_constant: NonNegative = 0.0
     """Time in which thrust at rest gets to 63 % of a new command's [s]; by default it follows at once."""

@@ -12,8 +12,6 @@ from typing import Any
 
 from vrx_mj.config.tree import Section
 
-__all__ = ["Reader", "file_of_others", "function_of", "read_others"]
-
 FORMATS = "vrx_mj.formats"
 """The package whose READERS are used."""
 DOCUMENTS = {"worlds", "fleets", "objects", "robots"}

@@ -11,10 +11,12 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
 
 from vrx_mj.config.base import (
+    MAX_NUMBER,
     Config,
     Folder,
     Name,
     NonNegative,
+    Number,
     Only,
     Positive,
     Share,
@@ -35,16 +37,6 @@ from vrx_mj.config.tree import Section
 from vrx_mj.config.windage import WindageConfig
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import UnknownNameError, VrxError
-
-__all__ = [
-    "Arguments",
-    "ProfileEntry",
-    "RobotConfig",
-    "RudderEntry",
-    "ThrusterEntry",
-    "load_robot",
-    "robot_section",
-]
 
 SDF = (".sdf.xacro", ".world.xacro", ".sdf", ".world")
 """How a file of Gazebo may end that a model is in."""
@@ -123,7 +115,7 @@ class _Partial(Config):
 class HydrodynamicsEntry(_Partial):
     """What is known of a hull; the rest comes from the URDF's dynamics plugin, or is derived from its shapes."""
 
-    water_level: float | None = None
+    water_level: Number | None = None
     """Height of the water for this boat, above the sea's own mean level [m]: it floats that much higher."""
     water_density: Positive | None = None
     """Density of the water [kg/m3]."""
@@ -150,7 +142,7 @@ class DriveEntry(_Partial):
 
     max_force_forward: NonNegative | None = None
     """Largest force [N]."""
-    max_force_reverse: Annotated[float, Field(le=0)] | None = None
+    max_force_reverse: Annotated[float, Field(ge=-MAX_NUMBER, le=0)] | None = None
     """Smallest force [N]."""
     max_angle: NonNegative | None = None
     """Largest steering angle either way [rad]."""

@@ -9,6 +9,7 @@ from vrx_mj.config.base import (
     Config,
     Coordinate,
     NonNegative,
+    Number,
     Only,
     Positive,
     Share,
@@ -19,9 +20,7 @@ from vrx_mj.config.base import (
 )
 from vrx_mj.config.wording import shown
 
-__all__ = ["FogConfig", "MarkersConfig", "SceneConfig", "SkyConfig"]
-
-Place = Annotated[tuple[Coordinate, Coordinate, float], numbers("x y yaw")]
+Place = Annotated[tuple[Coordinate, Coordinate, Number], numbers("x y yaw")]
 Scaling = Annotated[tuple[Positive, Positive, Positive], numbers("x y z")]
 
 
@@ -30,7 +29,7 @@ class MarkersConfig(Config):
 
     scaling: Scaling = (0.2, 0.2, 2.0)
     """Diameter, once more, and length of the cylinders [m]."""
-    height: float = 0.5
+    height: Number = 0.5
     """Height of the upright cylinder's lower end over the mean water [m]."""
     color: Color = (1.0, 0.0, 0.0, 1.0)
     """Colour of the markers."""
@@ -55,7 +54,7 @@ class CloudsConfig(Config):
 
     speed: NonNegative = 0.6
     """Speed [m/s]."""
-    direction: float = 0.0
+    direction: Number = 0.0
     """Direction of travel [rad], counter-clockwise from x."""
     humidity: Share = 0.5
     """SDF's humidity; clouds are not drawn."""

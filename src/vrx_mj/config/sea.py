@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_validator
 
-from vrx_mj.config.base import Config, Folder, NonNegative, Only, Positive, fault, faults, numbers
+from vrx_mj.config.base import Config, Folder, NonNegative, Number, Only, Positive, fault, faults, numbers
 from vrx_mj.config.loading import check
 from vrx_mj.config.search import ReadingError, contained, read_limited
 from vrx_mj.config.tree import Section
@@ -15,8 +15,6 @@ from vrx_mj.config.wording import shown
 from vrx_mj.constants import SEA_WATER_DENSITY
 from vrx_mj.errors import VrxError
 from vrx_mj.linear_waves import SEA_STATES, Site, breaking_height, developed_period, steepest_sea
-
-__all__ = ["REGULAR", "SPECTRA", "SeaConfig", "read_spectrum"]
 
 VRX_SEAS = ("pms", "cwr")
 """Models of VRX's wave fields."""
@@ -110,7 +108,7 @@ class SeaConfig(Config):
     """Component waves of `pms` and `cwr`; pms has at most 3."""
     scale: Annotated[Positive, Only("model", VRX_SEAS)] = 1.5
     """Ratio between neighbouring components: of frequencies in pms, of wavelengths in cwr; 1.1 in profile vrx3."""
-    angle: Annotated[float, Only("model", VRX_SEAS)] = 0.4
+    angle: Annotated[Number, Only("model", VRX_SEAS)] = 0.4
     """Angle between the directions of neighbouring components of `pms` and `cwr` [rad]."""
     steepness: Annotated[NonNegative, Only("model", VRX_SEAS)] = 0.0
     """VRX's steepness; it is kept, but the height of the water does not depend on it."""
@@ -120,7 +118,7 @@ class SeaConfig(Config):
     """Median amplitude [m] (cwr)."""
     period: Annotated[Positive, Only("model", (*VRX_SEAS, *REGULAR))] = 5.0
     """Peak (pms) or median (cwr) period, or that of a regular wave [s]."""
-    direction: Annotated[tuple[float, float], numbers("x y"), Only("model", (*VRX_SEAS, *SPECTRA, *REGULAR))] = (
+    direction: Annotated[tuple[Number, Number], numbers("x y"), Only("model", (*VRX_SEAS, *SPECTRA, *REGULAR))] = (
         1.0,
         0.0,
     )

@@ -14,37 +14,6 @@ from vrx_mj.config.kinds import kind_of
 from vrx_mj.errors import LONGEST_NAME, UnknownNameError, VrxError, nearest, shortened
 from vrx_mj.resources import root
 
-__all__ = [
-    "BUILT_IN",
-    "KINDS",
-    "MODEL_SUFFIXES",
-    "PACKAGE_PATH",
-    "PLACES",
-    "SCHEME",
-    "SOURCES",
-    "TEMPLATE",
-    "WORLD_SUFFIXES",
-    "XML_SUFFIXES",
-    "ReadingError",
-    "catalogue",
-    "contained",
-    "display",
-    "enclosing_packages",
-    "find",
-    "find_terrain",
-    "is_built_in",
-    "is_path",
-    "near_names",
-    "package_above",
-    "package_name",
-    "package_paths",
-    "read_limited",
-    "refuse_foreign",
-    "ros_package_paths",
-    "vrx_world",
-    "workspace_packages",
-]
-
 _KINDS = (
     (stat.S_ISDIR, "a folder"),
     (stat.S_ISFIFO, "a pipe"),

@@ -5,22 +5,10 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, BeforeValidator, field_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import (
-    Color,
-    Config,
-    Folder,
-    Name,
-    Only,
-    Pose,
-    Positive,
-    fault,
-    numbers,
-)
+from vrx_mj.config.base import Color, Config, Folder, Name, Number, Only, Pose, Positive, fault, numbers
 from vrx_mj.config.loading import check
 from vrx_mj.config.search import contained
 from vrx_mj.config.wording import one_of
-
-__all__ = ["MESH_SUFFIXES", "Shape", "Visual"]
 
 MESH_SUFFIXES = (".obj", ".stl", ".dae", ".ply", ".glb")
 
@@ -33,7 +21,7 @@ def _not_zero(value: float) -> float:
 
 Size = Annotated[tuple[Positive, Positive, Positive], numbers("x y z")]
 
-Factor = Annotated[float, AfterValidator(_not_zero)]
+Factor = Annotated[Number, AfterValidator(_not_zero)]
 Scale = Annotated[tuple[Factor, Factor, Factor], numbers("x y z")]
 
 

@@ -12,9 +12,6 @@ from vrx_mj.config.readers import function_of
 from vrx_mj.config.search import contained
 from vrx_mj.config.shapes import Shape
 
-__all__ = ["solid", "solid_of_mesh"]
-
-
 SEGMENTS = 64
 """Sides of the prism that replaces a cylinder; it has the cylinder's volume."""
 MOST_PIECES = 100

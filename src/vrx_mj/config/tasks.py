@@ -14,6 +14,7 @@ from vrx_mj.config.base import (
     Longitude,
     NonNegative,
     NotEmpty,
+    Number,
     Pose,
     Positive,
     Switch,
@@ -26,27 +27,6 @@ from vrx_mj.config.bays import LIGHT_COLORS, ColorName, Symbol
 from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import nearest
-
-__all__ = [
-    "TASKS",
-    "AcousticPerceptionTask",
-    "AcousticTrackingTask",
-    "AnimalConfig",
-    "ChannelConfig",
-    "DockTask",
-    "FollowPathTask",
-    "Geodetic",
-    "GymkhanaTask",
-    "NavigationTask",
-    "PerceptionTask",
-    "ShownObject",
-    "StationkeepingTask",
-    "TargetConfig",
-    "Task",
-    "TaskConfig",
-    "WayfindingTask",
-    "WildlifeTask",
-]
 
 
 def _gates(value: object) -> object:
@@ -66,9 +46,9 @@ def _gate(value: object, index: int) -> object:
 
 Gate = tuple[str, str]
 Gates = Annotated[tuple[Gate, ...], BeforeValidator(_gates)]
-Geodetic = Annotated[tuple[Latitude, Longitude, float], numbers("latitude longitude yaw")]
+Geodetic = Annotated[tuple[Latitude, Longitude, Number], numbers("latitude longitude yaw")]
 """Latitude, longitude [degrees, WGS84] and yaw [rad, from east]."""
-Cartesian = Annotated[tuple[Coordinate, Coordinate, float], numbers("x y yaw")]
+Cartesian = Annotated[tuple[Coordinate, Coordinate, Number], numbers("x y yaw")]
 """x, y [m] in the world frame and yaw [rad, from x]."""
 
 
@@ -342,7 +322,7 @@ class AcousticTrackingTask(TaskConfig):
     type: Literal["acoustic_tracking"]
     pinger: str
     """Name of the object that carries the beacon."""
-    pinger_depth: float = 2.0
+    pinger_depth: Number = 2.0
     """z of the beacon that receivers hear [m]; VRX's is above the water."""
     obstacle_penalty: NonNegative = 1.0
     """Penalty for a collision [m]."""

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-__all__ = ["Entry", "File", "Items", "Place", "Section", "key_path", "locate", "merged", "of_python"]
-
 Loc = tuple[str | int, ...]
 
 APPENDED = ("objects", "docks")

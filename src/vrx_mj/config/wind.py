@@ -4,9 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from vrx_mj.config.base import Config, NonNegative, Only, Positive, Seed, Vec3, faults
-
-__all__ = ["WindConfig"]
+from vrx_mj.config.base import Config, NonNegative, Number, Only, Positive, Seed, Vec3, faults
 
 MOST_GUSTS = 500
 """Components of gusts, at most."""
@@ -26,7 +24,7 @@ class WindObject(Config):
 class WindConfig(Config):
     """VRX's usv_gazebo_wind_plugin: a mean wind with Gauss-Markov gusts; and what profile `marine` adds to it."""
 
-    direction: float = 270.0
+    direction: Number = 270.0
     """Direction in which the air moves [degrees], counter-clockwise from x."""
     mean_velocity: NonNegative = 0.0
     """Mean speed [m/s]."""
@@ -36,7 +34,7 @@ class WindConfig(Config):
     """Time constant of the gusts [s]."""
     seed: Seed = 0
     """Seed of the gusts; 0 leaves it to the world's seed."""
-    update_rate: float = 10.0
+    update_rate: Number = 10.0
     """Rate at which VRX publishes the wind [Hz]; no effect on motion."""
     height: Positive = 10.0
     """Height above the water at which the wind has its speed [m]; this and what follows are for profile `marine`."""
@@ -48,7 +46,7 @@ class WindConfig(Config):
     """Gusts: those of `var_gain` and `var_time`, or the NPD (Froya) spectrum, which follows from speed and height."""
     components: Annotated[int, Field(ge=1, le=MOST_GUSTS), Only("spectrum", ("npd",))] = 60
     """Number of harmonics of which the gusts of a spectrum consist."""
-    turning: float = 0.0
+    turning: Number = 0.0
     """Rate at which the direction turns [degrees/s], counter-clockwise."""
     var_direction: NonNegative = 0.0
     """Standard deviation of the direction (Gauss-Markov) [degrees]."""

@@ -5,9 +5,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from vrx_mj.config.base import Config, NonNegative, Positive, faults, numbers
-
-__all__ = ["WindageConfig"]
+from vrx_mj.config.base import Config, NonNegative, Number, Positive, faults, numbers
 
 Vessel = Literal[
     "car_carrier", "cargo_vessel", "cargo_vessel_containers", "container_ship", "destroyer", "diving_support_vessel",
@@ -17,8 +15,8 @@ Vessel = Literal[
 MOST_POINTS = 361
 """Points of a curve, at most."""
 FORMS = ("coefficients", "curve", "isherwood", "vessel")
-Point = Annotated[tuple[float, float, float, float], numbers("angle cx cy cn")]
-Three = Annotated[tuple[NonNegative, NonNegative, float], numbers("cx cy cn")]
+Point = Annotated[tuple[Number, Number, Number, Number], numbers("angle cx cy cn")]
+Three = Annotated[tuple[NonNegative, NonNegative, Number], numbers("cx cy cn")]
 
 
 class IsherwoodConfig(Config):
@@ -47,7 +45,7 @@ class WindageConfig(Config):
     """Height of the lateral area's centre over the link's origin, which counts as the water's level [m].
 
     There the wind acts, with its speed at this height."""
-    offset: float = 0.0
+    offset: Number = 0.0
     """Distance of that centre ahead of the link's origin [m]."""
     coefficients: Three | None = None
     """Coefficients cx, cy, cn of -cx cos, cy sin and cn sin 2 of the angle off the bow from which the wind comes."""

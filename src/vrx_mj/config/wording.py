@@ -6,8 +6,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from vrx_mj.errors import nearest, shortened
 from vrx_mj.errors import shown as in_python
 
-__all__ = ["ALLOWED", "choice", "is_ros_name", "one_of", "ros_names_note", "shown", "unknown_key"]
-
 _LONGEST = 60
 
 

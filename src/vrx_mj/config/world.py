@@ -16,6 +16,7 @@ from vrx_mj.config.base import (
     Latitude,
     Longitude,
     NonNegative,
+    Number,
     Pose,
     Seed,
     fault,
@@ -38,19 +39,6 @@ from vrx_mj.config.wording import shown
 from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.frames import Geodetic
-
-__all__ = [
-    "Georeference",
-    "PhysicsConfig",
-    "SceneConfig",
-    "SeaConfig",
-    "Sensors",
-    "SpawnConfig",
-    "WorldConfig",
-    "check_thrusters",
-    "load_world",
-    "warn_of_degrees",
-]
 
 _NOTICED: list[str] = []
 """The world that the notice of the default profile was of."""
@@ -95,7 +83,7 @@ class Georeference(Geodetic, Config):
     """Latitude [degrees]."""
     longitude: Longitude
     """Longitude [degrees]."""
-    elevation: float = 0.0
+    elevation: Number = 0.0
     """Height of the origin above the ellipsoid [m]."""
     heading: Annotated[float, Field(ge=-MAX_TURN, le=MAX_TURN)] = 0.0
     """Direction of the world's x axis [degrees], counter-clockwise from east."""

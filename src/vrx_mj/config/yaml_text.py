@@ -24,8 +24,6 @@ from vrx_mj.config.tree import DEEPEST, Entry, File, Items, Place, Section, key_
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem
 
-__all__ = ["Repeat", "find_lookalikes", "parse", "parse_loosely", "read_lines"]
-
 
 class Odd(NamedTuple):
     """A character that should not be there. Line and column count from 1."""

@@ -10,8 +10,6 @@ from markupsafe import Markup, escape
 
 from vrx_mj.arrays import FloatArray
 
-__all__ = ["Chart", "Series", "chart_svg"]
-
 WIDTH, HEIGHT = 640.0, 348.0
 LEFT, RIGHT, TOP, BOTTOM = 78.0, 14.0, 52.0, 46.0
 """Margins of the frame [px]."""

@@ -21,9 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["DPI", "FRONT", "SIDE", "TOP", "draw_surfaces", "draw_verdict"]
-
-
 SIZE = (1600, 1000)
 """Width and height [px]."""
 DPI = 100

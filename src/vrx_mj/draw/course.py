@@ -16,11 +16,6 @@ from vrx_mj.tasks.frame import Pose
 from vrx_mj.tasks.gates import gate_between
 from vrx_mj.tasks.perception import ahead_of
 
-__all__ = [
-    "Animal", "Bay", "Beacon", "Course", "GateBar", "Light", "Path", "Showing", "course_of", "gates_of", "poses_of",
-    "symbols_of", "zone_corners",
-]  # fmt: skip
-
 Point = tuple[float, float]
 DARK = ("off", "off", "off")
 

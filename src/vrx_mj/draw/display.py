@@ -8,8 +8,6 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-__all__ = ["BACKENDS", "Attempt", "has_display", "no_window", "try_backend"]
-
 BACKENDS = ("egl", "osmesa", "glfw")
 """MuJoCo's ways to draw, as MUJOCO_GL names them: without a screen by GPU or CPU, by CPU alone, in a window."""
 ATTEMPT_TIMEOUT = 20.0

@@ -9,8 +9,6 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.compliance_picture import DPI, FRONT, SIDE, TOP, draw_surfaces
 from vrx_mj.draw.labels import font_warnings_hidden
 
-__all__ = ["draw_hull"]
-
 
 def draw_hull(corners: FloatArray, center: Sequence[float], engines: Sequence[Sequence[float]], path: Path) -> None:
     """Draw triangles (n, 3, 3) [m] whose water is at z = 0, with the centre of mass and engines [m], as PNG."""

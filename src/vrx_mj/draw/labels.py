@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.text import Text
 
-__all__ = ["INK", "Thing", "font_warnings_hidden", "label", "write"]
-
 INK = "#20313c"
 FONTS = (
     "DejaVu Sans",

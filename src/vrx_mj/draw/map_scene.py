@@ -10,6 +10,7 @@ import numpy as np
 
 from vrx_mj.arguments import check_kind
 from vrx_mj.arrays import FloatArray
+from vrx_mj.draw.colors import boat_color
 from vrx_mj.draw.course import Course, course_of, symbols_of
 from vrx_mj.mjcf.objects import BALL
 from vrx_mj.mjcf.world import World
@@ -19,23 +20,8 @@ from vrx_mj.model.site import Dock, Object
 if TYPE_CHECKING:
     import mujoco
 
-__all__ = [
-    "MapBoat",
-    "MapDock",
-    "MapObject",
-    "MapPlacard",
-    "MapScene",
-    "MapWave",
-    "MapWind",
-    "ground_of",
-    "hex_color",
-    "map_of",
-    "rounded",
-]
-
 Rgb = tuple[float, float, float]
 
-BOAT_COLORS = ("#d1495b", "#00798c", "#edae49", "#6a4c93", "#30638e", "#3f7d20", "#c2571a", "#8d5a97")
 NO_FLEET = "single"
 """What the compiler calls the one boat of a world without a fleet."""
 DOCK_CELL = 2.0
@@ -167,7 +153,7 @@ def _dock(dock: Dock) -> MapDock:
 
 def _boat(boat: Boat, index: int) -> MapBoat:
     x, y, *_, yaw = boat.pose
-    color = boat.color[:3] if boat.color else BOAT_COLORS[index % len(BOAT_COLORS)]
+    color = hex_color([share / 255.0 for share in boat_color(index, boat.color)])
     return MapBoat(boat_label(boat.name, boat.robot), x, y, yaw, color)
 
 

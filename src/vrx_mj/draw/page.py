@@ -4,8 +4,6 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from vrx_mj.resources import root
 
-__all__ = ["page_environment"]
-
 SHARED = "campaign"
 """Folder of the style that all pages have."""
 

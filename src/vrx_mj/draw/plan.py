@@ -17,17 +17,6 @@ from vrx_mj.draw.map_scene import MapBoat, MapPlacard, MapScene, Rgb
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = [
-    "SOFT",
-    "Box",
-    "Row",
-    "course_rows",
-    "draw_plan",
-    "ground",
-    "nice_length",
-    "view_of",
-]
-
 Box = tuple[float, float, float, float]
 """Least x and y, greatest x and y [m]."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import replace
@@ -10,17 +9,15 @@ from dataclasses import replace
 import rerun as rr
 
 from vrx_mj.drive.session import Session
-from vrx_mj.recording.blueprint import blueprint_bytes, layout
+from vrx_mj.recording.blueprint import layout
 from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk
+from vrx_mj.recording.parts import APPLICATION
 from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.simulation_scene import scene_of
 from vrx_mj.recording.static_chunks import boat_chunks, still_chunks
 from vrx_mj.recording.viewer import Server
-from vrx_mj.recording.writer import APPLICATION
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.timing import Pause
-
-__all__ = ["Browser"]
 
 FLEET_PERIOD, OTHERS_PERIOD = 0.1, 0.5
 """Wall time between pictures of the boats, and of all else that moves [s]: each body is a chunk of its own, and pages
@@ -34,7 +31,6 @@ class Browser:
         """Open it; `keys`: whether any are read, so that it is worth a line which boat they drive."""
         self._clock, self._keys = clock, keys
         self._scene: RecordScene = scene_of(sim)
-        self._views = blueprint_bytes(self._scene, APPLICATION)
         self.server = Server()
         """What serves the page."""
         self._stream: rr.RecordingStream | None = None
@@ -71,8 +67,7 @@ class Browser:
         rr.send_chunks(self._fleet(row), recording=self._stream)
         if self._others_pause.is_over(now):
             self._others_pause.begin(now, OTHERS_PERIOD)
-            others = itertools.islice(self._others(row), 1, None)  # the exact rows are sent already
-            rr.send_chunks(others, recording=self._stream)
+            rr.send_chunks(self._others(row), recording=self._stream)
 
     def restart(self) -> None:
         """Begin another recording on the same page: time began again."""
@@ -88,9 +83,9 @@ class Browser:
         self._stream = rr.RecordingStream(APPLICATION)
         self._stream.connect_grpc(self.server.data_url)
         rr.send_blueprint(layout(self._scene, live=True), recording=self._stream)
-        rr.send_chunks(still_chunks(self._scene, self._views), recording=self._stream)
+        rr.send_chunks(still_chunks(self._scene), recording=self._stream)
         rr.send_chunks(boat_chunks(self._scene), recording=self._stream)
-        self._fleet = MovingChunks(_only(self._scene, boats=True))
+        self._fleet = MovingChunks(_only(self._scene, boats=True), live=True)
         self._others = MovingChunks(_only(self._scene, boats=False))
         self._shown, self._boat = -1.0, ""
         self._fleet_pause.end()

@@ -14,8 +14,6 @@ from vrx_mj.physics.tables import RUDDER
 if TYPE_CHECKING:
     from vrx_mj.mjcf.world import World
 
-__all__ = ["Engine", "Pilot", "Wheel", "engine_commands", "engines_of"]
-
 STEP = 0.1
 """Power and turn of one press of an arrow key."""
 SPEED, TURN, ANGLE = 0.5, 1.0, 0.1

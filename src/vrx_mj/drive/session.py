@@ -19,8 +19,6 @@ from vrx_mj.runtime.run import CONTROL_RATE, Controller, obey
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.timing import stride_of
 
-__all__ = ["PACES", "Console", "Pacer", "Screen", "Session", "watch"]
-
 FRAME = 1.0 / 30.0
 """Wall time of a frame [s], where the machine draws that fast."""
 BUDGET = 0.1

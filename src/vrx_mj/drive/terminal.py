@@ -15,8 +15,6 @@ from typing import Any, Protocol, Self, TextIO
 from vrx_mj.runtime.timing import Pause
 from vrx_mj.unix import termios, tty
 
-__all__ = ["HELP", "OURS", "Terminal", "status_lines", "terminal_keys", "window_key"]
-
 STATUS_PERIOD = 0.2
 """Wall time between two renewals of the status [s]."""
 END_LINE, END_SCREEN = "\x1b[K", "\x1b[J"

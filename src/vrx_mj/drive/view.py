@@ -13,8 +13,6 @@ from vrx_mj.runtime.run import Controller
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.signals import ended_by_signals
 
-__all__ = ["view"]
-
 
 def view(
     sim: Simulation,

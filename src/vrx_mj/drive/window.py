@@ -22,8 +22,6 @@ from vrx_mj.runtime.simulation import Simulation
 if TYPE_CHECKING:
     from mujoco.viewer import Handle
 
-__all__ = ["SIDE", "Window", "sea_lines", "sea_of", "window_model"]
-
 DISTANCE, ELEVATION = 16.0, -18.0
 """Where the camera starts: [m] from the boat, [deg] looking down."""
 CLOSING = 2.0

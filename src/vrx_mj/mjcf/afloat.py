@@ -26,9 +26,6 @@ from vrx_mj.mjcf.docks import block_corners
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject
 from vrx_mj.mjcf.terrain import area_of, shoreline
 
-__all__ = ["FARTHEST_ORIGIN", "Frame", "Place", "boats_afloat", "depth_in_land", "free_origin", "outline"]
-
-
 Area = Any
 """A shapely polygon in the world [m]."""
 Frame = tuple[float, float, float]

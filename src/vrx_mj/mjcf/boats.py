@@ -21,8 +21,6 @@ from vrx_mj.formats.urdf.model import Gazebo, Inertial, Joint, Urdf, UrdfThruste
 from vrx_mj.frames import Pose, apply, compose, facing, inverse, rotation
 from vrx_mj.mjcf.steering import HERE, Hinges, Tree, known, own_problem, read_hinges, room
 
-__all__ = ["AssembledThruster", "Boat", "Part", "Rudder", "assembled"]
-
 Vector = tuple[float, float, float]
 YIELDING = ContactConfig()
 """Contact parameters of a robot whose file gives none."""

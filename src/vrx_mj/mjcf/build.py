@@ -33,8 +33,6 @@ from vrx_mj.mjcf.derive import DENSITY, LINES, Derived, derived_floats, derived_
 from vrx_mj.mjcf.steering import located
 from vrx_mj.resources import root
 
-__all__ = ["boat_urdf", "build_boat", "robot_urdf"]
-
 SHOWN_NOTES = 12
 """Greatest number of faults of a robot that a warning lists."""
 XACRO_MARKS = ("<xacro:", "${", "$(")

@@ -19,20 +19,6 @@ from vrx_mj.frames import apply, compose, rotation
 from vrx_mj.mjcf.boats import Boat, Part
 from vrx_mj.mjcf.masses import boat_mass
 
-__all__ = [
-    "LINES",
-    "Derived",
-    "Displaced",
-    "below",
-    "boat_box",
-    "derived_floats",
-    "derived_lines",
-    "displaced",
-    "floating_level",
-    "hull_corners",
-    "rest_notes",
-]
-
 
 @dataclass(frozen=True)
 class Displaced:

@@ -21,8 +21,6 @@ from vrx_mj.mjcf.wind import NO_WIND, wind_coefficients
 from vrx_mj.model.afloat import Block, Element, Mooring
 from vrx_mj.model.site import Dock, Placard
 
-__all__ = ["BLOCK_HEIGHT", "BLOCK_MODELS", "dock_entry", "dock_piece", "dock_rows"]
-
 Row = dict[str, Any]
 Vector = tuple[float, float, float]
 

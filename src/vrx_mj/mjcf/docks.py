@@ -19,9 +19,6 @@ from vrx_mj.frames import Pose, apply, rotation
 from vrx_mj.mjcf.placement import PlacedDock
 from vrx_mj.model import tasks
 
-__all__ = ["BlockTree", "block_corners", "block_tree", "check_docks", "dock_zones", "docks_overlap", "find_dock"]
-
-
 Row = dict[str, Any]
 
 

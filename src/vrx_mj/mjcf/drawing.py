@@ -8,15 +8,13 @@ from itertools import chain
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.errors import CompileError
 from vrx_mj.mjcf.markers import add_markers
 from vrx_mj.mjcf.world import World
-from vrx_mj.physics.surface import EDGE, RINGS, SPOKES, fan, fan_triangles, reflectance
-
-__all__ = ["SEA", "add_signs", "drawing_model", "drawing_spec", "sea_palette", "sky_cube"]
-
+from vrx_mj.physics.surface import EDGE, PLAIN, WAVELETS, fan_triangles, reflectance, ring_distances, spokes
 
 SEA = "vrx_mj/sea"
 """Name of the skin that is the sea's surface, of its material and of the material's texture."""
@@ -40,10 +38,15 @@ def drawing_model(world: World) -> mujoco.MjModel:
     Raises:
         CompileError: MuJoCo cannot compile the saved world.
     """
+    return compiled_spec(drawing_spec(world), world.name)
+
+
+def compiled_spec(spec: mujoco.MjSpec, name: str) -> mujoco.MjModel:
+    """The model of the spec of a world of a name; errors are those of `drawing_model`."""
     try:
-        return drawing_spec(world).compile()
+        return spec.compile()
     except ValueError as error:
-        raise CompileError(f"MuJoCo cannot compile the saved world {world.name}: {error}") from error
+        raise CompileError(f"MuJoCo cannot compile the saved world {name}: {error}") from error
 
 
 def drawing_spec(world: World) -> mujoco.MjSpec:
@@ -52,10 +55,9 @@ def drawing_spec(world: World) -> mujoco.MjSpec:
     A skin takes the place of the plane of water, so that waves can be drawn: `vrx_mj.physics.surface` gives its
     vertices. Until somebody moves them it is a calm sea. A painted sky takes the place of MuJoCo's gradient.
     """
-    spec = mujoco.MjSpec.from_string(world.mjcf, assets=dict(world.assets))
+    spec = signed_spec(world)
     quality = spec.visual.quality
     quality.numslices, quality.numstacks, quality.numquads = SLICES, STACKS, QUADS
-    add_signs(spec, world)
     light, sky, plane = spec.light(SUN), spec.texture(SKY), spec.geom(WATER)
     if light is None or sky is None:
         return spec
@@ -63,12 +65,15 @@ def drawing_spec(world: World) -> mujoco.MjSpec:
     if plane is not None:
         level = float(plane.pos[2])
         spec.delete(plane)
-        texture = spec.add_texture(name=SEA, type=mujoco.mjtTexture.mjTEXTURE_2D)
-        _paint(texture, sea_palette(*PALETTE, *colors, np.array(light.diffuse)))
-        material = spec.add_material(name=SEA, rgba=[1.0, 1.0, 1.0, 1.0], emission=1.0, specular=0.0)
-        material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = SEA
-        _add_sea(spec, level)
+        _add_sea(spec, level, sea_palette(*PALETTE, *colors, np.array(light.diffuse)))
     _paint(sky, sky_cube(SKY_SIDE, *colors, -np.array(light.dir) / np.linalg.norm(light.dir), np.array(light.diffuse)))
+    return spec
+
+
+def signed_spec(world: World) -> mujoco.MjSpec:
+    """The saved world with its signs, its water and sky as MuJoCo has them: for who looks at its geoms alone."""
+    spec = mujoco.MjSpec.from_string(world.mjcf, assets=dict(world.assets))
+    add_signs(spec, world)
     return spec
 
 
@@ -88,32 +93,59 @@ def _paint(texture: mujoco.MjsTexture, pixels: ByteArray) -> None:
     texture.data = pixels.tobytes()
 
 
-def _add_sea(spec: mujoco.MjSpec, level: float) -> None:
-    """The sea's skin, a flat disc around the world's centre. Its only bone is the world itself."""
-    distances, spokes = fan()
-    r, angle = np.meshgrid(distances, math.pi * spokes, indexing="ij")
+def _add_sea(spec: mujoco.MjSpec, level: float, palette: ByteArray) -> None:
+    """The sea's skin, a flat disc around the world's centre."""
+    r, angle = np.meshgrid(ring_distances(LOOKOUT, 0.0, -0.5 * math.pi, 0.0), math.pi * spokes(), indexing="ij")
     x, y = spec.stat.center[0] + r * np.cos(angle), spec.stat.center[1] + r * np.sin(angle)
-    points = np.stack([x, y, np.full_like(x, level)], axis=-1)
     slant = LOOKOUT / np.hypot(r, LOOKOUT)
-    mirrored = EDGE + (1.0 - 2.0 * EDGE) * np.vectorize(reflectance)(slant)
-    number = RINGS * SPOKES
+    mirrored = EDGE + (1.0 - 2.0 * EDGE) * np.vectorize(reflectance)(slant, math.sqrt(WAVELETS))
+    points = np.stack([x, y, np.full_like(x, level)], axis=-1).reshape(-1, 3)
+    places = np.stack([mirrored, np.full_like(mirrored, PLAIN)], axis=-1).reshape(-1, 2)
+    add_skin(spec, SEA, palette, points, places, fan_triangles())
+
+
+def add_skin(
+    spec: mujoco.MjSpec,
+    name: str,
+    palette: ByteArray,
+    points: npt.NDArray[np.floating],
+    places: npt.NDArray[np.floating],
+    triangles: npt.NDArray[np.int32],
+    opacity: float = 1.0,
+) -> None:
+    """Add a skin that shines in the colours of a palette, with its material and texture; its bone is the world.
+
+    Args:
+        spec: the model.
+        name: of all three.
+        palette: (height, width, 3), or 4 with opacities, which count where `opacity` is below 1.
+        points: (n, 3) [m].
+        places: (n, 2) of the points on the palette, 0 to 1.
+        triangles: (m, 3) numbers of points, counter-clockwise.
+        opacity: of all of it.
+    """
+    _paint(spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D), palette)
+    material = spec.add_material(name=name, rgba=[1.0, 1.0, 1.0, opacity], emission=1.0, specular=0.0)
+    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
     spec.add_skin(
-        name=SEA,
-        material=SEA,
+        name=name,
+        material=name,
         vert=points.reshape(-1).tolist(),
-        texcoord=np.stack([mirrored, np.full_like(mirrored, EDGE)], axis=-1).reshape(-1).tolist(),
-        face=fan_triangles().reshape(-1).tolist(),
+        texcoord=places.reshape(-1).tolist(),
+        face=triangles.reshape(-1).tolist(),
         bodyname=["world"],
         bindpos=[0.0, 0.0, 0.0],
         bindquat=[1.0, 0.0, 0.0, 0.0],
-        vertid=[list(range(number))],
-        vertweight=[[1.0] * number],
+        vertid=[list(range(len(points)))],
+        vertweight=[[1.0] * len(points)],
         group=1,
     )
 
 
 DEEP = (0.035, 0.165, 0.215)
 """Colour of deep water by day."""
+FOAM = 0.85
+"""Brightness of foam by day."""
 DAY = 0.85
 """Brightness of a clear day's horizon: the water is darker in proportion where the horizon is."""
 _LUMA = np.array([0.2126, 0.7152, 0.0722])
@@ -147,16 +179,19 @@ def sky_color(sine: FloatArray, zenith: FloatArray, horizon: FloatArray) -> Floa
 
 
 def sea_palette(width: int, height: int, zenith: FloatArray, horizon: FloatArray, light: FloatArray) -> ByteArray:
-    """Colours of the sea (height, width, 3): columns by the share of sky that is mirrored, rows by glitter.
+    """Colours of the sea (height, width, 3): columns by the share of sky that is mirrored, rows from foam to glitter.
 
     What mirrors much is seen at a grazing angle and shows the sky near the horizon, so a column's share gives the
-    elevation too: Schlick's law of reflectance, solved for the angle.
+    elevation too: Schlick's law of reflectance, solved for the angle. A sky of one colour has no sun that glitters.
     """
-    share, glitter = _scale(width), _scale(height)[:, None, None]
+    share = _scale(width)
+    rows = ((np.arange(height) + 0.5) / height - PLAIN) / (PLAIN - EDGE)
+    glitter, foam = np.clip(rows, 0.0, 1.0)[:, None, None], np.clip(-rows, 0.0, 1.0)[:, None, None]
     sine = 1.0 - (np.clip(share - 0.02, 0.0, None) / 0.98) ** 0.2
-    deep = np.array(DEEP) * min(float(horizon @ _LUMA) / DAY, 1.0)
+    day = min(float(horizon @ _LUMA) / DAY, 1.0)
+    deep = np.array(DEEP) * day
     mirrored = deep + (sky_color(sine, zenith, horizon) - deep) * share[:, None]
-    return _bytes(mirrored[None] + light * glitter)
+    return _bytes(mirrored + light * np.any(zenith != horizon) * glitter + (FOAM * day - mirrored) * foam)
 
 
 def _scale(number: int) -> FloatArray:

@@ -16,8 +16,6 @@ from vrx_mj.model.boats import Vessel
 from vrx_mj.model.water import Sea
 from vrx_mj.physics.tables import MATRIX
 
-__all__ = ["check_lift", "check_mass", "check_rest", "warn_if_uncovered"]
-
 GRAVITY = 9.81
 """Of the stiffness at rest [m/s2]; a world's own is within 1 %."""
 MOST_LIFT = 1000.0

@@ -16,8 +16,6 @@ from vrx_mj.mjcf.derive import below, displaced
 from vrx_mj.mjcf.hull_sheet import HullSheet, hull_sheet
 from vrx_mj.physics.thrust import normal_slope
 
-__all__ = ["HullEstimate", "added_mass_of_sections", "estimated_hull"]
-
 DENSITY, GRAVITY = SEA_WATER_DENSITY, STANDARD_GRAVITY
 """Of sea water [kg/m3], and of the world [m/s2]."""
 VISCOSITY = 1.19e-6

@@ -15,8 +15,6 @@ from vrx_mj.frames import rotation
 from vrx_mj.mjcf.derive import displaced, floating_level
 from vrx_mj.mjcf.hull_checks import MOST_LIFT
 
-__all__ = ["HullSheet", "hull_sheet"]
-
 HEELS = tuple(range(0, 181, 10))
 """Angles of heel of the righting arms [degrees]."""
 

@@ -23,8 +23,6 @@ from vrx_mj.model.kinds import Six
 from vrx_mj.physics.tables import MATRIX, MESH
 from vrx_mj.physics.thrust import normal_slope
 
-__all__ = ["vessel_of"]
-
 
 def vessel_of(boat: Boat, density: float) -> Vessel | None:
     """The hull of a kind of boat, in water of a density [kg/m3].

@@ -41,8 +41,6 @@ from vrx_mj.model.boats import Boat
 from vrx_mj.model.site import Dock, Object
 from vrx_mj.model.world import Parameters, checked_rows, tree_of
 
-__all__ = ["owner_of", "staying", "things", "with_boat", "with_dock", "with_object", "without"]
-
 OWNED = {
     "boats": "name", "hulls": "body", "sensors": "boat", "objects": "name", "floats": "body", "links": "body",
     "docks": "name", "blocks": "body", "lights": "name", "placards": "name",

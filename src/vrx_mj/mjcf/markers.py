@@ -10,8 +10,6 @@ from vrx_mj.config.scene import MarkersConfig
 from vrx_mj.model.site import Marker
 from vrx_mj.model.world import Parameters
 
-__all__ = ["MARKER", "add_markers", "marker_names", "marker_rows"]
-
 MARKER = "vrx_mj/marker"
 """What names of their geoms start with."""
 AHEAD = 1.0

@@ -30,18 +30,6 @@ from vrx_mj.model.afloat import Element, Float, Follower, PathPoint, Rope
 from vrx_mj.model.site import Light, Object
 from vrx_mj.model.world import Parameters
 
-__all__ = [
-    "BALL",
-    "ball_name",
-    "ball_names",
-    "element_row",
-    "object_piece",
-    "object_rows",
-    "parked_balls",
-    "spare_ball",
-]
-
-
 BALL = "blue_projectile"
 """The object that shooters shoot; VRX's."""
 DEPTH = 200.0

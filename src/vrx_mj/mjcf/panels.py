@@ -6,8 +6,6 @@ import numpy as np
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 
-__all__ = ["panels_of"]
-
 SEAM = 1e-9
 """Distance [m] within which two corners are one point."""
 SAME = 1e-7

@@ -25,9 +25,6 @@ from vrx_mj.frames import Pose
 from vrx_mj.mjcf.templates import block, render
 from vrx_mj.model.world import Parameters
 
-__all__ = ["Detail", "Part", "Piece", "Pieces", "hull_file", "pieces_of"]
-
-
 PREFIX = "@prefix@/"
 """What names in a piece start with until it has a place in a world."""
 MANY, GROUP = 100, 50

@@ -75,7 +75,7 @@ def place_objects(
 ) -> Iterator[PlacedObject]:
     """Every single object of the placements, courses taken apart; `mooring` is that of objects that give none."""
     for item in placements:
-        config = load_object(item.model, item.folder)
+        config = item.config
         pose = compose(at, item.pose)
         name = prefix + item.name
         if config.kind == "composite":
@@ -97,7 +97,7 @@ def place_docks(
         layout = load_dock(dock.layout, dock.folder)
         yield PlacedDock(prefix + dock.name, layout, compose(at, dock.pose), dock, prefix[:-1] or dock.name)
     for item in placements:
-        config = load_object(item.model, item.folder)
+        config = item.config
         if config.kind == "composite":
             inner, name = compose(at, item.pose), f"{prefix}{item.name}/"
             yield from place_docks(_shown(config.docks, item.symbols), config.objects, inner, name)

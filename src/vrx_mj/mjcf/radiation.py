@@ -7,8 +7,6 @@ from vrx_mj.config.hydro import Hydro
 from vrx_mj.model.boats import Diffraction, Forces, Memory
 from vrx_mj.model.kinds import Six
 
-__all__ = ["about_origin", "diffraction_of", "memory_of", "six"]
-
 NIL = 1e-9
 """Share of the largest residue [SI] below which all of a motion's at a pole are left out."""
 

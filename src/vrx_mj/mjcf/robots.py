@@ -51,18 +51,6 @@ from vrx_mj.outputs import write_files
 from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER
 from vrx_mj.physics.thrust import normal_slope
 
-__all__ = [
-    "boat_rows",
-    "fitted",
-    "hull_row",
-    "robot_piece",
-    "save_robot",
-    "station_rows",
-    "stiffness",
-    "thruster_rows",
-]
-
-
 Color = tuple[float, float, float, float]
 Vector = tuple[float, float, float]
 

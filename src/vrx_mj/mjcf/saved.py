@@ -23,9 +23,6 @@ from vrx_mj.formats.urdf.mesh_sizes import sized_obj, sized_stl
 from vrx_mj.model.references import broken_references
 from vrx_mj.model.world import FORMAT, Parameters, format_of, parameters_of
 
-__all__ = ["ATTRIBUTES", "Contents", "checked", "contents_of"]
-
-
 MOST_CHARACTERS = 100_000_000
 """Longest text that is read."""
 DEEPEST = 500

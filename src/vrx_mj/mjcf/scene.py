@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vrx_mj.config.scene import FogConfig, SkyConfig
-from vrx_mj.config.world import SceneConfig, WorldConfig
+from vrx_mj.config.scene import FogConfig, SceneConfig, SkyConfig
+from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import VrxWarning
 from vrx_mj.model.site import Scene
 

@@ -11,8 +11,6 @@ from vrx_mj.errors import ConfigError, Problem, UnknownNameError
 from vrx_mj.formats.urdf.model import Joint, Urdf, UrdfThruster
 from vrx_mj.frames import Pose, compose
 
-__all__ = ["HERE", "Hinges", "Tree", "known", "located", "own_problem", "read_hinges", "room"]
-
 HERE: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 TURNING = ("revolute", "continuous")
 """Types of joints that can steer."""

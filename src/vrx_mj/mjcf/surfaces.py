@@ -8,8 +8,6 @@ import numpy as np
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.errors import VrxError
 
-__all__ = ["checked_surface", "crossings", "overlap"]
-
 MOST_TRIANGLES = 20_000
 """Triangles among which crossings are looked for."""
 MOST_PAIRS = 100_000_000

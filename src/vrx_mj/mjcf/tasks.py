@@ -29,24 +29,6 @@ from vrx_mj.mjcf.terrain import on_land
 from vrx_mj.model import tasks as model
 from vrx_mj.model.tasks import Goal, Pinger, TaskBase
 
-__all__ = [
-    "Loc",
-    "Lock",
-    "Row",
-    "Shooter",
-    "Site",
-    "Touch",
-    "listed",
-    "lock_of",
-    "named_things",
-    "task_parameters",
-    "thing_touches",
-    "touch_sensor",
-    "touches_of",
-    "waypoints",
-]
-
-
 Row = dict[str, Any]
 Loc = tuple[str | int, ...]
 

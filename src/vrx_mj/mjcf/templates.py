@@ -16,8 +16,6 @@ from vrx_mj.formats.urdf.mesh_sizes import is_binary_stl
 from vrx_mj.formats.urdf.meshes import mesh_bytes, obj_text, read_mesh
 from vrx_mj.resources import root
 
-__all__ = ["Geom", "Mesh", "block", "geoms", "meshes", "render"]
-
 MESH = "vrx_mj/mesh"
 """Name of a mesh that is tried alone."""
 MUJOCO_SUFFIXES = (".obj", ".stl")
@@ -95,10 +93,11 @@ def mesh(shape: Shape) -> Mesh:
     if not path.resolve().is_relative_to(root() / "assets"):
         stat = path.stat()
         _check(path, shape.scale, not isinstance(shape, Visual), stat.st_mtime_ns, stat.st_size)
-    return _mesh(path, shape.scale)
+    return mesh_of_file(path, shape.scale)
 
 
-def _mesh(path: Path, scale: tuple[float, ...]) -> Mesh:
+def mesh_of_file(path: Path, scale: tuple[float, ...] = (1.0, 1.0, 1.0)) -> Mesh:
+    """The mesh of a file, named after its content."""
     content, suffix = mesh_bytes(path), path.suffix.lower()
     if suffix not in MUJOCO_SUFFIXES or (suffix == ".stl" and not is_binary_stl(content)):
         content, suffix = obj_text(read_mesh(path)).encode(), ".obj"
@@ -113,7 +112,7 @@ def _check(path: Path, scale: tuple[float, ...], collides: bool, _changed: int, 
     import mujoco
 
     read_mesh(path)
-    made = _mesh(path, scale)
+    made = mesh_of_file(path, scale)
     try:
         spec = mujoco.MjSpec()
         spec.assets = {made.file: made.content}

@@ -24,16 +24,6 @@ from vrx_mj.errors import ConfigError, Problem, shortened
 from vrx_mj.mjcf.pieces import Piece, hull_file
 from vrx_mj.model.site import Ring
 
-__all__ = [
-    "area_of",
-    "bank_blocks",
-    "land_distance",
-    "on_land",
-    "shoreline",
-    "terrain_piece",
-]
-
-
 SAND_TOP = 0.4
 """Where grass begins [m over the water]."""
 SAND_COLOR = (0.72, 0.65, 0.48, 1.0)

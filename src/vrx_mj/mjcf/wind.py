@@ -18,18 +18,6 @@ from vrx_mj.physics.gusts import gust_frequencies, gust_variance, npd
 from vrx_mj.physics.spectra import Spectrum
 from vrx_mj.physics.windage import BLENDERMANN, Areas, Superstructure, isherwood_curve
 
-__all__ = [
-    "NO_WIND",
-    "boat_wind",
-    "boat_windage",
-    "newcomer_wind",
-    "own_load",
-    "warn_if_unmoved",
-    "warn_if_unpushed",
-    "wind_coefficients",
-    "wind_parameters",
-]
-
 NO_WIND = (0.0, 0.0, 0.0)
 NPD_HEIGHT = 10.0
 """Height of the mean speed on which the NPD spectrum depends [m]."""

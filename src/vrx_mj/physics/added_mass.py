@@ -11,8 +11,6 @@ from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Vector, Wrench, cross, unrotate
 from vrx_mj.physics.tables import Record
 
-__all__ = ["added_inertia_of_vessel", "added_mass_bias"]
-
 
 @kernel
 def added_inertia_of_vessel(vessel: Record, m: Motion, out: FloatArray) -> None:

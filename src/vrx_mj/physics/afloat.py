@@ -18,8 +18,6 @@ from vrx_mj.physics.kinematics import Orbital
 from vrx_mj.physics.motion import Motion, Vector, Wrench, relative_motion, rotate, rotated_wrench, unrotate, zero_wrench
 from vrx_mj.physics.tables import Record, Table
 
-__all__ = ["apparent_gravity", "flotation_in_waves", "rope_pull"]
-
 
 @kernel
 def apparent_gravity(gravity: float, water: Orbital) -> Vector:

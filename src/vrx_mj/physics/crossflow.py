@@ -15,8 +15,6 @@ from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Wrench
 from vrx_mj.physics.tables import Table
 
-__all__ = ["crossflow_drag"]
-
 
 @kernel
 def crossflow_drag(strips: Table, through: Motion) -> Wrench:

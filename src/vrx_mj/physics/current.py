@@ -8,8 +8,6 @@ from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.noise import normal
 from vrx_mj.physics.tables import Table
 
-__all__ = ["current_share", "current_step", "current_velocity"]
-
 
 @kernel
 def current_step(current: Table, state: Table, dt: float) -> None:

@@ -15,8 +15,6 @@ from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Vector, Wrench, from_origin, rotate, rotated_wrench, unrotate, zero_wrench
 from vrx_mj.physics.tables import VRX, VRX3, Record
 
-__all__ = ["added_bias", "added_inertia", "added_moment", "bias_on_hull", "drag", "drag_on_hull", "has_added_moment"]
-
 
 @kernel
 def drag(hull: Record, motion: Motion) -> Wrench:

@@ -7,12 +7,6 @@ import numpy as np
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.lanes import Lanes, larger, power_of_two, product_and, spread, turned
 
-__all__ = [
-    "FAR", "cosine", "cosine_and_sine", "cosines_and_sines", "exponential", "exponentials", "near_cosine",
-    "near_cosine_and_sine",
-]  # fmt: skip
-
-
 FAR = 1.0e6
 """Up to here [rad] the number of half turns has 19 bits, and its products with the parts of pi are exact."""
 

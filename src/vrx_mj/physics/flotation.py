@@ -37,21 +37,6 @@ from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.volumes import submerged
 from vrx_mj.physics.waves import surface_height
 
-__all__ = [
-    "Flotation",
-    "Sums",
-    "add_flotation_drag",
-    "flotation",
-    "flotation_of_step",
-    "flotation_under",
-    "follow",
-    "sums_wrench",
-    "water_at_elements",
-    "water_rise",
-    "wet_sums",
-]
-
-
 _TINY = 1.0e-6
 """Submerged volumes up to this are dry [m3]: VRX buoyancy_gazebo_plugin.cc."""
 

@@ -5,8 +5,6 @@ from itertools import pairwise
 
 from vrx_mj.physics.spectra import Spectrum, band_frequencies
 
-__all__ = ["gust_frequencies", "gust_variance", "npd"]
-
 SLOWEST, FASTEST = 1.0 / 600.0, 0.5
 """Frequencies between which the NPD spectrum holds [Hz]."""
 SHAPE = 0.468

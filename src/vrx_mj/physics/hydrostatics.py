@@ -19,8 +19,6 @@ from vrx_mj.physics.motion import Motion, Vector, Wrench, rotate
 from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.waves import elevation, ramp
 
-__all__ = ["at_rest", "greatest_lift", "hydrostatics", "section_area", "settle", "station_force"]
-
 
 @kernel
 def section_area(radius: float, depth: float) -> float:

@@ -15,8 +15,6 @@ from numba.core.registry import CPUDispatcher
 from vrx_mj.physics.kernel_cache import Choice, KernelCache, Uncached, chosen_folder, say_before_the_first
 from vrx_mj.physics.linked_library import LinkedCompiler
 
-__all__ = ["allocating_kernel", "cache_choice", "cache_folder", "cached", "expanded_kernel", "inlined_kernel", "kernel"]
-
 F = TypeVar("F", bound=Callable[..., object])
 
 _PACKAGES = ("physics", "sensors", "runtime", "recording")

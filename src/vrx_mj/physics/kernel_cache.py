@@ -30,9 +30,6 @@ from numba.core.caching import (
 )
 from numba.core.runtime import rtsys
 
-__all__ = ["Choice", "KernelCache", "Uncached", "chosen_folder", "insecure", "say_before_the_first"]
-
-
 DIGEST = 32
 """Length of the digest in front of a file [bytes]."""
 

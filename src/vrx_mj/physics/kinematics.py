@@ -16,21 +16,6 @@ from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.wave_columns import MORE, bottom_share, decay, motion_of_columns, turning_of_columns
 from vrx_mj.physics.waves import elevation, ramp
 
-__all__ = [
-    "Orbital",
-    "Slope",
-    "Turning",
-    "orbital_motion",
-    "orbital_motions",
-    "orbital_turning",
-    "pressures",
-    "reach_of",
-    "surface_slope",
-    "surface_slopes",
-    "turned_with",
-    "water_pressure",
-]
-
 Slope = tuple[float, float]
 _QUARTER = 0.5 * math.pi
 

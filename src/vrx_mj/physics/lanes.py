@@ -18,11 +18,6 @@ from numba.extending import intrinsic, models, overload, register_model
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import allocating_kernel
 
-__all__ = [
-    "WIDTH", "Lanes", "any_positive", "chosen", "larger", "load", "power_of_two", "product_and", "smaller", "spread",
-    "store", "total", "totals", "turned", "zeros_in_lines",
-]  # fmt: skip
-
 WIDTH: Final = 8
 """Numbers in a value. Processors that take fewer at once take several turns."""
 

@@ -15,8 +15,6 @@ from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Vector
 
-__all__ = ["add_link_drag", "axis_at", "link_motion"]
-
 
 @kernel
 def axis_at(cdof: FloatArray, dof: int, center: FloatArray, x: float, y: float, z: float) -> Vector:

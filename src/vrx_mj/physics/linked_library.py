@@ -11,8 +11,6 @@ from llvmlite import binding
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 
-__all__ = ["LinkedCompiler"]
-
 _ENVIRONMENT = "_ZN08NumbaEnv"
 """How names of numba's environments begin: pointers to objects of Python that a function may use, set after loading."""
 

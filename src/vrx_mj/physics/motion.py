@@ -5,11 +5,6 @@ from typing import NamedTuple
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 
-__all__ = [
-    "Motion", "Vector", "Wrench", "add", "carry", "cross", "from_origin", "motion", "relative_motion", "rotate",
-    "rotated_wrench", "scaled", "shift", "unrotate", "zero_vector", "zero_wrench",
-]  # fmt: skip
-
 Vector = tuple[float, float, float]
 
 

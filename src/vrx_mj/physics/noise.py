@@ -14,9 +14,6 @@ import numpy as np
 
 from vrx_mj.physics.kernel import kernel
 
-__all__ = ["FORGOTTEN", "axis_error", "bits", "gauss_markov", "normal", "stream_key", "uniform"]
-
-
 _GAMMA = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1, _MIX_2 = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 _27, _30, _31, _11, _1 = np.uint64(27), np.uint64(30), np.uint64(31), np.uint64(11), np.uint64(1)

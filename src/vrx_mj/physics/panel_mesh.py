@@ -7,8 +7,6 @@ import numpy as np
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics.lanes import WIDTH
 
-__all__ = ["Panels", "Part", "panels_of"]
-
 SLENDER = 0.25
 """Breadth of a part over its length, up to which waves are taken to be of degree 2 across it."""
 SHALLOW = 0.125

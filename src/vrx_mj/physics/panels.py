@@ -29,8 +29,6 @@ from vrx_mj.physics.lanes import WIDTH, Lanes, chosen, larger, load, product_and
 from vrx_mj.physics.motion import Vector, Wrench
 from vrx_mj.physics.panel_mesh import Panels
 
-__all__ = ["CUT", "panel_wrench", "still_pressures", "wrench_of_pressures", "wrench_of_still_water"]
-
 CUT: Final = 10
 """Numbers that are kept of a pair that the surface cuts: pressures at its points, weights of its triangles' corners."""
 _TINY = 1e-300  # of a product of pressures [Pa2]; where they are smaller the surface lies in the triangle

@@ -16,11 +16,6 @@ from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.thrust import effective_command, force_direction, force_point
 from vrx_mj.physics.waves import surface_height
 
-__all__ = [
-    "advance_speed", "advance_thrust", "disc_share", "measured_thrust", "propeller_power", "propeller_step",
-    "update_propeller",
-]  # fmt: skip
-
 STEADY = 1e-9
 """Thrust [N] this near to its target is there: so a propeller comes to rest, and rests."""
 

@@ -21,8 +21,6 @@ from vrx_mj.physics.motion import Motion, Wrench
 from vrx_mj.physics.tables import Record, Table
 from vrx_mj.physics.waves import ramp
 
-__all__ = ["diffraction_load", "memory_load", "memory_step"]
-
 _QUARTER = 0.5 * math.pi
 _FIRST = 12  # of the six velocities among the fields of a `Motion`
 

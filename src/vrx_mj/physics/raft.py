@@ -26,9 +26,6 @@ from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.waves import surface_height
 from vrx_mj.physics.wind import wind_load
 
-__all__ = ["RAFT_WORK", "block_load", "moor", "raft_drag"]
-
-
 _f = np.float64
 RAFT_WORK = np.dtype(
     [

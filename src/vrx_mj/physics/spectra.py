@@ -13,20 +13,6 @@ from typing import NamedTuple
 
 from vrx_mj.linear_waves import DEEP, Site, wavenumber
 
-__all__ = [
-    "Component",
-    "Spectrum",
-    "band_frequencies",
-    "irregular_sea",
-    "jonswap",
-    "pierson_moskowitz",
-    "regular_wave",
-    "spread_angles",
-    "stokes_wave",
-    "tabulated",
-    "tma",
-]
-
 Spectrum = Callable[[float], float]
 """Density of the variance over angular frequency [m2 s/rad] at a frequency [rad/s]; any constant factor is allowed."""
 

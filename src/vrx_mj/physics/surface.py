@@ -1,8 +1,9 @@
-"""The sea as it is drawn: a fan of points around an eye, dense near it and thin far away.
+"""The sea as it is drawn: a fan of points around an eye, which look equally far apart, from the eye to the horizon.
 
-Rings lie at distances that grow by a few percent, so that neighbours look equally far apart; spokes share
-the width of the view among them. What is drawn is `waves.surface_height`, less those waves that a ring's
-spacing cannot carry: they fade out before they would turn into false patterns.
+Rings lie at equal steps of the angle under the horizon and, far away, of the logarithm of the distance; spokes share
+the width of the view among them. What is drawn is `waves.surface_height`, less those waves that a ring's cells cannot
+carry: these fade, by length and direction, before they would turn into false patterns. What fades from the shape stays
+in the light: its slopes make the mean reflectance of the sky smaller and the glitter wide, its crests the foam.
 """
 
 import math
@@ -11,50 +12,71 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.physics.elementary import cosine
+from vrx_mj.physics.elementary import near_cosine_and_sine
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.tables import WAVE, Record, Table
 from vrx_mj.physics.waves import ramp
 
-__all__ = ["EDGE", "HORIZON", "RINGS", "SPOKES", "draw_surface", "fan", "fan_triangles", "reflectance", "ripples"]
-
-
-SPOKES = 61
-"""Points on a ring."""
-BANDS = ((3.0, 0.5, 1.0), (60.0, 0.0, 1.06), (300.0, 0.0, 1.12), (5000.0, 0.0, 1.6))
-"""Up to which distance [m] a ring lies at the last one's times a factor, the third number, plus the second [m]."""
-HORIZON = 5000.0
-"""Distance of the last ring [m]: from a mast of 2 m it is 0.02 degrees under the true horizon."""
+RINGS, SPOKES = 84, 73
+"""Points of a spoke and of a ring."""
+ANGLE, GROWTH = 0.0064, 0.06
+"""Steps from ring to ring whose shares of the rings are equal: angle [rad], or ratio of distances."""
+LEAST_HEIGHT = 0.5
+"""Height of the eye over a calm sea from which the angles are measured, at least [m]."""
+FINE, COARSE = 0.4 * math.pi, 0.8 * math.pi
+"""Phases between neighbours up to which a wave is drawn whole, a fifth of its length, and from which not at all."""
+LIT = 1.6
+"""How much smaller the squares of these phases are for light and foam, which change faster than the heights."""
 EDGE = 0.01
 """The palette's numbers 0 and 1 lie this far from its borders, beyond which a texture begins again."""
-FINE, COARSE = 0.5 * math.pi, math.pi
-"""Wavenumber times spacing up to which a wave is drawn whole, a quarter of its length, and from which not at all."""
+PLAIN = 0.5
+"""Row of the palette of water with neither glitter, which is above it, nor foam, which is below."""
+WAVELETS = 0.008
+"""Variance of the slopes of wavelets that no table of waves has: Cox and Munk's (1954) at a wind of 1 m/s."""
+BREAKING, SOFT = 0.29, 0.05
+"""Downward acceleration, in parts of g, at which half of a crest is foam, and its standard deviation.
+
+Half of g is measured (Snyder and Kennedy, 1983), with the short waves that tables lack: this makes half a percent of a
+wind sea of 1.2 m and 5 s white."""
+FRINGE = 0.25
+"""Width of the foam around what stands in the water [m]."""
 
 
-def _distances() -> FloatArray:
-    rings = [0.0]
-    for end, step, factor in BANDS:
-        while rings[-1] < end - 1e-9:
-            rings.append(min(rings[-1] * factor + step, end))
-    return np.array(rings)
+def horizon(height: float) -> float:
+    """Distance [m] of the last ring for an eye at a height [m]: that of the true horizon, 5 km at least."""
+    return max(5000.0, 3570.0 * math.sqrt(max(height, 0.0)))
 
 
-RINGS = len(_distances())
-"""Rings of the fan; the first is its apex."""
+def ring_distances(height: float, deviation: float, lowest: float, highest: float) -> FloatArray:
+    """Return the rings' distances (RINGS,) [m] for an eye at a height [m] over the mean level.
+
+    Args:
+        height: of the eye [m].
+        deviation: standard deviation of the surface [m]: crests may stand before what a calm sea would show.
+        lowest: direction down to which the eye sees, from the horizon [rad].
+        highest: direction up to which it does; the horizon is 0.
+    """
+    slack, far = 3.0 * deviation + 0.2, horizon(height)
+    near = 0.0 if lowest < -1.5 else max(height - slack, 0.0) / math.tan(max(-lowest, 1e-3))
+    if highest < -1e-3:
+        far = min((height + slack) / math.tan(-highest), far)
+    scale = max(height, LEAST_HEIGHT + 2.0 * deviation)
+    near = min(near, 0.5 * far)
+    tries = np.geomspace(near + scale, max(far, near + 1.0) + scale, 400) - scale
+    number = np.arctan(tries / scale) / ANGLE + np.log1p((tries / scale) ** 2) / (2.0 * GROWTH)
+    return np.asarray(np.interp(np.linspace(number[0], number[-1], RINGS), number, tries))
 
 
-def fan() -> tuple[FloatArray, FloatArray]:
-    """Return the rings' distances (RINGS,) [m] and the spokes' places across the view (SPOKES,), -1 to 1."""
-    return _distances(), np.linspace(-1.0, 1.0, SPOKES)
+def spokes() -> FloatArray:
+    """Return the spokes' places across the view (SPOKES,), -1 to 1."""
+    return np.linspace(-1.0, 1.0, SPOKES)
 
 
 def fan_triangles() -> npt.NDArray[np.int32]:
     """Return the triangles of the fan, counter-clockwise from above; point (ring, spoke) is ring * SPOKES + spoke."""
     corner = (np.arange(RINGS - 1)[:, None] * SPOKES + np.arange(SPOKES - 1)).reshape(-1, 1)
-    outer = corner + np.array([0, SPOKES, SPOKES + 1])
-    inner = corner + np.array([0, SPOKES + 1, 1])
-    apex = SPOKES - 1  # there the inner triangles have no area
-    return np.concatenate([outer, inner[apex:]]).astype(np.int32)
+    pairs = corner + np.array([0, SPOKES, SPOKES + 1, 0, SPOKES + 1, 1])  # side by side, they share what is lit
+    return np.asarray(pairs.reshape(-1, 3), np.int32)
 
 
 def ripples(waves: Table) -> Table:
@@ -78,38 +100,40 @@ _RIPPLES = ((0.61, 0.9, 0.20), (0.97, -0.7, 0.24), (1.43, 0.35, 0.28), (2.3, -0.
 
 
 @kernel
-def _share(wavenumber: float, spacing: float) -> float:
-    """Return how much of a wave is drawn where points are `spacing` [m] apart, 0 to 1."""
-    x = min(max((COARSE - wavenumber * spacing) / (COARSE - FINE), 0.0), 1.0)
-    return x * x * (3.0 - 2.0 * x)
+def reflectance(cosine_of_incidence: float, deviation: float) -> float:
+    """Return the mean share of light that water mirrors whose slopes have a standard deviation.
 
-
-@kernel
-def reflectance(cosine_of_incidence: float) -> float:
-    """Return the share of light that water mirrors: Schlick's (1994) form of Fresnel's law, with 0.02 upright.
-
-    At grazing angles a rough sea shows faces that are turned to the eye: the cosine is taken as 0.1 at least.
+    Schlick's (1994) form of Fresnel's law, with 0.02 upright; the mean over slopes is Bruneton's (2010).
     """
-    return 0.02 + 0.98 * (1.0 - max(cosine_of_incidence, 0.1)) ** 5
+    grazing = (1.0 - min(max(cosine_of_incidence, 0.0), 1.0)) ** (5.0 * math.exp(-2.69 * deviation))
+    return float(0.02 + 0.98 * grazing / (1.0 + 22.7 * deviation**1.5))
 
 
 @kernel
 def _shade(
-    normal: tuple[float, float, float], view: tuple[float, float, float], sun: FloatArray
+    slope: tuple[float, float], view: tuple[float, float, float], sun: FloatArray, variance: float
 ) -> tuple[float, float]:
-    """Return a point's place on the palette: how much of the sky it mirrors, and how it glitters.
+    """Return how much of the sky a point mirrors, and how it glitters, 0 to 1.
 
-    `view` points to the eye, `sun` to the sun. The first is `reflectance`, with a little more where the surface
-    leans to the sun, which represents the light that comes out of the water.
+    `view` points to the eye, `sun` to the sun, `variance` is that of the slopes around `slope`. The first is
+    `reflectance`, with a little more where the surface leans to the sun, which represents the light that comes out of
+    the water. Glitter is that of Cox and Munk (1954): the density of the slope that mirrors the sun, as a share of what
+    a white surface throws back.
     """
-    facing = normal[0] * view[0] + normal[1] * view[1] + normal[2] * view[2]
-    lean = (normal[0] * sun[0] + normal[1] * sun[1]) / max(normal[2], 0.1)
-    bounced = 0.0
-    for axis in range(3):
-        bounced += (2.0 * facing * normal[axis] - view[axis]) * sun[axis]
-    mirrored = min(max(reflectance(facing) + 0.4 * lean, 0.0), 1.0)
-    glitter = min(max(bounced, 0.0), 1.0) ** 40
-    return EDGE + (1.0 - 2.0 * EDGE) * mirrored, EDGE + (1.0 - 2.0 * EDGE) * glitter
+    upright = 1.0 / math.sqrt(1.0 + slope[0] * slope[0] + slope[1] * slope[1])
+    facing = (view[2] - slope[0] * view[0] - slope[1] * view[1]) * upright
+    lean = -(slope[0] * sun[0] + slope[1] * sun[1]) * min(upright, 1.0)
+    spread = variance + WAVELETS
+    mirrored = min(max(reflectance(facing, math.sqrt(spread)) + 0.4 * lean, 0.0), 1.0)
+    half = (view[0] + sun[0], view[1] + sun[1], view[2] + sun[2])
+    length = math.sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2])
+    if half[2] < 0.05 * length or view[2] <= 0.0:
+        return mirrored, 0.0
+    off = (half[0] / half[2] + slope[0]) ** 2 + (half[1] / half[2] + slope[1]) ** 2
+    cosine = 0.5 * length  # of the incidence of the sun on what mirrors it: both are unit vectors
+    density = math.exp(-min(0.5 * off / spread, 50.0)) / (2.0 * math.pi * spread)
+    upward = half[2] / length
+    return mirrored, min(math.pi * reflectance(cosine, 0.0) * density / (4.0 * max(view[2], 0.1) * upward**4), 1.0)
 
 
 @kernel
@@ -120,54 +144,100 @@ def draw_surface(
     t: float,
     eye: FloatArray,
     sun: FloatArray,
-    course: float,
     half: float,
     distances: FloatArray,
-    spokes: FloatArray,
+    floats: FloatArray,
+    sums: FloatArray,
     vertices: npt.NDArray[np.float32],
     normals: npt.NDArray[np.float32],
     palette: npt.NDArray[np.float32],
 ) -> None:
     """Write points (n, 3) [m, world], unit normals (n, 3) and places on the palette (n, 2) at time `t` [s].
 
-    The fan's apex lies under `eye` (3,) [m]; it opens by `half` [rad] to both sides of `course` [rad,
-    counter-clockwise from east], and `half` = pi is the whole circle. `sun` (3,) points to the sun. `shading` are
-    waves that only tilt the normals. Near the eye heights are `surface_height`.
+    The fan's apex lies under `eye` (3,) [m]; `half` [rad] is half its angle. `sun` (3,) points to the sun. `shading`
+    are waves that only tilt the normals. `floats` (m, 7) stand in the water: east, north, direction of an edge (2,),
+    half its length and half the other's [m], and how much foam surrounds them, 0 to 1. `sums` (8, spokes) begins with
+    the directions of the spokes, to the east and north; the rest is overwritten. Near the eye heights are
+    `surface_height`.
     """
-    grown = ramp(sea, t)
+    grown, count = ramp(sea, t), sums.shape[1]
     for ring in range(distances.size):
         r = distances[ring]
-        gap = max(r - distances[ring - 1] if ring else 0.0, r * half * 2.0 / (spokes.size - 1))
-        for spoke in range(spokes.size):
-            angle = course + half * spokes[spoke]
-            x, y = eye[0] + r * math.cos(angle), eye[1] + r * math.sin(angle)
-            height, east, north = _elevation_and_slope(waves, shading, x, y, t, gap)
-            z, east, north = sea.level + grown * height, grown * east, grown * north
-            row = ring * spokes.size + spoke
-            length = math.sqrt(1.0 + east * east + north * north)
-            normal = (-east / length, -north / length, 1.0 / length)
+        gap = 0.5 * (distances[min(ring + 1, distances.size - 1)] - distances[max(ring - 1, 0)])
+        beside = r * half * 2.0 / (count - 1)
+        sums[2:] = 0.0
+        for i in range(waves.size + shading.size):
+            own, lift = (waves[i], 1.0) if i < waves.size else (shading[i - waves.size], 0.0)
+            _add_wave(own, lift, sea.gravity, eye, r, gap, beside, t, sums)
+        for spoke in range(count):
+            height, east, north, rough, fall, falls = sums[2:, spoke]
+            z, slope = sea.level + grown * height, (grown * east, grown * north)
+            x, y = eye[0] + r * sums[0, spoke], eye[1] + r * sums[1, spoke]
+            length = math.sqrt(1.0 + slope[0] ** 2 + slope[1] ** 2)
             away = max(math.sqrt(r * r + (eye[2] - z) ** 2), 1e-6)
             view = ((eye[0] - x) / away, (eye[1] - y) / away, (eye[2] - z) / away)
+            mirrored, glitter = _shade(slope, view, sun, grown * grown * rough)
+            foam = _exceeded(BREAKING - grown * fall, math.sqrt(grown * grown * falls + SOFT * SOFT))
+            foam = max(foam, _fringe(floats, x, y, FRINGE + 0.5 * max(gap, beside)))
+            row = ring * count + spoke
             vertices[row, 0], vertices[row, 1], vertices[row, 2] = x, y, z
-            normals[row, 0], normals[row, 1], normals[row, 2] = normal
-            palette[row, 0], palette[row, 1] = _shade(normal, view, sun)
+            normals[row, 0], normals[row, 1], normals[row, 2] = -slope[0] / length, -slope[1] / length, 1.0 / length
+            palette[row, 0] = EDGE + (1.0 - 2.0 * EDGE) * mirrored
+            palette[row, 1] = PLAIN + (PLAIN - EDGE) * (glitter * (1.0 - foam) - foam)
 
 
 @kernel
-def _elevation_and_slope(
-    waves: Table, shading: Table, x: float, y: float, t: float, gap: float
-) -> tuple[float, float, float]:
-    """Return the grown sea's height [m] and its slopes to the east and north, of waves that `gap` [m] can carry."""
-    height, east, north = 0.0, 0.0, 0.0
-    for i in range(waves.size + shading.size):
-        wave = waves[i] if i < waves.size else shading[i - waves.size]
-        share = _share(wave.wavenumber, gap)
-        if share > 0.0:
-            along = wave.direction[0] * x + wave.direction[1] * y
-            phase = wave.wavenumber * along - wave.frequency * t + wave.phase
-            slope = -share * wave.amplitude * wave.wavenumber * math.sin(phase)
-            if i < waves.size:
-                height += share * wave.amplitude * cosine(phase)
-            east += slope * wave.direction[0]
-            north += slope * wave.direction[1]
-    return height, east, north
+def _exceeded(by: float, deviation: float) -> float:
+    """Return the share of a normal distribution above a number: its logistic approximation."""
+    return 1.0 / (1.0 + math.exp(min(1.702 * by / deviation, 50.0)))
+
+
+@kernel
+def _fringe(floats: FloatArray, x: float, y: float, width: float) -> float:
+    """Return the foam at a place [m] around floats, in fringes whose width [m] the cells can carry."""
+    most = 0.0
+    for i in range(floats.shape[0]):
+        east, north = x - floats[i, 0], y - floats[i, 1]
+        if abs(east) + abs(north) > floats[i, 4] + floats[i, 5] + 4.0 * width:
+            continue
+        along, across = east * floats[i, 2] + north * floats[i, 3], north * floats[i, 2] - east * floats[i, 3]
+        off = max(abs(along) - floats[i, 4], 0.0) ** 2 + max(abs(across) - floats[i, 5], 0.0) ** 2
+        most = max(most, floats[i, 6] * FRINGE / width * math.exp(-min(off / (width * width), 50.0)))
+    return most
+
+
+@kernel
+def _share(turn: float) -> float:
+    """Return how much is drawn of a wave whose phase from point to point has a square `turn`, 0 to 1."""
+    x = min(max((COARSE * COARSE - turn) / (COARSE * COARSE - FINE * FINE), 0.0), 1.0)
+    return x * x * (3.0 - 2.0 * x)
+
+
+@kernel
+def _add_wave(
+    wave: Record, lift: float, gravity: float, eye: FloatArray, r: float, gap: float, beside: float, t: float,
+    sums: FloatArray,
+) -> None:  # fmt: skip
+    """Add a wave to the sums of a ring at a distance `r` [m], whose cells are `gap` long and `beside` wide [m].
+
+    `sums` are east and north of the spokes; height [m], slopes to the east and north, the variance of the slopes that
+    are not lit, and the downward acceleration [g] with the variance of what is not counted of it. `lift` 0: slopes
+    alone.
+    """
+    k, east, north = wave.wavenumber, wave.direction[0], wave.direction[1]
+    phase = k * (east * eye[0] + north * eye[1]) - wave.frequency * t + wave.phase
+    a, fall = lift * wave.amplitude, lift * wave.amplitude * wave.frequency**2 / gravity
+    steep = wave.amplitude * k
+    for spoke in range(sums.shape[1]):
+        c, s = sums[0, spoke], sums[1, spoke]
+        along, across = k * (east * c + north * s), k * (north * c - east * s)
+        turn = (along * gap) ** 2 + (across * beside) ** 2
+        share, lit = _share(turn), _share(LIT * turn)
+        cosine, sine = near_cosine_and_sine(phase + along * r)
+        lost = 0.5 * (1.0 - lit * lit)
+        sums[2, spoke] += share * a * cosine
+        sums[3, spoke] -= lit * steep * sine * east
+        sums[4, spoke] -= lit * steep * sine * north
+        sums[5, spoke] += lost * steep * steep
+        sums[6, spoke] += lit * fall * cosine
+        sums[7, spoke] += lost * fall * fall

@@ -11,14 +11,6 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = [
-    "AIR", "AIR_STATE", "BLOCK", "BOX", "CURRENT", "CURRENT_STATE", "CYLINDER", "ELEMENT", "ELEMENT_STATE", "FLOAT",
-    "FLOAT_STATE", "FOLLOWER", "FOLLOWER_STATE", "GLF", "GUST_BAND", "HULL", "LAYER", "LINEAR", "MARINE", "MATRIX",
-    "MEMORY", "MEMORY_STATE", "MESH", "MOORING", "NEWTONS", "PART", "PROPELLER", "PROPELLER_POINT", "PROPELLER_STATE",
-    "ROPE", "RUDDER", "SEA", "SPHERE", "STATION", "STRIP", "THRUSTER", "THRUSTER_STATE", "VESSEL", "VRX", "VRX3",
-    "WAVE", "WAYPOINT", "WIND", "WINDAGE", "WIND_STATE", "Record", "Table", "Waves", "columns_of", "table",
-]  # fmt: skip
-
 Table = npt.NDArray[np.void]
 Waves = Table | npt.NDArray[np.float64]
 """`WAVE`, or `wave_columns` of it. numba knows which, and leaves out what is for the other."""

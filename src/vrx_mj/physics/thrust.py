@@ -13,21 +13,6 @@ from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Vector, Wrench, rotated_wrench
 from vrx_mj.physics.tables import LINEAR, NEWTONS, Record
 
-__all__ = [
-    "effective_command",
-    "engine_wrench",
-    "force_direction",
-    "force_point",
-    "normal_slope",
-    "race_speed",
-    "rudder_force",
-    "servo_step",
-    "servo_torque",
-    "steering_target",
-    "thrust_force",
-    "thruster_wrench",
-]
-
 
 def _curve(a: float, k: float, b: float, nu: float, c: float, m: float) -> tuple[float, ...]:
     """Return (A, K - A, B, 1 / nu, C, M); VRX rounds the six and K - A to 32-bit floats, 1 / nu not."""

@@ -35,12 +35,6 @@ from vrx_mj.physics.wave_box import BOX_MEMORY, LEVELS, ROWS, heading_of, pressu
 from vrx_mj.physics.wave_columns import wave_columns
 from vrx_mj.physics.waves import surface_height
 
-__all__ = [
-    "HullMeshes", "VesselLoads", "VesselWater", "VesselWork", "WaveLoads", "damping_of_vessel", "pressure_on_vessel",
-    "restoring_of_vessel", "vessel_loads", "vessel_work", "wave_loads",
-]  # fmt: skip
-
-
 _AWASH = 0.25
 """Share of its weight that the water carries of a hull about to leave it: below that, its other forces fade out."""
 

@@ -15,8 +15,6 @@ from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Vector, rotate
 from vrx_mj.physics.tables import BOX, SPHERE, Record
 
-__all__ = ["CYLINDER_SIDES", "Submerged", "prism", "sphere", "submerged"]
-
 CYLINDER_SIDES = 20
 """VRX's cylinder is a regular prism of 20 sides, the first corner on +y: 1.64 % smaller than a cylinder."""
 

@@ -37,18 +37,6 @@ from vrx_mj.physics.tables import Record, Table
 from vrx_mj.physics.wave_columns import AMPLITUDE, BOTTOM, EAST, FREQUENCY, MEMORY, NORTH, PHASE, WAVENUMBER
 from vrx_mj.physics.waves import ramp
 
-__all__ = [
-    "BOX_MEMORY",
-    "LEVELS",
-    "ROWS",
-    "SHALLOW_LEVELS",
-    "SIDE",
-    "SLENDER_ROWS",
-    "WaveBox",
-    "heading_of",
-    "pressures_in_waves",
-]
-
 SIDE: Final = 5
 """Nodes of the box along."""
 ROWS: Final = 5

@@ -33,25 +33,6 @@ from vrx_mj.physics.lanes import (
 from vrx_mj.physics.motion import Vector
 from vrx_mj.physics.tables import Record, Table, Waves
 
-__all__ = [
-    "AMPLITUDE",
-    "BOTTOM",
-    "EAST",
-    "FREQUENCY",
-    "MEMORY",
-    "MORE",
-    "NORTH",
-    "ORBITAL",
-    "PHASE",
-    "WAVENUMBER",
-    "bottom_share",
-    "decay",
-    "elevation_of_columns",
-    "motion_of_columns",
-    "turning_of_columns",
-    "wave_columns",
-]
-
 EAST: Final = 0
 NORTH: Final = 1
 WAVENUMBER: Final = 2

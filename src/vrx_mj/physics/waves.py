@@ -15,16 +15,10 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.constants import SPECTRUM_GRAVITY, WAVE_GRAVITY
 from vrx_mj.physics.elementary import cosine
-from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.noise import stream_key, uniform
 from vrx_mj.physics.tables import Record, Table, Waves
-from vrx_mj.physics.wave_columns import elevation_of_columns
-
-__all__ = [
-    "cwr_components", "elevation", "pms_components", "ramp", "random_phases", "surface_height",
-    "surface_heights",
-]  # fmt: skip
-
+from vrx_mj.physics.wave_columns import elevation_of_columns, wave_columns
 
 PHILLIPS = 0.0081
 """Phillips' constant of the Pierson-Moskowitz spectrum (1964)."""
@@ -155,7 +149,7 @@ def surface_height(waves: Waves, sea: Record, x: float, y: float, t: float) -> f
     return float(sea.level + ramp(sea, t) * elevation(waves, x, y, t))
 
 
-@kernel
+@allocating_kernel
 def surface_heights(
     waves: Table,
     sea: Record,
@@ -165,8 +159,9 @@ def surface_heights(
     out: FloatArray,
 ) -> None:
     """Write `surface_height` at each (x, y, t) into `out`; all four are (n,)."""
+    columns = wave_columns(waves, sea, 4)
     for i in range(out.size):
-        out[i] = surface_height(waves, sea, x[i], y[i], t[i])
+        out[i] = surface_height(columns, sea, x[i], y[i], t[i])
 
 
 @kernel

@@ -11,20 +11,6 @@ from vrx_mj.physics.noise import normal
 from vrx_mj.physics.tables import MARINE, VRX3, Record, Table
 from vrx_mj.physics.windage import windage_load
 
-__all__ = [
-    "air_velocity",
-    "apparent_wind_load",
-    "gust_step",
-    "wind_at_hull",
-    "wind_load",
-    "wind_on_float",
-    "wind_on_hull",
-    "wind_series",
-    "wind_share",
-    "wind_step",
-    "wind_velocity",
-]
-
 
 @kernel
 def gust_step(wind: Record, state: Record, dt: float) -> float:

@@ -8,11 +8,6 @@ from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Wrench, rotate, rotated_wrench, shift, zero_wrench
 from vrx_mj.physics.tables import Record, Table
 
-__all__ = [
-    "BLENDERMANN", "Areas", "Superstructure", "blendermann_curve", "isherwood_curve", "three_number_curve",
-    "windage_load", "windage_rows",
-]  # fmt: skip
-
 AIR_DENSITY = 1.225
 """Density of the air [kg/m3]: ISO 2533, sea level, 15 C."""
 STEPS = 180

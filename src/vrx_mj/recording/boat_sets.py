@@ -10,7 +10,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 from pydantic import AllowInfNan, FailFast, Field, TypeAdapter, ValidationError
@@ -21,31 +21,9 @@ from vrx_mj.errors import RecordError, StateError
 from vrx_mj.mjcf.world import World, world_of
 from vrx_mj.model.world import Parameters
 from vrx_mj.recording.packing import archive, unpack_rows, unpacked
+from vrx_mj.recording.parts import LONGEST, ROWS, Part
 from vrx_mj.recording.record_scene import FORMAT, MovingBody, RecordedSensor, RecordScene, RowLayout
-from vrx_mj.recording.rrd_file import LONGEST
 
-if TYPE_CHECKING:
-    from rerun.chunk import Chunk
-
-    from vrx_mj.recording.rrd_file import Part
-
-__all__ = [
-    "COMPANIES",
-    "HUGE",
-    "BoatSet",
-    "all_rows",
-    "boat_set_chunk",
-    "boat_set_head",
-    "boat_set_numbers",
-    "columns_in",
-    "head_of",
-    "joint_layout",
-    "read_boat_sets",
-    "sent_messages",
-    "sound_rows",
-]
-
-COMPANIES = "/record/companies"
 HUGE = 1e9
 """A number of a row beyond this is of a state that has diverged."""
 
@@ -85,14 +63,8 @@ class BoatSet:
         return self.world.parameters
 
 
-def boat_set_chunk(scene: RecordScene, before: RecordScene, number: int) -> Chunk:
-    """The boat set of a scene, the one of this number, from its first moment on; of files those that are new."""
-    import rerun as rr
-    from rerun.chunk import Chunk
-
-    from vrx_mj.recording.timeline import times
-
-    assert scene.begun is not None, "boats come and go at a time"
+def boat_set_cells(scene: RecordScene, before: RecordScene, number: int) -> tuple[str, bytes]:
+    """The header of the boat set of a scene, the one of this number, and an archive of its files that are new."""
     new = {name: content for name, content in scene.files.items() if before.files.get(name) != content}
     head = {
         "number": number,
@@ -100,8 +72,7 @@ def boat_set_chunk(scene: RecordScene, before: RecordScene, number: int) -> Chun
         "world_sha256": scene.properties["world_sha256"],
         "files": sorted(scene.files),
     }
-    columns = rr.AnyValues.columns(head=[json.dumps(head)], files=[archive(new)])
-    return Chunk.from_columns(COMPANIES, [times([scene.begun])], columns)
+    return json.dumps(head), archive(new)
 
 
 def read_boat_sets(first: BoatSet, parts: Sequence[Part], most: int) -> tuple[BoatSet, ...]:
@@ -147,7 +118,7 @@ def all_rows(parts: Sequence[Part], layouts: Sequence[RowLayout], most: int) -> 
     lengths = [len(block) for _, block in blocks]
     needed = 8 * (joint.width * sum(lengths) + sum(layout.width for layout in layouts))
     if needed > most:
-        raise RecordError(f"/record/rows: {needed >> 20} MiB with the columns of all boat sets: at most {most >> 20}")
+        raise RecordError(f"{ROWS}: {needed >> 20} MiB with the columns of all boat sets: at most {most >> 20}")
     columns = [columns_in(joint, layout) for layout in layouts]
     numbers = np.repeat(np.array([number for number, _ in blocks], np.int64), lengths)
     rows = np.full((len(numbers), joint.width), np.nan)
@@ -177,9 +148,9 @@ def check_rows(rows: FloatArray, width: int) -> None:
         RecordError: they do not.
     """
     if rows.shape[1] != width:
-        raise RecordError(f"/record/rows: block: rows of {rows.shape[1]} columns instead of {width}")
+        raise RecordError(f"{ROWS}: block: rows of {rows.shape[1]} columns instead of {width}")
     if not ((rows[:, 0] >= 0.0) & (rows[:, 0] <= LONGEST)).all():
-        raise RecordError(f"/record/rows: block: a time from 0 to {LONGEST:g} s is needed")
+        raise RecordError(f"{ROWS}: block: a time from 0 to {LONGEST:g} s is needed")
 
 
 def sound_rows(rows: FloatArray, numbers: IntArray, layouts: Sequence[RowLayout]) -> BoolArray:
@@ -262,6 +233,12 @@ class Head:
     layout: RowLayout
     """Columns of the rows of the first boat set."""
     sensors: Annotated[tuple[RecordedSensor, ...], FailFast()] = ()
+    begun: Finite = 0.0
+    """Simulated time at which it begins [s]."""
+    sea: bool = True
+    """Whether the sea is shown."""
+    follow: str | None = None
+    """The boat that the camera follows; None: the fleet."""
 
 
 @dataclass(frozen=True)
@@ -290,8 +267,8 @@ def head_of(text: str) -> Head:
         RecordError: it is damaged, or of another version.
     """
     version = checked(VERSION, "head", text)
-    if version.format != FORMAT:
-        raise RecordError(f"head: format {version.format}; this version reads {FORMAT}")
+    if version.format not in (1, FORMAT):  # the first held its blueprint
+        raise RecordError(f"head: format {version.format}; this version reads 1 and {FORMAT}")
     head = checked(HEAD, "head", text)
     check_layout("head", head.layout)
     check_sensors(head.sensors)

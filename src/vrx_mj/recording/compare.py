@@ -11,8 +11,6 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.recording.reader import Record, read_record
 
-__all__ = ["Comparison", "Difference", "compare"]
-
 
 @dataclass(frozen=True)
 class Difference:

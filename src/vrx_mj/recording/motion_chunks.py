@@ -1,12 +1,12 @@
-"""What changes with time, as rerun chunks: poses, arrows, plots, and the exact rows.
+"""What changes with time, as rerun chunks: poses, arrows and plots.
 
 `MovingChunks` holds the little that a chunk must know of the one before it: which samples the slower streams took.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import rerun as rr
@@ -14,7 +14,8 @@ from rerun.chunk import Chunk
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.frames import compass, rotation_matrix
-from vrx_mj.recording.packing import pack_rows
+from vrx_mj.recording.eyes import FLEET, PLAN, PLAN_SLOPE, plan_eye
+from vrx_mj.recording.parts import EVENTS, Part
 from vrx_mj.recording.record_scene import (
     PARKED,
     MovingBody,
@@ -23,16 +24,10 @@ from vrx_mj.recording.record_scene import (
     RecordedThruster,
     RecordScene,
 )
-from vrx_mj.recording.timeline import Ticker, times
+from vrx_mj.recording.static_chunks import UNSEEN
+from vrx_mj.recording.timeline import Ticker, static, times
 from vrx_mj.recording.water_chunks import WaterChunks
-
-__all__ = [
-    "MovingChunks",
-    "event_chunk",
-    "part_poses",
-    "state_chunk",
-]
-
+from vrx_mj.recording.weather_chunks import WeatherChunks
 
 SCALAR_RATE = 10.0
 """Plots, arrows [Hz]."""
@@ -40,43 +35,44 @@ ARROW_PER_NEWTON = 1.0 / 55.0
 """Length of a thrust arrow [m/N]."""
 ARROW_HEIGHT = 0.75
 """Height of a thrust arrow over the engine's mount [m], so that the water does not hide it."""
+LEAST = {
+    "speed": 0.25, "steering": 5.0, "heading": 5.0, "course": 5.0, "yaw": 5.0, "roll": 2.0, "pitch": 2.0,
+    "wind": 0.5,
+}  # fmt: skip
+"""Half of the least range of a plot's axis [m/s, N, deg]: noise is no signal."""
+RANGED = 50
+"""Values of a plot for one of its range: an axis fits what is in view."""
+PLOT_STEP = 1.0 / 1024.0
+"""What plots are rounded to, in their units."""
 FARTHEST = 1e6
 """Largest number that is shown: a run may diverge, a picture of it should not."""
-WIND_HEIGHT = 6.0
-"""Height of the wind arrow over the fleet [m]."""
-ARROW_PER_WIND = 0.8
-"""Length of the wind arrow [m per m/s]."""
 
 
 def event_chunk(events: Sequence[tuple[float, str, str, str]]) -> Chunk:
     """Events (time, text, level, JSON of a touch) as a log."""
     time, text, level, touch = zip(*events, strict=True)
     columns = [*rr.TextLog.columns(text=text, level=level), *rr.AnyValues.columns(touch=list(touch))]
-    return Chunk.from_columns("/events", [times(time)], columns)
-
-
-def state_chunk(states: Sequence[tuple[float, bytes]]) -> Chunk:
-    """Saved states (time, bytes); the time once more as float64, because the timeline rounds it."""
-    time, blob = zip(*states, strict=True)
-    columns = rr.AnyValues.columns(time=np.asarray(time), blob=list(blob))
-    return Chunk.from_columns("/record/states", [times(time)], columns)
+    return Chunk.from_columns(EVENTS, [times(time)], columns)
 
 
 class MovingChunks:
     """Turns blocks of rows into chunks."""
 
-    def __init__(self, scene: RecordScene) -> None:
+    def __init__(self, scene: RecordScene, *, live: bool = False) -> None:
+        """Begin with a scene; `live`: the plan follows the fleet."""
         self._scalar, self._water = Ticker(SCALAR_RATE), WaterChunks()
-        self._angle: dict[tuple[str, str], float] = {}
+        self._weather = WeatherChunks()
+        self._plan_size = plan_eye(scene)[1] * PLAN_SLOPE if live else None
+        self._driven: dict[str, FloatArray] = {}
         self._codes: dict[str, int] = {}
         self._first = scene.layout()
-        self.boat_set = 0
-        """Number of the boat set whose rows are to come: how often boats or objects came or went."""
+        self._ranged: set[str] = set()
+        self.track: FloatArray | None = None
+        """Least and greatest x and y (2, 2) [m] of all boats until now."""
         self._take(scene)
 
     def go_on(self, scene: RecordScene) -> None:
         """Go on in a scene in which boats or objects have come or gone: rows have its columns now."""
-        self.boat_set += 1
         self._take(scene)
 
     def _take(self, scene: RecordScene) -> None:
@@ -85,14 +81,13 @@ class MovingChunks:
         self._boats = [body for body in self._layout.bodies if body.kind == "boat"]
         self._paths = {body.name: body.path for body in scene.bodies}
         there = {boat.name for boat in self._boats}
-        self._water.keep(there)
-        self._angle = {key: last for key, last in self._angle.items() if key[0] in there}
+        self._water.keep(scene.boats())
+        self._driven = {name: last for name, last in self._driven.items() if name in there}
         seen = {shown.display.name for shown in scene.displays}
         self._codes = {name: last for name, last in self._codes.items() if name in seen}
 
     def __call__(self, rows: FloatArray) -> Iterator[Chunk]:
-        """Chunks of (n, columns) rows, n > 0, the exact rows first; what is shown of them is finite."""
-        yield exact_rows(rows, self.boat_set)
+        """Chunks of what is shown of (n, columns) rows, n > 0; it is finite."""
         rows = np.clip(np.nan_to_num(rows), -FARTHEST, FARTHEST)
         for body in self._layout.bodies:
             pose = rows[:, self._layout.pose(body)]
@@ -115,12 +110,21 @@ class MovingChunks:
             yield from self._fleet(rows)
             yield from self._slow(rows[self._scalar(rows[:, 0])])
             names = [boat.name for boat in self._boats]
-            yield from self._water(names, rows[:, 0], self._boat_positions(rows), self._scene.sea_height)
+            poses = self._layout_poses(rows)
+            yield from self._water(names, rows[:, 0], poses[..., :3], self._scene.sea_height, poses[..., 3:])
 
     def _fleet(self, rows: FloatArray) -> Iterator[Chunk]:
-        """The fleet's middle at the mean water level: what the camera follows."""
-        middle = self._boat_positions(rows).mean(axis=1) * (1.0, 1.0, 0.0)
-        yield transforms("/world/fleet", rows[:, 0], middle)
+        """The middle of what the camera follows, at the mean water level."""
+        places = self._boat_positions(rows)
+        ends = [places.min(axis=(0, 1))[:2], places.max(axis=(0, 1))[:2], *([] if self.track is None else self.track)]
+        self.track = np.array([np.min(ends, axis=0), np.max(ends, axis=0)])
+        yield transforms(FLEET, rows[:, 0], self._middle(rows))
+
+    def _middle(self, rows: FloatArray) -> FloatArray:
+        """Places (n, 3) [m] of what the camera follows, at the mean water level."""
+        own = [i for i, boat in enumerate(self._boats) if boat.name == self._scene.follow]
+        middle: FloatArray = self._boat_positions(rows)[:, own or slice(None)].mean(axis=1) * (1.0, 1.0, 0.0)
+        return middle
 
     def _boat_positions(self, rows: FloatArray) -> FloatArray:
         """Positions (n, boats, 3) of the boats [m]."""
@@ -132,7 +136,11 @@ class MovingChunks:
         if not len(rows):
             return
         yield from self._plots(rows)
-        yield self._wind(rows)
+        yield from self._weather(self._scene, rows)
+        if self._plan_size is not None:
+            size = np.full((len(rows), 3), self._plan_size)
+            plan = rr.Transform3D.columns(translation=self._middle(rows).astype(np.float32), scale=size)
+            yield Chunk.from_columns(PLAN, [times(rows[:, 0])], plan)
         for boat in self._boats:
             yield from self._thrust(boat, rows)
 
@@ -145,7 +153,8 @@ class MovingChunks:
         degrees = {name: np.degrees(values) for name, values in angles.items()}
         for name, values in ({"speed": speed} | bearings | degrees).items():
             yield from self._lines(name, rows, values, [(boat.name, "") for boat in self._boats])
-        yield plot("wind", rows, rows[:, 1:2])
+        if "wind" in self._scene.weather():
+            yield from self._plot("wind", rows, rows[:, 1:2])
         if self._layout.thrusters:
             yield from self._lines("thrust", rows, rows[:, self._layout.thrust], self._layout.thrusters)
             steering = np.degrees(rows[:, self._layout.angle])
@@ -166,10 +175,23 @@ class MovingChunks:
         together = np.full((len(rows), len(first)), np.nan)
         together[:, [first.index(series[i]) for i in known]] = values[:, known]
         if first:
-            yield plot(name, rows, together)
+            yield from self._plot(name, rows, together)
         for boat in dict.fromkeys(key[0] for i, key in enumerate(series) if i not in known):
             own = [i for i, key in enumerate(series) if key[0] == boat and i not in known]
             yield plot(f"{name}/{boat}", rows, values[:, own])
+
+    def _plot(self, name: str, rows: FloatArray, values: FloatArray) -> Iterator[Chunk]:
+        """Values (n, k) of a quantity, and now and then the range around them that its axis has at least."""
+        known = np.flatnonzero(np.isfinite(values).any(axis=1))[::RANGED] if name in LEAST else ()
+        if len(known):
+            if name not in self._ranged:
+                looks = rr.SeriesPoints(colors=[UNSEEN], marker_sizes=[0.0], names=[" ", " "])
+                yield static(f"/plots/{name}/range", looks)
+            self._ranged.add(name)
+            around = LEAST[name] * np.array([-1.0, 1.0])
+            ends = np.stack([np.nanmin(values[known], axis=1), np.nanmax(values[known], axis=1)], axis=1) + around
+            yield plot(f"{name}/range", rows[known], ends)
+        yield plot(name, rows, values)
 
     def _layout_poses(self, rows: FloatArray) -> FloatArray:
         """Poses (n, boats, 7) of the boats."""
@@ -179,34 +201,35 @@ class MovingChunks:
         """Velocities (n, boats, 6) of the boats."""
         return np.stack([rows[:, self._layout.velocity(boat)] for boat in self._boats], axis=1)
 
-    def _wind(self, rows: FloatArray) -> Chunk:
-        east, north = self._scene.wind_direction
-        turned = rows[:, self._layout.wind_angle].sum(axis=1)  # none, or one
-        cos, sin = np.cos(turned), np.sin(turned)
-        direction = np.stack([cos * east - sin * north, sin * east + cos * north, np.zeros(len(rows))], axis=1)
-        vectors = rows[:, 1:2] * direction * ARROW_PER_WIND
-        columns = rr.Arrows3D.columns(vectors=vectors.astype(np.float32))
-        return Chunk.from_columns("/world/fleet/wind", [times(rows[:, 0])], columns)
-
     def _thrust(self, boat: MovingBody, rows: FloatArray) -> Iterator[Chunk]:
-        """Arrows of a boat's thrusts, and its engines where they turned since the last block."""
+        """Arrows of a boat's thrusts, and its engines, each where it has changed."""
         mine = [i for i, (name, _) in enumerate(self._layout.thrusters) if name == boat.name]
         if not mine:
             return
-        thrust, angle = rows[:, self._layout.thrust][:, mine], rows[:, self._layout.angle][:, mine]
-        thrusters = [self._scene.thrusters[i] for i in mine]
-        yield thrust_arrows(self._paths[boat.name], rows[:, 0], thrusters, thrust, angle)
+        time, thrusters = rows[:, 0], [self._scene.thrusters[i] for i in mine]
+        now = np.stack([rows[:, self._layout.thrust][:, mine], rows[:, self._layout.angle][:, mine]], axis=1)
+        before = np.concatenate([[self._driven.get(boat.name, np.full(now.shape[1:], np.nan))], now[:-1]])
+        self._driven[boat.name] = now[-1]
+        changed = now != before
+        if (moved := changed.any(axis=(1, 2))).any():
+            yield thrust_arrows(self._paths[boat.name], time[moved], thrusters, now[moved, 0], now[moved, 1])
         for k, thruster in enumerate(thrusters):
-            key = boat.name, thruster.name
-            if np.any(angle[:, k] != self._angle.get(key, math.nan)):
-                yield engine(self._paths[boat.name], rows[:, 0], thruster, angle[:, k])
-            self._angle[key] = float(angle[-1, k])
+            if (turned := changed[:, 1, k]).any():
+                yield engine(self._paths[boat.name], time[turned], thruster, now[turned, 1, k])
 
 
-def exact_rows(rows: FloatArray, boat_set: int) -> Chunk:
-    """A block of rows as they are, to the last bit, with the number of their boat set."""
-    columns = rr.AnyValues.columns(block=[pack_rows(rows)], company=[boat_set])
-    return Chunk.from_columns("/record/rows", [times(rows[:1, 0])], columns)
+KEPT = ("time", "head", "files", "blob", "sequence", "numbers")
+"""Columns of parts that are in a recording as they are."""
+
+
+def part_chunk(parts: Sequence[Part]) -> Chunk:
+    """Parts of one entity as they are."""
+    columns: dict[str, Any] = {}
+    for name in (name for name in KEPT if name in parts[0].columns):
+        cells: list[Any] = [cell for part in parts for cell in part.columns[name]]
+        columns[name] = np.concatenate(cells) if isinstance(cells[0], np.ndarray) else cells
+    index = [times(columns["time"])] if "time" in columns else []
+    return Chunk.from_columns(parts[0].entity, index, rr.AnyValues.columns(**columns))
 
 
 def transforms(path: str, time: FloatArray, position: FloatArray, quaternion: FloatArray | None = None) -> Chunk:
@@ -237,7 +260,8 @@ def repainted(shown: RecordedDisplay, time: FloatArray, codes: IntArray) -> Iter
 
 
 def plot(name: str, rows: FloatArray, values: FloatArray) -> Chunk:
-    """Series (n, k) of one quantity."""
+    """Series (n, k) of one quantity, rounded: they take a third of the space."""
+    values = np.round(values / PLOT_STEP) * PLOT_STEP
     columns: Iterable[rr.ComponentColumn] = rr.Scalars.columns(scalars=values.reshape(-1)).partition(
         [values.shape[1]] * len(rows)
     )

@@ -6,6 +6,7 @@
 import html
 import math
 import sys
+import tempfile
 import time as clock
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -21,8 +22,6 @@ from vrx_mj.tasks.frame import score_text
 if TYPE_CHECKING:
     from vrx_mj.mjcf.world import World
     from vrx_mj.runtime.simulation import Simulation
-
-__all__ = ["in_notebook", "progress", "register", "show", "terminal_bar"]
 
 MAP_SIZE = (1000, 720)
 """Width and height of a world's map [px]."""
@@ -98,6 +97,7 @@ def show(recording: str | Path, *, width: int | str = "auto", height: int | str 
         VrxError: this is not a notebook, or the extra `notebook` is not installed.
     """
     from vrx_mj.recording.reader import read_record
+    from vrx_mj.recording.session import viewable
 
     record = read_record(recording, whole=True)
     if not in_notebook():
@@ -108,9 +108,8 @@ def show(recording: str | Path, *, width: int | str = "auto", height: int | str 
     except ModuleNotFoundError as error:
         raise VrxError(f"no module '{error.name}' to show '{recording}'; {install_extra('notebook')}") from error
     viewer = Viewer(width=width, height=height)
-    viewer.send_rrd(record.path.read_bytes())
-    if not record.has_views:
-        viewer.send_rrd(record.views)
+    with tempfile.TemporaryDirectory() as folder:
+        viewer.send_rrd(viewable(record, None, Path(folder)).read_bytes())
     return viewer
 
 

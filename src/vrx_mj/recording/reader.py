@@ -21,7 +21,6 @@ from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.errors import RecordError, UnknownNameError, shown
 from vrx_mj.recording.boat_sets import (
-    COMPANIES,
     HUGE,
     BoatSet,
     all_rows,
@@ -33,26 +32,14 @@ from vrx_mj.recording.boat_sets import (
     sound_rows,
 )
 from vrx_mj.recording.packing import unpack_rows, unpacked
+from vrx_mj.recording.parts import COMPANIES, EVENTS, FRAMES, ROWS, RUN, STATES, Part
 from vrx_mj.recording.record_scene import MovingBody, RecordedSensor, RowLayout
-from vrx_mj.recording.rrd_file import Part, allowance, parsed_file
+from vrx_mj.recording.rrd_file import allowance, parsed_file
 from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.sensors.readings import Image, PointCloud, Reading
 from vrx_mj.sensors.registry import SENSOR_KINDS
 from vrx_mj.sensors.view import intrinsics
 from vrx_mj.tasks.frame import Message
-
-__all__ = [
-    "FRAMES",
-    "READING_COLUMNS",
-    "Event",
-    "Record",
-    "RecordedReadings",
-    "SavedState",
-    "Track",
-    "measured",
-    "read_readings",
-    "read_record",
-]
 
 RecordedFrame = tuple[int, FloatArray, tuple[Message, ...]]
 """Number of the boat set, the frame's row, and its messages."""
@@ -130,12 +117,16 @@ class Record:
     """Rows (n, columns) as they were; `layout.names()` names the columns. NaN while a body was not there."""
     row_companies: IntArray
     """(n,) numbers of the boat sets that the rows are of."""
-    views: bytes
-    """The blueprint, as the bytes of an `.rbl` file."""
     complete: bool
     """Whether the recording was closed; a killed run leaves one that was not."""
     has_views: bool
     """Whether the file opens with its views."""
+    begun: float = 0.0
+    """Simulated time at which it begins [s]."""
+    sea: bool = True
+    """Whether the sea is shown."""
+    follow: str | None = None
+    """The boat that the camera follows; None: the fleet."""
 
     @property
     def time(self) -> FloatArray:
@@ -226,7 +217,7 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
         sha256, files = str(head.properties.get("world_sha256", "")), unpacked(only(run.blobs("files")), most)
         companies = read_boat_sets(BoatSet(head.layout, sha256, files), parsed.of(COMPANIES), most)
         layouts = [boat_set.layout for boat_set in companies]
-        rows, numbers = all_rows(parsed.of("/record/rows"), layouts, most)
+        rows, numbers = all_rows(parsed.of(ROWS), layouts, most)
         layout = joint_layout(layouts)
         return Record(
             path=file,
@@ -235,27 +226,27 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
             timestep=head.timestep,
             wind_direction=head.wind_direction,
             sensors=head.sensors,
-            events=all_events(parsed.of("/events")),
-            states=all_states(parsed.of("/record/states")),
+            events=all_events(parsed.of(EVENTS)),
+            states=all_states(parsed.of(STATES)),
             frames=read_frames(parsed.of(FRAMES), len(companies)),
             layout=layout,
             rows=rows,
             row_companies=numbers,
-            views=only(run.blobs("views")),
             complete=parsed.footer,
-            has_views=parsed.footer and parsed.views,
+            has_views=parsed.views,
+            begun=head.begun,
+            sea=head.sea,
+            follow=head.follow,
         )
 
 
 Content = TypeVar("Content", str, bytes)
 
-RUN = "/record/run"
-FRAMES = "/record/frames"
-OURS = (RUN, "/record/rows", "/record/states", "/events", COMPANIES, FRAMES)
+OURS = (RUN, ROWS, STATES, EVENTS, COMPANIES, FRAMES)
 """Entities that are read; all others are for looking at."""
 TOUCH: TypeAdapter[Touch] = TypeAdapter(Touch)
 COLUMNS = (
-    "head", "files", "views", "block", "company", "time", "blob", "sent", "sim_time", "TextLog:text", "TextLog:level",
+    "head", "files", "block", "company", "time", "blob", "sent", "sim_time", "TextLog:text", "TextLog:level",
     "touch",
 )  # fmt: skip
 """Their columns."""
@@ -308,7 +299,7 @@ def _events(part: Part) -> Iterator[Event]:
         try:
             yield Event(time / 1e9, text, level, TOUCH.validate_json(touch) if touch else None)
         except ValidationError as error:
-            raise RecordError(f"/events: touch: {error.errors()[0]['msg']}") from None
+            raise RecordError(f"{EVENTS}: touch: {error.errors()[0]['msg']}") from None
 
 
 def all_states(parts: Sequence[Part]) -> tuple[SavedState, ...]:
@@ -425,6 +416,10 @@ class RecordedReadings(Sequence[Reading]):
 
     def __len__(self) -> int:
         return len(self.time)
+
+    def pictures(self) -> list[ByteArray]:
+        """The JPEG files of a camera."""
+        return [self._columns["blob"][index] for index in self._order]
 
     @overload
     def __getitem__(self, index: int) -> Reading: ...

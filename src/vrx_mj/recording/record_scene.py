@@ -6,7 +6,7 @@ columns `RowLayout` names.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Annotated, Any, Literal
 
@@ -16,38 +16,21 @@ from pydantic import AllowInfNan, FailFast, Field
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import LidarConfig, SensorConfig
+from vrx_mj.draw.colors import Rgb, boat_colors
 from vrx_mj.model.world import Parameters
 from vrx_mj.sensors.displays import Display
 
-__all__ = [
-    "FORMAT",
-    "PARKED",
-    "MovingBody",
-    "RecordScene",
-    "RecordedBody",
-    "RecordedDisplay",
-    "RecordedJoint",
-    "RecordedPart",
-    "RecordedSensor",
-    "RecordedThruster",
-    "RowLayout",
-    "SeaHeight",
-    "Surface",
-    "Waypoint",
-    "boat_colors",
-]
-
-FORMAT = 1
-"""Version of what we write into a recording; a reader refuses any other."""
+FORMAT = 2
+"""Version of what we write into a recording; a reader refuses later ones."""
 
 Vec3 = tuple[float, float, float]
-SeaHeight = Callable[[FloatArray, FloatArray, float], npt.ArrayLike]
-"""Height of the sea [m] at x, y [m, ENU, equal shapes] and time [s]. Called from the writer's own thread."""
+SeaHeight = Callable[[FloatArray, FloatArray, float | FloatArray], npt.ArrayLike]
+"""Height of the sea [m] at x, y [m, ENU, equal shapes] and time [s]."""
 
 PARKED = -100.0
 """A ball below this height [m] waits for its shot, and is not shown."""
 ToWorld = Callable[[float, float, float], tuple[float, float, float]]
-"""x, y, z [m, ENU] of a latitude, longitude [degrees] and altitude [m]. Called from the writer's own thread."""
+"""x, y, z [m, ENU] of a latitude, longitude [degrees] and altitude [m]."""
 
 Name = Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f]{1,300}$")]
 """One line of text."""
@@ -240,6 +223,18 @@ class RecordScene:
         """All boats until now, those that left included: their colours go by this order."""
         return tuple(dict.fromkeys((*self.earlier, *(boat.name for boat in self.boats()))))
 
+    def weather(self) -> tuple[str, ...]:
+        """Which of wind, waves and current there are."""
+        if self.parameters is None:
+            return ("wind",)
+        wind, sea, current = self.parameters.wind, self.parameters.sea, self.parameters.current
+        there = {"wind": wind.mean != 0.0 or wind.gain > 0.0, "waves": bool(sea.waves), "current": current is not None}
+        return tuple(name for name, found in there.items() if found)
+
+    def colors(self) -> dict[str, Rgb]:
+        """The colour of every boat of the roster."""
+        return boat_colors(self.roster(), self.parameters.boats if self.parameters else ())
+
     def layout(self) -> RowLayout:
         """Names and places of the rows' columns."""
         moving = (
@@ -344,27 +339,3 @@ class RowLayout:
     def to_json(self) -> dict[str, Any]:
         """A JSON tree, from which `boat_sets` makes it again."""
         return asdict(self)
-
-
-Rgb = tuple[int, int, int]
-
-COLORS: tuple[Rgb, ...] = (
-    (255, 177, 61),
-    (84, 214, 255),
-    (255, 105, 140),
-    (140, 232, 120),
-    (190, 150, 255),
-    (255, 236, 110),
-    (40, 180, 160),
-    (255, 120, 50),
-    (90, 140, 255),
-    (235, 120, 235),
-    (178, 210, 40),
-    (205, 160, 120),
-)
-"""Colours of boats, distinct on dark blue and on the sea; the first ones differ most."""
-
-
-def boat_colors(names: Iterable[str]) -> dict[str, Rgb]:
-    """A colour for every boat, by the order of the names; the thirteenth has that of the first."""
-    return {name: COLORS[i % len(COLORS)] for i, name in enumerate(names)}

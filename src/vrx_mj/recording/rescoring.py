@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vrx_mj.errors import CommandError, RecordError, StateError
-from vrx_mj.recording.reader import FRAMES, Record, read_record
+from vrx_mj.recording.parts import FRAMES
+from vrx_mj.recording.reader import Record, read_record
 from vrx_mj.runtime.state import State
 from vrx_mj.tasks.frame import Frame, FrameLayout, TaskStatus
 from vrx_mj.tasks.referee import Referee, parsed_dump
 from vrx_mj.tasks.registry import make_referee
-
-__all__ = ["rescore", "restore_referee", "scored_frames"]
 
 
 @dataclass(frozen=True)

@@ -16,20 +16,18 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Literal
 
-import numpy as np
-import numpy.typing as npt
-from pydantic import Field, TypeAdapter
+from pydantic import TypeAdapter
 
 from vrx_mj.config.kinds import wrong_kind
 from vrx_mj.errors import RecordError
 from vrx_mj.recording import rrd_parser
-
-__all__ = ["LONGEST", "Parsed", "Part", "allowance", "copy_without_views", "no_recording", "parsed_file", "whole_bytes"]
+from vrx_mj.recording.parts import Lengths, Part, columns_of
+from vrx_mj.recording.raw_file import is_raw, raw_parts
 
 MAGIC = b"RRF2"
 """How a recording begins."""
@@ -41,91 +39,6 @@ CLOCK_PER_PROCESSOR_TIME = 12
 """Seconds of the clock for each of processor time, on a machine that has other work."""
 THREADS = {"RAYON_NUM_THREADS": "2", "TOKIO_WORKER_THREADS": "2", "OPENBLAS_NUM_THREADS": "1", "RUST_BACKTRACE": "0"}
 """Environment of the parser: each thread's stack counts as memory."""
-
-LONGEST = 1e9
-"""Latest time in a recording [s]."""
-
-Cell = str | bytes | npt.NDArray[Any] | None
-"""A text, bytes, or numbers (n,); None where there is nothing."""
-CellType = TypeVar("CellType", bound=object)
-
-
-@dataclass(frozen=True, eq=False)
-class Part:
-    """A chunk of an entity."""
-
-    entity: str
-    static: bool
-    """Whether it is without time."""
-    columns: Mapping[str, Sequence[Cell]]
-    """Columns by name, with a cell for every row."""
-
-    def texts(self, name: str) -> list[str]:
-        """A column of texts.
-
-        Raises:
-            RecordError: it is missing, or of another kind.
-        """
-        return [self._checked(name, cell, str, "a text") for cell in self._column(name)]
-
-    def blobs(self, name: str) -> list[bytes]:
-        """A column of bytes.
-
-        Raises:
-            RecordError: it is missing, or of another kind.
-        """
-        return [self._checked(name, cell, bytes, "a block of bytes") for cell in self._column(name)]
-
-    def numbers(self, name: str, kind: str = "f") -> list[Any]:
-        """A column of finite numbers, one in a row, of numpy's kind `f` or `i`.
-
-        Raises:
-            RecordError: it is missing, or of another kind.
-        """
-        return [self._number(name, cell, kind) for cell in self._column(name)]
-
-    def times(self, name: str) -> list[float]:
-        """A column of simulated times [s].
-
-        Raises:
-            RecordError: it is missing, or of another kind.
-        """
-        found = self.numbers(name)
-        if not all(0.0 <= time <= LONGEST for time in found):
-            raise RecordError(f"{self.entity}: {name}: a time from 0 to {LONGEST:g} s is needed")
-        return found
-
-    def arrays(self, name: str, kind: str) -> list[npt.NDArray[Any]]:
-        """A column of arrays (n,) of numpy's kind, in which bytes are `|u1`; an empty cell is an empty array.
-
-        Raises:
-            RecordError: it is missing, or of another kind.
-        """
-        found = [np.frombuffer(cell, np.uint8) if isinstance(cell, bytes) else cell for cell in self._column(name)]
-        return [self._array(name, cell, np.dtype(kind)) for cell in found]
-
-    def _array(self, name: str, cell: Cell, kind: np.dtype[np.generic]) -> npt.NDArray[Any]:
-        if isinstance(cell, np.ndarray) and not len(cell):
-            return np.zeros(0, kind)
-        if not isinstance(cell, np.ndarray) or cell.dtype != kind:
-            raise RecordError(f"{self.entity}: {name}: expected numbers of type {kind.name}")
-        return cell
-
-    def _column(self, name: str) -> Sequence[Cell]:
-        if name not in self.columns:
-            raise RecordError(f"{self.entity}: {name}: missing")
-        return self.columns[name]
-
-    def _number(self, name: str, cell: Cell, kind: str) -> Any:
-        one = self._checked(name, cell, np.ndarray, "a number")
-        if one.shape != (1,) or one.dtype.kind != kind or not np.isfinite(one[0]):
-            raise RecordError(f"{self.entity}: {name}: expected one {'whole ' * (kind == 'i')}number")
-        return one[0].item()
-
-    def _checked(self, name: str, cell: Cell, kind: type[CellType], wanted: str) -> CellType:
-        if not isinstance(cell, kind):
-            raise RecordError(f"{self.entity}: {name}: expected {wanted}")
-        return cell
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,15 +55,6 @@ class Parsed:
     def of(self, entity: str) -> list[Part]:
         """The chunks of an entity."""
         return [part for part in self.parts if part.entity == entity]
-
-
-@dataclass(frozen=True)
-class Lengths:
-    """Header of a part: the kind and length [bytes] of every cell."""
-
-    entity: str
-    static: bool
-    columns: dict[str, list[tuple[str, Annotated[int, Field(ge=0)]]]]
 
 
 @dataclass(frozen=True)
@@ -190,6 +94,9 @@ def parsed_file(file: Path, columns: Sequence[str], entities: Sequence[str], *, 
         RecordError: the file is missing, or cannot be parsed.
     """
     with reading(file), whole_file(file) as source:
+        if is_raw(source):
+            found = (part.only(columns) for part in raw_parts(source) if part.entity in entities)
+            return Parsed(tuple(found), footer=False, views=False)
         arguments = ["whole" if whole else "ours", ",".join(columns), *entities]
         parsed = blocks_of(parser_output(file, source, "read", arguments), file, source)
         return Parsed(parsed.parts, parsed.footer and source == file, parsed.views and source == file)
@@ -284,25 +191,12 @@ def blocks_of(output: bytes, file: Path, source: Path) -> Parsed:
                 raise RecordError(_unreadable(file, source))
             if isinstance(block, End):
                 return Parsed(tuple(parts), block.end.footer, block.end.views)
-            columns: dict[str, list[Cell]] = {}
-            for name, lengths in block.columns.items():
-                columns[name] = []
-                for kind, size in lengths:
-                    columns[name].append(cell_of(kind, view[place : place + size]))
-                    place += size
-            parts.append(Part(block.entity, block.static, columns))
+            size = sum(size for cells in block.columns.values() for _, size in cells)
+            parts.append(Part(block.entity, block.static, columns_of(block, view[place : place + size])))
+            place += size
     except (ValueError, struct.error) as error:
         raise RecordError(f"'{file}' is damaged: {str(error).splitlines()[0]}") from error
     raise RecordError(f"'{file}' is damaged: rerun's reader came to no end")
-
-
-def cell_of(kind: str, content: memoryview) -> Cell:
-    """A cell of a kind."""
-    if kind in rrd_parser.NUMBERS:
-        return np.frombuffer(content, kind)
-    if kind == "text":
-        return bytes(content).decode()
-    return bytes(content) if kind == "bytes" else None
 
 
 @contextlib.contextmanager

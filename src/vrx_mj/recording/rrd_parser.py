@@ -22,8 +22,6 @@ from typing import Any, BinaryIO
 
 from vrx_mj.unix import resource
 
-__all__ = ["LENGTH", "NUMBERS"]
-
 LENGTH = struct.Struct("<Q")
 """Length of a block's header [bytes], written before it."""
 NUMBERS = ("<f8", "<f4", "<i8", "<i4", "<u8", "<u4", "<u2", "|u1")

@@ -15,31 +15,28 @@ from rerun.chunk import Chunk
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import CameraConfig, LidarConfig
-from vrx_mj.recording.reader import measured
-from vrx_mj.recording.record_scene import RecordedSensor, RecordScene, boat_colors
-from vrx_mj.recording.static_chunks import static
-from vrx_mj.recording.timeline import times
+from vrx_mj.recording.motion_chunks import part_chunk
+from vrx_mj.recording.parts import Part
+from vrx_mj.recording.reader import RecordedReadings
+from vrx_mj.recording.record_scene import RecordedSensor, RecordScene
+from vrx_mj.recording.timeline import static, times
 from vrx_mj.recording.water_chunks import TRAIL_HEIGHT
 from vrx_mj.sensors.readings import Reading, Scan
 from vrx_mj.sensors.registry import SENSOR_KINDS
 from vrx_mj.sensors.view import focal_length
 
-__all__ = ["SensedChunks", "sensor_chunks", "track_path"]
-
 Readings = Sequence[Reading]
 Columns = Iterable[rr.ComponentColumn]
 
-QUALITY = 75
-"""Quality of the JPEG pictures, of 100."""
 PICTURE_AT = 1.2
 """How far before a camera its picture hangs in the sea view [m]."""
-FRUSTUM_COLOR = (255, 240, 180)
+FRUSTUM_COLOR = (157, 140, 103)
 NEAR_COLOR, MIDDLE_COLOR, FAR_COLOR = (255, 236, 110), (255, 96, 80), (150, 60, 200)
 """Colours of a lidar's points near the boat, halfway on a scale of logarithms, and at the end of the range."""
 SHADES = 64
-AXIS_COLORS = ((240, 90, 80), (120, 210, 110), (90, 160, 255))
+AXIS_COLORS = ((240, 93, 83), (89, 158, 81), (80, 143, 229))
 """Colours of x, y and z in plots."""
-SOUND_COLOR = (190, 150, 255)
+SOUND_COLOR = (159, 125, 214)
 SOUND_LENGTH = 8.0
 """Longest arrow to a beacon [m]: it shows the direction, and the plot the distance."""
 SOUND_HEIGHT = 2.2
@@ -50,7 +47,7 @@ OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 
 def sensor_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """What of the sensors does not change: where they are on their boats, how they are drawn, their series' names."""
-    colors = boat_colors(scene.roster())
+    colors = scene.colors()
     for sensor in scene.sensors:
         if sensor.type == "camera":
             yield static(sensor.path, mount(sensor, OPTICAL), pinhole(sensor))
@@ -96,28 +93,27 @@ def pinhole(sensor: RecordedSensor) -> rr.Pinhole:
 
 
 class SensedChunks:
-    """Turns readings into chunks, a few for every sensor and flush."""
+    """Turns readings into chunks, a few for every sensor at a time."""
 
     def __init__(self, scene: RecordScene) -> None:
         self._scene = scene
-        self._sensors = {(sensor.boat, sensor.name): sensor for sensor in scene.sensors}
+        self._sensors = {sensor.readings_path: sensor for sensor in scene.sensors}
         self._makers: dict[str, Callable[[RecordedSensor, Readings], Iterator[Chunk]]] = {
-            "camera": pictures,
             "lidar": points,
             "gps": self._fixes,
             "pinger": sounds,
         }
 
-    def __call__(self, taken: Iterable[tuple[str, Reading]]) -> Iterator[Chunk]:
-        """Chunks of (boat, reading) in the order of time."""
-        groups: dict[tuple[str, str], list[Reading]] = {}
-        for boat, reading in taken:
-            groups.setdefault((boat, reading.name), []).append(reading)
-        for key, readings in groups.items():
-            sensor = self._sensors[key]
-            if sensor.readings_path != sensor.path:
-                yield numbers(sensor, readings)
-            yield from self._makers.get(sensor.type, plots)(sensor, readings)
+    def __call__(self, parts: Sequence[Part]) -> Iterator[Chunk]:
+        """Chunks of the parts of one sensor, in the order of time."""
+        sensor = self._sensors[parts[0].entity]
+        readings = RecordedReadings.of(sensor, parts)
+        if sensor.type == "camera":
+            yield from pictures(sensor, readings)
+            return
+        if sensor.readings_path != sensor.path:
+            yield part_chunk(parts)
+        yield from self._makers.get(sensor.type, plots)(sensor, list(readings))
 
     def _fixes(self, sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:
         """A receiver's fixes as points of the world, over the waves; on the Earth; and as plots."""
@@ -147,19 +143,12 @@ def stamps(readings: Readings) -> Columns:
     return columns
 
 
-def numbers(sensor: RecordedSensor, readings: Readings) -> Chunk:
-    """All numbers that readings measured, field by field as their class lists them."""
-    rows = [np.concatenate([np.ravel(field) for field in measured(reading)]) for reading in readings]
-    columns = rr.AnyValues.columns(numbers=[row.astype("<f8").tobytes() for row in rows])
-    return chunk(sensor.readings_path, readings, stamps(readings), columns)
-
-
-def pictures(sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:
+def pictures(sensor: RecordedSensor, readings: RecordedReadings) -> Iterator[Chunk]:
     """Pictures of a camera, a chunk each: they are large."""
-    for reading in readings:
-        blob = rr.Image(reading.data.rgb).compress(jpeg_quality=QUALITY).blob.as_arrow_array()
-        bytes_of = blob.values.to_numpy()
-        yield chunk(sensor.path, [reading], stamps([reading]), rr.EncodedImage.columns(blob=[bytes_of]))
+    for time, sequence, blob in zip(readings.time, readings.sequence, readings.pictures(), strict=True):
+        stamp = rr.AnyValues.columns(time=[time], sequence=[sequence])
+        columns = [*stamp, *rr.EncodedImage.columns(blob=[blob])]
+        yield Chunk.from_columns(sensor.path, [times([time])], columns)
 
 
 def points(sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:

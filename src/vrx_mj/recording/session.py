@@ -13,20 +13,23 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from vrx_mj.arguments import as_flag, check_kind, check_name
 from vrx_mj.draw.display import no_window
 from vrx_mj.errors import CommandError, UnknownNameError, shown
 from vrx_mj.mjcf.objects import ball_names
+from vrx_mj.recording.parts import APPLICATION
+from vrx_mj.recording.raw_file import is_raw
 from vrx_mj.recording.reader import Record, read_record
+from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.rrd_file import copy_without_views
-from vrx_mj.recording.simulation_scene import Choice, scene_of
+from vrx_mj.recording.simulation_scene import Choice, check_columns, scene_of
 from vrx_mj.recording.viewer import LOOPBACK, Server, viewer_binary, viewer_environment, where_to_look
-from vrx_mj.recording.writer import APPLICATION, RecordWriter, join_views
+from vrx_mj.recording.writer import RecordWriter
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
 from vrx_mj.sensors.readings import Reading
-
-__all__ = ["ALL", "chosen", "open_viewer", "record", "resume"]
 
 POSE_RATE = 20.0
 """Rows per simulated second [Hz]."""
@@ -72,7 +75,7 @@ def record(
         for one in choices:
             taken = sim.subscribe(one.boat, one.sensor, reading_recorder(writer, one.boat), rate=one.rate)
             stack.callback(sim.unsubscribe, taken)
-        stack.callback(sim.unwatch_contacts, sim.watch_contacts(writer.touch))
+        stack.callback(sim.unwatch_contacts, sim.watch_contacts(writer.touch, ended=True))
         yield writer
 
 
@@ -90,17 +93,44 @@ class RunWriter(RecordWriter):
 
     def boats_changed(self) -> None:
         """Boats, objects or docks have come or gone."""
-        sim, before = self._sim, self.scene
-        known = {body.name for body in before.bodies}
-        self._choices = [one for one in self._choices if one.boat in sim.boats]
-        there = sim.world.parameters
-        names = {item.name for table in (there.boats, there.objects, there.docks) for item in table}
-        new = names - known - ball_names(there)
-        now = scene_of(sim, self._choices, looks_of=[part.name for part in sim.world.pieces.parts if part.name in new])
-        looks = {one.display.name: one.surfaces for one in before.displays}
-        displays = [replace(one, surfaces=looks.get(one.display.name, one.surfaces)) for one in now.displays]
-        now = dataclasses.replace(now, begun=sim.time, follow=before.follow, displays=tuple(displays))
-        self.go_on(dataclasses.replace(now, sea_height=before.sea_height))
+        self._choices = [one for one in self._choices if one.boat in self._sim.boats]
+        self.go_on(changed_scene(self.scene, self._sim, self._choices, self._sim.time))
+
+
+def changed_scene(before: RecordScene, sim: Simulation, choices: Sequence[Choice], begun: float) -> RecordScene:
+    """What is recorded from `begun` [s] on, when boats, objects or docks have come or gone."""
+    known = {body.name for body in before.bodies}
+    there = sim.world.parameters
+    names = {item.name for table in (there.boats, there.objects, there.docks) for item in table}
+    new = names - known - ball_names(there)
+    now = scene_of(sim, choices, looks_of=[part.name for part in sim.world.pieces.parts if part.name in new])
+    looks = {one.display.name: one.surfaces for one in before.displays}
+    displays = tuple(replace(one, surfaces=looks.get(one.display.name, one.surfaces)) for one in now.displays)
+    return replace(now, begun=begun, follow=before.follow, displays=displays, sea_height=before.sea_height)
+
+
+def recorded_scenes(record: Record) -> Iterator[RecordScene]:
+    """What was recorded, made again from the recorded worlds: the first scene, and each that boats or objects changed.
+
+    Raises:
+        RecordError, StateError: the recording holds no world, or is damaged.
+    """
+    scene: RecordScene | None = None
+    for number, boat_set in enumerate(record.companies):
+        sim = Simulation(boat_set.world)
+        check_columns(boat_set, sim.model)
+        if scene is None:
+            if record.states:
+                sim.set_state(State.from_bytes(record.states[0].blob))
+            shown = sim.sea.height if record.sea else None
+            scene = replace(scene_of(sim), begun=record.begun, sea_height=shown, follow=record.follow)
+        else:
+            own = record.time[record.row_companies == number]
+            begun = float(own[0]) if len(own) else scene.begun or 0.0
+            scene = replace(changed_scene(scene, sim, (), begun), earlier=scene.roster())
+        sensors = tuple(sensor for sensor in record.sensors if sensor.boat in sim.boats)
+        scene = replace(scene, sensors=sensors, properties=record.properties)
+        yield scene
 
 
 def resume(path: str | Path, time: float) -> Simulation:
@@ -229,7 +259,7 @@ def open_viewer(path: str | Path, *, follow: str | None = None, write: Callable[
     Without a display it is served to a browser until Ctrl-C, and `write` is called with lines that say where.
 
     The camera follows the boat `follow`, or else what it followed when the run was recorded. The file of a killed run
-    has no blueprint yet: it is opened with the one that the recording carries.
+    is encoded first.
 
     Raises:
         UnknownNameError: unknown boat.
@@ -238,44 +268,49 @@ def open_viewer(path: str | Path, *, follow: str | None = None, write: Callable[
     """
     record = read_record(path, whole=True)
     with tempfile.TemporaryDirectory() as folder:
-        files = [record.path if follow is None else following(record, follow, Path(folder))]
-        if follow is None and not record.has_views:
-            files.append(Path(folder) / "views.rbl")
-            files[1].write_bytes(record.views)
+        file = viewable(record, follow, Path(folder))
         reason = no_window(mujoco=False)
         if reason is None:
-            command = [str(viewer_binary()), *map(str, files), "--bind", LOOPBACK, "--hide-welcome-screen"]
+            command = [str(viewer_binary()), str(file), "--bind", LOOPBACK, "--hide-welcome-screen"]
             return subprocess.run(command, check=False, env=viewer_environment()).returncode
-        with contextlib.closing(Server(*files)) as server, contextlib.suppress(KeyboardInterrupt):
+        with contextlib.closing(Server(file)) as server, contextlib.suppress(KeyboardInterrupt):
             for line in (*where_to_look(server, reason), "Press Ctrl-C to stop."):
                 write(line)
             return server.wait()
         return 0
 
 
-def following(record: Record, boat: str, folder: Path) -> Path:
-    """A copy of a recording in a folder, with a camera that follows a boat: a viewer prefers the views in a file.
+def viewable(record: Record, follow: str | None, folder: Path) -> Path:
+    """A recording as a viewer can open it: its file, or a copy in a folder, encoded, or with a camera on a boat.
 
     Raises:
         UnknownNameError: unknown boat.
+        RecordError: it is damaged.
     """
-    views, bare, copy = views_following(record, boat), folder / "bare.rrd", folder / record.path.name
-    copy_without_views(record.path, bare, APPLICATION, str(uuid.uuid4()))
-    copy = copy.with_stem(f"{copy.stem}_{boat}")
-    join_views(bare, views, copy, chunks=0)
+    from vrx_mj.recording.encoding import encode, join_views
+
+    if follow is not None:
+        check_name("boat", follow, record.boats)
+    file, copy = record.path, folder / record.path.name
+    if is_raw(file):
+        encode(file, recorded_scenes(replace(record, follow=follow or record.follow)), copy)
+    elif follow is None and record.has_views:
+        return file
+    else:  # a viewer prefers the views in a file
+        copy = copy.with_stem(f"{copy.stem}_{follow}") if follow else copy
+        bare = folder / "bare.rrd"
+        copy_without_views(file, bare, APPLICATION, str(uuid.uuid4()))
+        join_views(bare, views_following(record, follow), copy)
     return copy
 
 
-def views_following(record: Record, boat: str) -> bytes:
-    """The blueprint of a recording with a camera that follows a boat, as the bytes of an `.rbl` file.
-
-    Raises:
-        UnknownNameError: unknown boat.
-    """
+def views_following(record: Record, boat: str | None) -> bytes:
+    """The blueprint of a recording with a camera that follows a boat, as the bytes of an `.rbl` file."""
     from vrx_mj.recording.blueprint import blueprint_bytes
 
-    check_name("boat", boat, record.boats)
     sim = Simulation(record.companies[0].world)
     scene = scene_of(sim, looks_of=[boat] if boat in sim.boats else [])
     scene = replace(scene, sensors=record.sensors, earlier=tuple(record.boats), follow=boat)
-    return blueprint_bytes(scene, APPLICATION)
+    places = np.concatenate([track.position[:, :2] for track in record.boats.values()])
+    ends = np.array([np.nanmin(places, axis=0), np.nanmax(places, axis=0)]) if len(places) else None
+    return blueprint_bytes(scene, APPLICATION, track=ends)

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import functools
-import math
 import re
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError
+from vrx_mj.mjcf.drawing import signed_spec
 from vrx_mj.mjcf.markers import MARKER, marker_names
 from vrx_mj.mjcf.objects import ball_name
 from vrx_mj.mjcf.world import World
@@ -34,20 +32,17 @@ from vrx_mj.recording.record_scene import (
     RecordScene,
     RowLayout,
     Surface,
-    ToWorld,
     Waypoint,
 )
+from vrx_mj.recording.shapes import coarser, geom_surface
 from vrx_mj.runtime.run import fingerprint
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.displays import displays_of
 
-if TYPE_CHECKING:
-    import trimesh
-
-__all__ = ["Choice", "check_columns", "parts_of", "scene_of"]
-
 Looks = dict[str, list[Surface]]
 """Surfaces by the name of the body that carries them."""
+FINE_BOATS, MOST_FACES = 10, 1200
+"""Boats up to which each is drawn as it is; most triangles of a boat in a larger fleet."""
 
 
 @dataclass(frozen=True)
@@ -66,10 +61,7 @@ def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Seque
     With `looks_of` only these boats, objects and docks have surfaces: looking at all the world again takes seconds.
     """
     world, model = sim.world, sim.model
-    looks: Looks = {}
-    alone = (world.pieces.spec_of(name).compile() for name in looks_of or ())
-    for drawn in [sim.visual_model] if looks_of is None else alone:
-        looks |= _looks(world, drawn)
+    looks = _looks(world, looks_of)
     parameters = world.parameters
     wind, sea = parameters.wind.direction, tree_of(parameters.sea)
     recorded = tuple(recorded_sensors(world, choices))
@@ -100,20 +92,9 @@ def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Seque
         sensors=recorded,
         displays=tuple(_displays(world, looks, part_paths(world, model))),
         parts=tuple(parts_of(world, model, looks)),
-        to_world=_to_world(parameters, recorded),
+        to_world=None if parameters.georeference is None else parameters.georeference.to_enu,
         parameters=parameters,
     )
-
-
-def _to_world(parameters: Parameters, sensors: Sequence[RecordedSensor]) -> ToWorld | None:
-    """The conversion of fixes to the world frame; None where the world has no place on Earth."""
-    place = parameters.georeference
-    if place is None:
-        return None
-    to_enu = place.to_enu
-    if any(sensor.type == "gps" for sensor in sensors):
-        to_enu(place.latitude, place.longitude, place.elevation)  # loads packages before the writer's thread does
-    return to_enu
 
 
 def check_columns(boat_set: BoatSet, model: mujoco.MjModel) -> None:
@@ -208,7 +189,17 @@ def _thrusters(world: World, looks: Looks) -> Iterator[RecordedThruster]:
         )
 
 
-def _looks(world: World, model: mujoco.MjModel) -> Looks:
+def _looks(world: World, names: Sequence[str] | None) -> Looks:
+    """What is seen of a world, or of some of its boats, objects and docks."""
+    looks: Looks = {}
+    alone = (world.pieces.spec_of(name) for name in names or ())
+    for spec in [signed_spec(world)] if names is None else alone:
+        looks |= _model_looks(world, spec.compile())
+    many = len(world.boats) > FINE_BOATS
+    return looks | _coarser_boats(world.parameters, looks) if many else looks
+
+
+def _model_looks(world: World, model: mujoco.MjModel) -> Looks:
     """What is seen of every body, in its frame, and of every engine, `boat/thruster`, in the frame of its hinge.
 
     What lights and placards show goes by the names of their geoms, all markers by the one of markers.
@@ -216,26 +207,55 @@ def _looks(world: World, model: mujoco.MjModel) -> Looks:
     shown = {name for display in displays_of(world.parameters) for names in display.parts.values() for name in names}
     named = {name: name for name in shown} | dict.fromkeys(marker_names(world.parameters), MARKER)
     engines = {f"{world.boats[engine.hull]}/{engine.name}": engine for engine in world.parameters.thrusters}
-    shapes: dict[Any, trimesh.Trimesh] = {}
+    visual = (model.geom_contype == 0) & (model.geom_conaffinity == 0)
+    keys = zip(
+        model.geom_type.tolist(),
+        model.geom_dataid.tolist(),
+        *(map(tuple, part.tolist()) for part in (model.geom_size, model.geom_pos, model.geom_quat, model.geom_rgba)),
+        strict=True,
+    )
+    surfaces: dict[Any, Surface] = {}
     seen: Looks = {}
-    for geom in range(model.ngeom):
-        visual = model.geom_contype[geom] == 0 and model.geom_conaffinity[geom] == 0
-        if not visual or model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
+    for geom, key in enumerate(keys):
+        if not visual[geom] or key[0] == mujoco.mjtGeom.mjGEOM_PLANE:
             continue
-        key = (model.geom_type[geom], model.geom_dataid[geom], *model.geom_size[geom])
-        if key not in shapes:
-            shapes[key] = _mesh(model, geom)
-        place = _placed(model.geom_pos[geom], model.geom_quat[geom])
-        owner = model.body(model.geom_bodyid[geom]).name
-        part = re.sub(r"_(engine|propeller)_\w+$", "", model.geom(geom).name)
-        if part in engines:
-            if owner == engines[part].body and engines[part].joint is None:
-                place = np.linalg.inv(_placed(engines[part].position, _mount(engines[part]))) @ place
-            owner = part
-        owner = named.get(model.geom(geom).name, owner)
-        rgba = tuple(float(value) for value in model.geom_rgba[geom])
-        seen.setdefault(owner, []).append(_surface(shapes[key], place, rgba))
+        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_GEOM, geom) or ""
+        owner = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, model.geom_bodyid[geom])
+        part = re.sub(r"_(engine|propeller)_\w+$", "", name)
+        engine = engines.get(part)
+        still = engine if engine is not None and owner == engine.body and engine.joint is None else None
+        kind = (*key, *((still.position, still.rotation) if still else ()))
+        if kind not in surfaces:
+            surface = geom_surface(model, geom)
+            surfaces[kind] = _at_hinge(surface, still) if still else surface
+        seen.setdefault(named.get(name, part if engine else owner), []).append(surfaces[kind])
     return seen
+
+
+def _at_hinge(surface: Surface, engine: Thruster) -> Surface:
+    """A surface in the frame of the engine's hinge."""
+    turn = np.array(engine.rotation)
+    return replace(
+        surface,
+        vertices=np.asarray((surface.vertices - engine.position) @ turn, np.float32),
+        normals=np.asarray(surface.normals @ turn, np.float32),
+    )
+
+
+def _coarser_boats(parameters: Parameters, looks: Looks) -> Looks:
+    """What is seen of the boats and their engines, with few triangles; boats of a kind share it."""
+    made: dict[tuple[int, ...], tuple[Surface, ...]] = {}
+    found: Looks = {}
+    for boat, hull in zip(parameters.boats, parameters.hulls, strict=True):
+        owners = [hull.body, *(f"{boat.name}/{engine.name}" for engine in parameters.thrusters_of(boat.name))]
+        whole = [(owner, surface) for owner in owners for surface in looks.get(owner, ())]
+        kind = tuple(id(surface) for _, surface in whole)
+        if kind not in made:
+            made[kind] = coarser([surface for _, surface in whole], MOST_FACES)
+        found |= {owner: [] for owner in owners}
+        for (owner, _), surface in zip(whole, made[kind], strict=True):
+            found[owner] += [surface] if len(surface.faces) else []
+    return found
 
 
 def _mount(engine: Thruster) -> tuple[float, float, float, float]:
@@ -244,68 +264,6 @@ def _mount(engine: Thruster) -> tuple[float, float, float, float]:
     mujoco.mju_mat2Quat(quaternion, np.array(engine.rotation, dtype=np.float64).ravel())
     w, x, y, z = (float(value) for value in quaternion)
     return w, x, y, z
-
-
-def _placed(position: npt.ArrayLike, quaternion: npt.ArrayLike) -> FloatArray:
-    import trimesh  # takes half a second: runs without a recording do not need it
-
-    place: FloatArray = trimesh.transformations.quaternion_matrix(quaternion)
-    place[:3, 3] = position
-    return place
-
-
-def _surface(shape: trimesh.Trimesh, place: FloatArray, rgba: tuple[float, ...]) -> Surface:
-    turn = place[:3, :3]
-    return Surface(
-        np.asarray(shape.vertices @ turn.T + place[:3, 3], np.float32),
-        np.asarray(shape.faces, np.int32),
-        np.asarray(shape.vertex_normals @ turn.T, np.float32),
-        rgba,
-    )
-
-
-def _mesh(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
-    """A geom as triangles, in its own frame; flat faces keep their edges."""
-    import trimesh
-
-    kind, size = model.geom_type[geom], model.geom_size[geom]
-    shapes = mujoco.mjtGeom
-    if kind == shapes.mjGEOM_MESH:
-        return _asset(model, int(model.geom_dataid[geom]))
-    if kind == shapes.mjGEOM_BOX:
-        box = trimesh.creation.box(extents=2.0 * size)
-        box.unmerge_vertices()
-        return box
-    if kind == shapes.mjGEOM_CYLINDER:
-        return _sharp(trimesh.creation.cylinder(radius=size[0], height=2.0 * size[1], sections=24))
-    if kind == shapes.mjGEOM_CAPSULE:
-        return trimesh.creation.capsule(radius=size[0], height=2.0 * size[1], count=[16, 12])
-    ball = trimesh.creation.icosphere(subdivisions=2)
-    ball.apply_scale(size if kind == shapes.mjGEOM_ELLIPSOID else [size[0]] * 3)
-    return ball
-
-
-def _asset(model: mujoco.MjModel, mesh: int) -> trimesh.Trimesh:
-    start, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-    first, faces = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
-    vertices = model.mesh_vert[start : start + count]
-    return _sharp_mesh(vertices.tobytes(), model.mesh_face[first : first + faces].tobytes())
-
-
-@functools.lru_cache(maxsize=64)
-def _sharp_mesh(vertices: bytes, faces: bytes) -> trimesh.Trimesh:
-    """A mesh of float32 (n, 3) and int32 (m, 3), kept for the next boat of its kind: making it takes up to 0.1 s."""
-    import trimesh
-
-    corners = np.frombuffer(vertices, np.float32).reshape(-1, 3)
-    return _sharp(trimesh.Trimesh(corners, np.frombuffer(faces, np.int32).reshape(-1, 3), process=False))
-
-
-def _sharp(shape: trimesh.Trimesh) -> trimesh.Trimesh:
-    """The mesh with its vertices split along edges sharper than 40 degrees."""
-    import trimesh
-
-    return trimesh.graph.smooth_shade(shape, angle=math.radians(40.0))
 
 
 def recorded_sensors(world: World, choices: Sequence[Choice]) -> Iterator[RecordedSensor]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,47 +14,37 @@ from rerun.archetypes import RecordingInfo
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import ByteArray
-from vrx_mj.model.world import tree_of
-from vrx_mj.recording.motion_chunks import WIND_HEIGHT
-from vrx_mj.recording.packing import archive
+from vrx_mj.draw.colors import WIND_COLOR, Rgb, shade, text_color
+from vrx_mj.recording.eyes import FLEET, PLANNED, around, fleet_circle, plan_eye, sea_eye
 from vrx_mj.recording.record_scene import (
-    FORMAT,
     RecordedBody,
     RecordedDisplay,
     RecordedPart,
     RecordScene,
     Surface,
     Waypoint,
-    boat_colors,
 )
-from vrx_mj.recording.timeline import times
-from vrx_mj.recording.water_chunks import FADES, sea_triangles, wake_path
+from vrx_mj.recording.timeline import shown, static
+from vrx_mj.recording.water_chunks import wake_looks, wake_path
 
-__all__ = [
-    "boat_chunks",
-    "change_chunks",
-    "mesh",
-    "pose",
-    "shown",
-    "static",
-    "still_chunks",
-]
-
-WIND_COLOR = (235, 245, 255)
-WAYPOINT_COLOR = (255, 64, 200)
-SHORE_COLOR = (226, 203, 150)
+WAYPOINT_COLOR = (247, 62, 193)
+SHORE_COLOR = (157, 140, 103)
+UNSEEN = (30, 70, 94, 0)
+"""Colour of points of no size, which are specks all the same: that of water."""
 WHITE = (1.0, 1.0, 1.0, 1.0)
 BALL_COLOR = (40, 90, 255)
+LEGEND_PATH, NAMES, FEW_NAMES = "/boats", 7, 28
+"""The entity of the boats' names, how many of them are in a line, and how many are few."""
+SHORT_NAME = 6
+"""Characters of a name that has the place of one."""
 SHORE_HEIGHT = 0.15
 """Height of the shoreline [m], so that the sea does not hide it."""
 
 
-def still_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:
-    """What a recording begins with, but for its boats; `views` is its blueprint, kept for a run that is killed."""
-    yield from run_chunks(scene, views)
+def still_chunks(scene: RecordScene) -> Iterator[Chunk]:
+    """What a recording begins with, but for its boats."""
+    yield from run_chunks(scene)
     yield static("/world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
-    if scene.sea_height is not None:
-        yield static("/world/sea", rr.Mesh3D.from_fields(triangle_indices=sea_triangles()))
     for body in scene.bodies:
         if body.kind != "boat":
             yield from body_chunks(body, scene.begun)
@@ -61,48 +52,18 @@ def still_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:
         yield from part_chunks(part, scene.begun)
     for display in scene.displays:
         yield from display_chunks(display, scene.begun)
-    yield from fleet_chunks()
+    yield from fleet_chunks(scene)
+    yield legend_chunk(scene)
     yield from place_chunks(scene)
     yield from series_chunks(scene)
 
 
-def static(path: str, *archetypes: rr.AsComponents) -> Chunk:
-    """A chunk of one row without time."""
-    return shown(None, path, *archetypes)
-
-
-def shown(begun: float | None, path: str, *archetypes: rr.AsComponents) -> Chunk:
-    """A chunk of one row, of a time [s], or without time."""
-    columns = [
-        column
-        for archetype in archetypes
-        for batch in archetype.as_component_batches()
-        for column in [rr.ComponentColumn(batch.component_descriptor(), batch, lengths=[batch_size(batch)])]
-    ]
-    return Chunk.from_columns(path, [] if begun is None else [times([begun])], columns)
-
-
-def batch_size(batch: rr.ComponentBatchLike) -> int:
-    """Number of values in a batch."""
-    return len(batch.as_arrow_array())
-
-
-def run_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:
-    """The run: for people as properties, for us as JSON and an archive of the world's files."""
+def run_chunks(scene: RecordScene) -> Iterator[Chunk]:
+    """The run, for people, as properties."""
     title = " + ".join(str(scene.properties[key]) for key in ("world", "fleet") if scene.properties.get(key))
     yield Chunk.from_property("RecordingInfo", RecordingInfo(name=title or "vrx_mj"))
     shown = {key: show(value) for key, value in scene.properties.items()}
     yield Chunk.from_property("run", rr.AnyValues(**shown))
-    head = {
-        "format": FORMAT,
-        "timestep": scene.timestep,
-        "properties": dict(scene.properties),
-        "wind_direction": list(scene.wind_direction),
-        "layout": scene.layout().to_json(),
-        "sensors": tree_of(scene.sensors),
-    }
-    columns = rr.AnyValues.columns(head=[json.dumps(head)], files=[archive(scene.files)], views=[views])
-    yield Chunk.from_columns("/record/run", [], columns)
 
 
 def show(value: object) -> str | int | float | bool:
@@ -117,7 +78,7 @@ def body_chunks(body: RecordedBody, begun: float | None) -> Iterator[Chunk]:
     if body.kind == "ball":
         yield static(body.path, rr.Points3D.from_fields(colors=[BALL_COLOR], radii=[rr.Radius.ui_points(4.0)]))
     elif body.surfaces:
-        yield shown(begun, f"{body.path}/shape", mesh(body.surfaces))
+        yield shown(begun, f"{body.path}/shape", mesh(paved(body.path, body.surfaces)))
 
 
 def part_chunks(part: RecordedPart, begun: float | None) -> Iterator[Chunk]:
@@ -125,7 +86,15 @@ def part_chunks(part: RecordedPart, begun: float | None) -> Iterator[Chunk]:
     if not part.joints:
         yield shown(begun, part.path, pose((*part.position, *part.quaternion)))
     if part.surfaces:
-        yield shown(begun, f"{part.path}/shape", mesh(part.surfaces))
+        yield shown(begun, f"{part.path}/shape", mesh(paved(part.path, part.surfaces)))
+
+
+def paved(path: str, surfaces: Sequence[Surface]) -> Iterator[Surface]:
+    """Surfaces of a body; of a dock every second cube is darker, so that its top is not blank."""
+    for part in surfaces:
+        size, middle = np.ptp(part.vertices, axis=0)[:2].max(), part.vertices.mean(axis=0)
+        odd = "/docks/" in path and int(np.round(middle[:2] / size).sum()) % 2
+        yield replace(part, rgba=(*(0.84 * share for share in part.rgba[:3]), part.rgba[3])) if odd else part
 
 
 def pose(numbers: Sequence[float]) -> rr.Transform3D:
@@ -134,7 +103,7 @@ def pose(numbers: Sequence[float]) -> rr.Transform3D:
     return rr.Transform3D(translation=[x, y, z], quaternion=rr.Quaternion(xyzw=[qx, qy, qz, qw]))
 
 
-def mesh(surfaces: Sequence[Surface]) -> rr.Mesh3D:
+def mesh(surfaces: Iterable[Surface]) -> rr.Mesh3D:
     """One mesh of several surfaces: colours go to the vertices."""
     parts = [(part, *corners_of(part)) for part in surfaces]
     start = np.cumsum([0] + [len(vertices) for _, vertices, _, _ in parts])
@@ -176,12 +145,43 @@ def display_chunks(display: RecordedDisplay, begun: float | None) -> Iterator[Ch
             yield shown(begun, display.part_path(part), mesh([replace(one, rgba=WHITE) for one in surfaces]))
 
 
-def fleet_chunks() -> Iterator[Chunk]:
-    """The wind's arrow over the fleet, and what the camera follows."""
-    wind = rr.Arrows3D.from_fields(colors=[WIND_COLOR], radii=[0.22], origins=[[0.0, 0.0, WIND_HEIGHT]])
-    yield static("/world/fleet/wind", wind)
-    followed = rr.Points3D([[0.0, 0.0, 0.0]], radii=[0.001])  # a camera follows only what has a size
-    yield static("/world/fleet", followed)
+def fleet_chunks(scene: RecordScene) -> Iterator[Chunk]:
+    """What the views follow."""
+    _, reach = fleet_circle(scene)
+    _, height = plan_eye(scene)
+    for path, distance in ((FLEET, math.hypot(*sea_eye(reach))), (PLANNED, height)):
+        yield static(path, rr.Points3D(around(distance), colors=[UNSEEN], radii=[0.0]))
+
+
+def name_width(boats: int) -> float:
+    """Width of a short name in the legend, in heights of its line: the lines of many are lower."""
+    return 2.5 if boats <= FEW_NAMES else 3.4
+
+
+def legend_spots(names: Collection[str]) -> list[tuple[float, int]]:
+    """Where each name is in the legend, and in which line; long names take the place of several."""
+    unit, x, line = name_width(len(names)), 0.0, 0
+    spots: list[tuple[float, int]] = []
+    for name in names:
+        width = unit * max(1.0, len(name) / SHORT_NAME)
+        if x > 0.0 and x + width > NAMES * unit:
+            x, line = 0.0, line + 1
+        spots.append((x + 0.5 * (width - unit), line))
+        x += width
+    return spots
+
+
+def legend_chunk(scene: RecordScene) -> Chunk:
+    """The names of all boats in their colours, as a picture."""
+    colors = scene.colors()
+    points = rr.Points2D(
+        legend_spots(colors),
+        labels=list(colors),
+        colors=list(colors.values()),
+        radii=[rr.Radius.ui_points(4.0)],
+        show_labels=True,
+    )
+    return static(LEGEND_PATH, points)
 
 
 def place_chunks(scene: RecordScene) -> Iterator[Chunk]:
@@ -192,21 +192,14 @@ def place_chunks(scene: RecordScene) -> Iterator[Chunk]:
         shore = rr.LineStrips3D(strips, colors=[SHORE_COLOR], radii=[rr.Radius.ui_points(1.0)])
         yield static("/world/shore", shore)
     if scene.waypoints:
-        yield static("/world/waypoints", markers(scene.waypoints))
+        spots, colors = [waypoint.position for waypoint in scene.waypoints], [text_color(WAYPOINT_COLOR)]
+        labels = [waypoint.name.replace("_", " ") for waypoint in scene.waypoints]
+        yield static("/world/waypoints", rr.Points3D(spots, colors=[WAYPOINT_COLOR], radii=[0.6]))
+        names = rr.Points3D(spots, labels=labels, colors=colors, radii=[0.0], show_labels=True)
+        yield static("/world/waypoints/names", names)
         headed = [waypoint for waypoint in scene.waypoints if waypoint.heading is not None]
         if headed:
             yield static("/world/waypoints/headings", heading_arrows(headed))
-
-
-def markers(waypoints: Sequence[Waypoint]) -> rr.Points3D:
-    """Waypoints with their names."""
-    return rr.Points3D(
-        [waypoint.position for waypoint in waypoints],
-        labels=[waypoint.name for waypoint in waypoints],
-        colors=[WAYPOINT_COLOR],
-        radii=[0.6],
-        show_labels=True,
-    )
 
 
 def heading_arrows(waypoints: Sequence[Waypoint]) -> rr.Arrows3D:
@@ -219,9 +212,10 @@ def heading_arrows(waypoints: Sequence[Waypoint]) -> rr.Arrows3D:
 
 def series_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """Names and colours of the plots' series."""
-    names, colors = [boat.name for boat in scene.boats()], boat_colors(scene.roster())
+    names, colors = [boat.name for boat in scene.boats()], scene.colors()
     yield from named_series(names, [(thruster.boat, thruster.name) for thruster in scene.thrusters], colors)
-    yield static("/plots/wind", rr.SeriesLines(names=["wind"], colors=[WIND_COLOR], widths=1.5))
+    if "wind" in scene.weather():
+        yield static("/plots/wind", rr.SeriesLines(names=["wind"], colors=[WIND_COLOR], widths=1.5))
 
 
 def named_series(
@@ -242,21 +236,19 @@ def named_series(
             yield static(f"/plots/{quantity}{own}", rr.SeriesLines(names=labels, colors=shades, widths=1.5))
 
 
-def shaded(colors: Sequence[tuple[int, int, int]]) -> ByteArray:
-    """Every second series of one boat darker."""
+def shaded(colors: Sequence[Rgb]) -> list[Rgb]:
+    """Of the series of one boat each in another shade."""
     seen: dict[tuple[int, int, int], int] = {}
     out = []
     for rgb in colors:
         seen[rgb] = seen.get(rgb, -1) + 1
-        out.append(np.array(rgb) * (1.0, 0.62, 0.8, 0.45)[seen[rgb] % 4])
-    return np.array(out).astype(np.uint8)
+        out.append(shade([share / 255.0 for share in rgb], (0.27, 0.12, 0.18)[seen[rgb] % 3]))
+    return out
 
 
-THRUST_COLOR = (255, 84, 48)
+THRUST_COLOR = (252, 83, 47)
 GONE = (0.0, 0.0, -1e4)
 """Where the frames of cameras go with a boat that leaves [m]: a camera without one is a mistake to the viewer."""
-WAKE_RADIUS = 0.25
-"""Half the thickness of a wake [m]."""
 TAG_HEIGHT = 2.9
 """Height of a boat's name over its origin [m]."""
 
@@ -275,6 +267,7 @@ def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -
         if body.path not in known and body.kind == "boat":
             yield from joining_chunks(body, scene)
             yield from joined_series_chunks(body.name, scene, first)
+            yield legend_chunk(scene)
         elif body.path not in known:
             yield from body_chunks(body, scene.begun)
     hung, lit = {part.path for part in before.parts}, {one.display.name for one in before.displays}
@@ -295,7 +288,7 @@ def leaving_chunks(scene: RecordScene, before: RecordScene) -> Iterator[Chunk]:
 
 def joining_chunks(boat: RecordedBody, scene: RecordScene) -> Iterator[Chunk]:
     """A boat, its name over it and its engines, which turn in its frame; its first pose until rows move it."""
-    begun, rgb = scene.begun, boat_colors(scene.roster())[boat.name]
+    begun, rgb = scene.begun, scene.colors()[boat.name]
     if begun is not None:
         yield shown(begun, boat.path, pose(boat.pose))
     if boat.surfaces:
@@ -304,10 +297,10 @@ def joining_chunks(boat: RecordedBody, scene: RecordScene) -> Iterator[Chunk]:
         if thruster.boat == boat.name and thruster.surfaces:
             yield shown(begun, f"{boat.path}/{thruster.name}/shape", mesh(thruster.surfaces))
     yield shown(begun, f"{boat.path}/label", name_tag(boat.name, rgb))
-    trail = rr.LineStrips3D.from_fields(colors=[rgb], radii=[rr.Radius.ui_points(1.2)])
+    trail = rr.LineStrips3D.from_fields(radii=[rr.Radius.ui_points(1.2)])
     yield static(f"/world/trails/{boat.name}", trail)
     if scene.sea_height is not None:
-        yield static(wake_path(boat.name), rr.LineStrips3D.from_fields(colors=FADES, radii=[WAKE_RADIUS]))
+        yield static(wake_path(boat.name), wake_looks())
     arrows = rr.Arrows3D.from_fields(colors=[THRUST_COLOR], radii=[0.12])
     yield static(f"{boat.path}/thrust", arrows)
 
@@ -317,9 +310,11 @@ def joined_series_chunks(boat: str, scene: RecordScene, first: RecordScene) -> I
     boats = [boat] if all(one.name != boat for one in first.boats()) else []
     known = {(one.boat, one.name) for one in first.thrusters}
     new = [(boat, one.name) for one in scene.thrusters if one.boat == boat and (boat, one.name) not in known]
-    yield from named_series(boats, new, boat_colors(scene.roster()), own=f"/{boat}")
+    yield from named_series(boats, new, scene.colors(), own=f"/{boat}")
 
 
-def name_tag(name: str, rgb: tuple[int, int, int]) -> rr.Points3D:
-    """A boat's name over it."""
-    return rr.Points3D([[0.0, 0.0, TAG_HEIGHT]], labels=[name], colors=[rgb], radii=[0.06], show_labels=True)
+def name_tag(name: str, rgb: Rgb) -> rr.Points3D:
+    """A boat's name over it, with a dot in its colour."""
+    spots = [*[[0.0, 0.0, TAG_HEIGHT]] * 2, *around(math.hypot(*sea_eye(0.0)))]
+    colors, radii = [text_color(rgb), rgb, UNSEEN, UNSEEN], [0.0, rr.Radius.ui_points(4.0), 0.0, 0.0]
+    return rr.Points3D(spots, labels=[name, "", "", ""], colors=colors, radii=radii, show_labels=True)

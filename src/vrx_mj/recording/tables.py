@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from vrx_mj.model.site import Georeference
 
-__all__ = ["SUFFIXES", "read", "write_table"]
-
 Columns = Mapping[str, Any]
 """Values of each column of a table."""
 

@@ -19,59 +19,41 @@ from rerun.chunk import Chunk
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.bays import RGB
+from vrx_mj.draw.colors import Rgb, text_color
 from vrx_mj.draw.course import Course, Light, course_of, gates_of, poses_of, zone_corners
 from vrx_mj.model import tasks
 from vrx_mj.model.world import Parameters
 from vrx_mj.recording.packing import pack_rows
-from vrx_mj.recording.reader import FRAMES
+from vrx_mj.recording.parts import FRAMES
 from vrx_mj.recording.rescoring import restore_referee
-from vrx_mj.recording.static_chunks import static
-from vrx_mj.recording.timeline import times
+from vrx_mj.recording.timeline import static, times
 from vrx_mj.tasks.frame import Frame, FrameLayout, Message, Pose, has_started, score_text
 from vrx_mj.tasks.gates import gate_between
 from vrx_mj.tasks.referee import Referee
 from vrx_mj.tasks.registry import TASK_KINDS, make_referee
 
-__all__ = [
-    "FATES",
-    "GATES",
-    "MARKS",
-    "PLOT",
-    "WORDS",
-    "Mark",
-    "TaskChunks",
-    "TaskMarks",
-    "frame_chunk",
-    "legend_chunks",
-    "mark_chunks",
-    "task_chunks",
-    "words",
-]
-
-Rgb = tuple[int, int, int]
-
 HEIGHT = 0.35
 """Height over the mean water of what is drawn [m], so that few waves hide it."""
 FATES: Mapping[str, Rgb] = {
-    "next": (255, 214, 64),
-    "ahead": (235, 245, 255),
-    "crossed": (70, 220, 110),
-    "missed": (150, 150, 160),
+    "next": (167, 140, 39),
+    "ahead": (96, 148, 190),
+    "crossed": (49, 162, 79),
+    "missed": (98, 98, 106),
     "backwards": (255, 70, 60),
 }
 """Colours of gates by what became of them; `next` is the first that is ahead."""
-RIGHT, WRONG, INSIDE, DOCKED = (70, 220, 110), (150, 160, 170), (255, 214, 64), (60, 150, 255)
+RIGHT, WRONG, INSIDE, DOCKED = (49, 162, 79), (134, 143, 152), (167, 140, 39), (57, 143, 243)
 """Colours of bays: to dock in, others, with the boat in it, docked in."""
 STATUS: Mapping[str, Rgb] = {
-    "never_engaged": (235, 245, 255),
-    "engaged": (255, 214, 64),
-    "not_engaged": (190, 200, 210),
-    "circumnavigated": (70, 220, 110),
+    "never_engaged": (96, 148, 190),
+    "engaged": (167, 140, 39),
+    "not_engaged": (136, 143, 150),
+    "circumnavigated": (49, 162, 79),
 }
 """Colours of circles by what the boat does with the animal."""
 LOST: Rgb = (130, 90, 90)
 """Colour of the circle of an animal to keep away from, once the boat did not."""
-AVOID, PATH, BEACON, SHOWING = (255, 70, 60), (170, 150, 255), (255, 64, 200), (190, 200, 210)
+AVOID, PATH, BEACON, SHOWING = (255, 70, 60), (146, 129, 220), (247, 62, 193), (136, 143, 150)
 GATES = "/world/course/gates"
 ARROW_SHARE = 0.35
 HEAD_SHARE = 0.08
@@ -156,9 +138,9 @@ def bay_chunks(task: tasks.Dock) -> Iterator[Chunk]:
     colors = [bay_color(bay, {}) for bay, ring in zip(bays, pieces, strict=True) for _ in ring]
     strips = [piece for ring in pieces for piece in ring]
     yield static(f"{path}/external", rr.LineStrips3D(strips, colors=colors, radii=[thick(1.2)]))
-    labels = [f"{bay.name} {bay.symbol}" + (" ✓" if bay.dock_allowed else "") for bay in bays]
+    labels = [f"{bay.name} {bay.symbol.replace('_', ' ')}" + (" ✓" if bay.dock_allowed else "") for bay in bays]
     spots = [ring.mean(axis=0) for ring in outside]
-    colors = [bay_color(bay, {}) for bay in bays]
+    colors = [text_color(bay_color(bay, {})) for bay in bays]
     yield static(f"{path}/names", rr.Points3D(spots, labels=labels, colors=colors, radii=[0.06], show_labels=True))
 
 
@@ -197,7 +179,9 @@ def places(course: Course) -> Iterator[Chunk]:
         around = [circle_at(spot, beacon.radius)] if beacon.radius else []
         entity = f"/world/course/{beacon.name.replace(' ', '_')}"
         yield static(entity, rr.LineStrips3D([*arms, *around], colors=[BEACON], radii=[thick(2.0)]))
-        yield static(f"{entity}/name", rr.Points3D([spot], labels=[beacon.name], colors=[BEACON], radii=[0.1]))
+        yield static(
+            f"{entity}/name", rr.Points3D([spot], labels=[beacon.name], colors=[text_color(BEACON)], radii=[0.1])
+        )
     if course.showings:
         spots = [(showing.x, showing.y, HEIGHT) for showing in course.showings]
         yield static("/world/course/showings", rr.Points3D(spots, colors=[SHOWING], radii=[0.25]))
@@ -236,6 +220,8 @@ Columns = Iterable[rr.ComponentColumn]
 Maker = Callable[[Sequence[Any]], Columns]
 """Function from the values of an entity's rows to rerun's columns."""
 
+STEPS = "/timeline"
+"""Phases, scores and touches as states."""
 PLOT = "/plots/task"
 """Score and collisions."""
 WORDS = "/task"
@@ -246,7 +232,7 @@ DRIFT = 0.5
 """Least drift of a buoy for which its gate is drawn anew [m]."""
 BLOCK = 20.0
 """How much simulated time waits to be written at once [s]: blocks cost more than what is in them."""
-SCORE_COLOR, HITS_COLOR = (255, 214, 64), (255, 84, 48)
+SCORE_COLOR, HITS_COLOR = (167, 140, 39), (252, 83, 47)
 
 
 def task_chunks(parameters: Parameters | None) -> Iterator[Chunk]:
@@ -318,6 +304,14 @@ class TaskChunks:
         if self._task:
             yield from self._marks.chunks()
 
+    @property
+    def result(self) -> str:
+        """Who scored what, once the task is finished."""
+        if not self._task or not self._referee.finished:
+            return ""
+        status = self._referee.status
+        return f"{self._referee.boat}, {score_text(status.phase, status.score, TASK_KINDS[self._task.type].unit)}"
+
     def _begin(self, states: Sequence[tuple[float, bytes]]) -> None:
         """Go on from the first state, if that is not the beginning of the run."""
         self._begun = -1.0
@@ -336,6 +330,10 @@ class TaskChunks:
         self._referee.look(frame)
         self._marks.look(time, self._referee)
         self._now = time
+        status = self._referee.status
+        self._change(f"{STEPS}/task", state_columns, time, status.phase)
+        if self._marks.points and has_started(status.phase):
+            self._change(f"{STEPS}/score", state_columns, time, f"{status.score:g} points")
         self._draw(time, frame.poses)
         self._write_status(time, at_once=self._referee.status.phase != phase)
 
@@ -361,7 +359,7 @@ class TaskChunks:
         self._drawn = (time, colors, ends)
         self._add(GATES, gate_columns, time, ([gate_lines(*pair) for pair in ends], colors))
         spots = [gate_lines(*pair)[1][0] for pair in ends]
-        self._add(f"{GATES}/numbers", number_columns, time, (spots, colors))
+        self._add(f"{GATES}/numbers", number_columns, time, (spots, [text_color(color) for color in colors]))
 
     def _write_status(self, time: float, *, at_once: bool) -> None:
         """Score and collisions, and words, unless that was a moment ago."""
@@ -405,6 +403,12 @@ def scalar_columns(values: Sequence[Sequence[float]]) -> Columns:
 def text_columns(values: Sequence[str]) -> Columns:
     """Columns of texts in Markdown."""
     columns: Columns = rr.TextDocument.columns(text=values, media_type=["text/markdown"] * len(values))
+    return columns
+
+
+def state_columns(values: Sequence[str]) -> Columns:
+    """Columns of states."""
+    columns: Columns = rr.StateChange.columns(state=values)
     return columns
 
 
@@ -490,9 +494,9 @@ Mark = tuple[float, str]
 MARKS = "/marks"
 KINDS: Mapping[str, tuple[tuple[int, int, int], str]] = {
     "contacts": ((255, 70, 60), "cross"),
-    "gates passed": ((70, 220, 110), "up"),
-    "gates missed": ((170, 170, 180), "down"),
-    "score changes": ((255, 214, 64), "diamond"),
+    "gates passed": ((49, 162, 79), "up"),
+    "gates missed": ((98, 98, 106), "down"),
+    "score changes": ((167, 140, 39), "diamond"),
 }
 """Colour and marker shape of each kind of mark."""
 SIZE = 5.0
@@ -503,7 +507,7 @@ class TaskMarks:
     """Marks of a task, and the lines that its referee leaves out: gates missed, and changes of a score of points."""
 
     def __init__(self, task: tasks.Task) -> None:
-        self._points = TASK_KINDS[task.type].unit == "points"
+        self.points = TASK_KINDS[task.type].unit == "points"
         self._gates = ["ahead"] * len(gates_of(task))
         self._score = 0.0
         self._marks: list[Mark] = []
@@ -523,7 +527,7 @@ class TaskMarks:
             if fate != before and fate == "missed":
                 self._lines.append((time, f"gate {number} of {len(now)} missed", "WARN"))
         score = referee.status.score
-        if self._points and score != self._score:
+        if self.points and score != self._score:
             self._marks.append((time, "score changes"))
             self._lines.append((time, f"score {score:g} points, {score - self._score:+g}", "INFO"))
         self._gates, self._score = now, score

@@ -1,4 +1,4 @@
-"""The timeline of a recording, and the picking of rows at a lower rate."""
+"""The timeline of a recording, chunks of one row, and the picking of rows at a lower rate."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ import math
 import numpy as np
 import numpy.typing as npt
 import rerun as rr
+from rerun.chunk import Chunk
 
 from vrx_mj.arrays import BoolArray, FloatArray
-
-__all__ = ["TIMELINE", "Ticker", "times"]
 
 TIMELINE = "sim_time"
 
@@ -19,6 +18,27 @@ def times(seconds: npt.ArrayLike) -> rr.TimeColumn:
     """The timeline, to a microsecond: readers of finer durations lose what does not fit Python's timedelta."""
     microseconds = np.round(np.asarray(seconds, np.float64) * 1e6).astype("timedelta64[us]")
     return rr.TimeColumn(TIMELINE, duration=microseconds.astype("timedelta64[ns]"))
+
+
+def static(path: str, *archetypes: rr.AsComponents) -> Chunk:
+    """A chunk of one row without time."""
+    return shown(None, path, *archetypes)
+
+
+def shown(begun: float | None, path: str, *archetypes: rr.AsComponents) -> Chunk:
+    """A chunk of one row, of a time [s], or without time."""
+    columns = [
+        column
+        for archetype in archetypes
+        for batch in archetype.as_component_batches()
+        for column in [rr.ComponentColumn(batch.component_descriptor(), batch, lengths=[batch_size(batch)])]
+    ]
+    return Chunk.from_columns(path, [] if begun is None else [times([begun])], columns)
+
+
+def batch_size(batch: rr.ComponentBatchLike) -> int:
+    """Number of values in a batch."""
+    return len(batch.as_arrow_array())
 
 
 class Ticker:

@@ -21,8 +21,6 @@ from urllib.parse import quote
 
 from vrx_mj.errors import RecordError
 
-__all__ = ["LOOPBACK", "Server", "free_port", "viewer_binary", "viewer_environment", "where_to_look"]
-
 
 def viewer_binary() -> Path:
     """The executable inside the installed rerun package: the script beside Python only wraps it."""

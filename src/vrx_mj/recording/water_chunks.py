@@ -1,9 +1,10 @@
-"""The water of a recording, as rerun chunks: the sea around the boats, their wakes, and their trails over it."""
+"""The water of a recording, as rerun chunks: the sea, the wakes on it, and the tracks of the boats by speed."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
-from itertools import pairwise
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,85 +12,204 @@ import rerun as rr
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import ByteArray, FloatArray
-from vrx_mj.recording.record_scene import SeaHeight
-from vrx_mj.recording.timeline import Ticker, times
-
-__all__ = [
-    "FADES",
-    "SIDE",
-    "TRAIL_HEIGHT",
-    "WAKE_RATE",
-    "Wake",
-    "WaterChunks",
-    "sea_patch",
-    "sea_triangles",
-    "wake_path",
-]
+from vrx_mj.recording import sea_meshes as sea
+from vrx_mj.recording.record_scene import RecordedBody, SeaHeight
+from vrx_mj.recording.sea_meshes import Grid, Lines, Swell
+from vrx_mj.recording.timeline import Ticker, shown, static, times
 
 TRAIL_RATE = 5.0
 """Pieces of a trail [Hz]."""
 TRAIL_HEIGHT = 0.6
-"""Height of a trail over the mean water [m], so that few waves hide it."""
-SEA_RATE = 5.0
+"""Height of a trail over the mean water [m]."""
+FASTEST = 3.0
+"""Speed of the last colour of a trail [m/s]; the first is that of a boat at rest."""
+SPEED_COLORS = np.array([(203, 70, 121), (229, 108, 91), (248, 149, 64), (253, 197, 39), (240, 249, 33)])
+"""Colours of a trail, evenly spaced over the speed: the light part of the map plasma (Smith and van der Walt, 2015)."""
+SEA_RATE = 4.0
 """Pictures of the sea [Hz]."""
-SEA_FRAMES = 64
-"""Pictures of the sea in one chunk: 1 MB."""
+SEA_FRAMES = 128
+"""Pictures of the sea in one chunk: 2 MB."""
+LEAD = 0.1
+"""How much later than the first moment at which it is shown a picture of the sea is right [s]: half-way to the last."""
+MOVED = 8.0
+"""How far a boat goes before the cells are laid anew [m]."""
+LEAN = 1e-3
+"""How much further along x each row of vertices begins [m]."""
+SUNK = 1.0
+"""How much lower the fleet's mesh is under hulls, in standard deviations of the sea."""
 
 
 class WaterChunks:
-    """Turns places of boats into chunks; it knows where each trail ended, and the wakes."""
+    """Turns places of boats into chunks; it knows where each trail ended, the wakes, and where cells were laid."""
 
     def __init__(self) -> None:
-        self._trail, self._sea, self._wake = Ticker(TRAIL_RATE), Ticker(SEA_RATE), Ticker(WAKE_RATE)
+        self._trail, self._sea, self._drop = Ticker(TRAIL_RATE), Ticker(SEA_RATE), Ticker(WAKE_RATE)
         self._trail_end: dict[str, FloatArray] = {}
-        self._wakes: dict[str, Wake] = {}
+        self._wakes: dict[str, FloatArray] = {}
+        self._hulls: dict[str, Lines] = {}
+        self._begun: set[str] = set()
+        self._swell: Swell | None = None
+        self._laid = np.zeros((0, 2))
+        self._mesh = ""
 
-    def keep(self, boats: Collection[str]) -> None:
-        """Forget the trails and wakes of all other boats."""
-        self._trail_end = {boat: end for boat, end in self._trail_end.items() if boat in boats}
-        self._wakes = {boat: wake for boat, wake in self._wakes.items() if boat in boats}
+    def keep(self, boats: Sequence[RecordedBody]) -> None:
+        """Go on with these boats; forget all others."""
+        names = {boat.name for boat in boats}
+        self._trail_end = {boat: end for boat, end in self._trail_end.items() if boat in names}
+        self._wakes = {boat: wake for boat, wake in self._wakes.items() if boat in names}
+        self._hulls = {boat.name: self._hulls.get(boat.name) or sea.hull_lines(boat) for boat in boats}
 
     def __call__(
-        self, boats: Sequence[str], time: FloatArray, places: FloatArray, height: SeaHeight | None
+        self,
+        boats: Sequence[str],
+        time: FloatArray,
+        places: FloatArray,
+        height: SeaHeight | None,
+        quaternions: FloatArray,
     ) -> Iterator[Chunk]:
-        """Chunks of boats at times (n,) [s] and places (n, boats, 3) [m]; `height` None: the sea is not shown."""
+        """Chunks of boats at times (n,) [s], places (n, boats, 3) [m] and quaternions (n, boats, 4).
+
+        `height` None: the sea is not shown.
+        """
         if (taken := self._trail(time)).any():
             yield from self._trails(boats, time[taken], places[taken])
         if height is None:
             return
-        if (taken := self._sea(time)).any():
-            yield from self._seas(time[taken], places[taken], height)
-        if (taken := self._wake(time)).any():
-            yield from self._foam(boats, time[taken], places[taken], height)
+        self._swell = self._swell or sea.swell_of(height)
+        poses = np.concatenate([places, quaternions], axis=-1)
+        for i, boat in enumerate(boats):
+            yield from self._patch(boat, self._swell, time, poses[:, i])
+        drops = self._drop(time)
+        left, newest = self._leave(boats, places[drops, :, :2], places[0, :, :2]), np.cumsum(drops)
+        frames = np.flatnonzero(self._sea(time))
+        for part in (frames[i : i + SEA_FRAMES] for i in range(0, len(frames), SEA_FRAMES)):
+            wakes = ribbons(places[part, :, :2], left[newest[part, None] + np.arange(WAKE_POINTS - 1)[::-1]])
+            yield from self._seas(boats, self._swell, time[part], poses[part], wakes)
 
     def _trails(self, boats: Sequence[str], time: FloatArray, places: FloatArray) -> Iterator[Chunk]:
-        """At each time the piece of the way since the time before."""
-        here = places * (1.0, 1.0, 0.0) + (0.0, 0.0, TRAIL_HEIGHT)
+        """At each time the piece of the way since the time before, in the colour of its speed."""
         for i, boat in enumerate(boats):
-            last = self._trail_end.get(boat, here[0, i])
-            self._trail_end[boat] = here[-1, i]
-            before = np.concatenate([last[None], here[:-1, i]])
-            strips = np.stack([before, here[:, i]], axis=1).astype(np.float32)
-            yield Chunk.from_columns(f"/world/trails/{boat}", [times(time)], rr.LineStrips3D.columns(strips=strips))
+            here = np.column_stack([time, places[:, i, :2]])
+            before = np.concatenate([self._trail_end.get(boat, here[:1]), here[:-1]])
+            self._trail_end[boat] = here[-1:]
+            strips = np.stack([before, here], axis=1)[..., [1, 2, 0]]
+            strips[..., 2] = TRAIL_HEIGHT
+            way = np.hypot(*(here - before)[:, 1:].T)
+            speed = way / np.maximum(here[:, 0] - before[:, 0], 1e-9)
+            columns = rr.LineStrips3D.columns(strips=strips.astype(np.float32), colors=speed_colors(speed))
+            yield Chunk.from_columns(f"/world/trails/{boat}", [times(time)], columns)
 
-    def _seas(self, time: FloatArray, places: FloatArray, height: SeaHeight) -> Iterator[Chunk]:
-        """The sea around the boats, as a mesh."""
-        for start in range(0, len(time), SEA_FRAMES):
-            part = time[start : start + SEA_FRAMES]
-            patches = [sea_patch(height, places[start + k, :, :2], float(t)) for k, t in enumerate(part)]
-            columns = rr.Mesh3D.columns(
-                vertex_positions=np.concatenate([positions for positions, _ in patches]),
-                vertex_colors=np.concatenate([colors for _, colors in patches]),
-            )
-            yield Chunk.from_columns("/world/sea", [times(part)], columns.partition([SIDE * SIDE] * len(part)))
+    def _patch(self, boat: str, swell: Swell, time: FloatArray, pose: FloatArray) -> Iterator[Chunk]:
+        """The water at a boat's hull, in its frame: at every shown pose (n, 7)."""
+        x, y = lines = self._hulls[boat]
+        path = patch_path(boat)
+        yield from self._begin(path, y, x, rr.CoordinateFrame(f"tf#/world/boats/{boat}"))
+        z = sea.with_low_rim(sea.patch_heights(swell, lines, time, pose), SUNK * swell.deviation)
+        yield mesh_chunk(path, time, vertex_positions=[mesh_points(x, y, z)])
 
-    def _foam(self, boats: Sequence[str], time: FloatArray, places: FloatArray, height: SeaHeight) -> Iterator[Chunk]:
-        """The wake of every boat."""
-        for i, boat in enumerate(boats):
-            wake = self._wakes.setdefault(boat, Wake())
-            strips = [wake.strips(float(t), place[:2], height) for t, place in zip(time, places[:, i], strict=True)]
-            columns = rr.LineStrips3D.columns(strips=[strip for several in strips for strip in several])
-            yield Chunk.from_columns(wake_path(boat), [times(time)], columns.partition([len(FADES)] * len(time)))
+    def _seas(
+        self, boats: Sequence[str], swell: Swell, time: FloatArray, poses: FloatArray, wakes: FloatArray
+    ) -> Iterator[Chunk]:
+        """The sea around boats with poses (n, boats, 7), as a mesh, wakes on it, and its colours for hulls' water."""
+        hulls = [self._hulls[boat] for boat in boats]
+        reach = np.array([np.hypot(*(np.abs(line).max() - sea.RIM for line in lines)) for lines in hulls])
+        points = [sea.patch_points(lines, poses[:, i]).reshape(3, len(time), -1) for i, lines in enumerate(hulls)]
+        patches = np.moveaxis(np.concatenate(points, axis=-1), 0, -1)
+        drawn: dict[str, list[tuple[npt.NDArray[Any], ...]]] = defaultdict(list)
+        for frames, grid in self._grids(poses[..., :2]):
+            path = f"/world/sea/{len(grid.y)}x{len(grid.x)}"
+            if path != self._mesh:
+                yield from self._begin(path, grid.y, grid.x)
+                if self._mesh:
+                    yield shown(time[frames][0], self._mesh, rr.Clear(recursive=False))
+                self._mesh = path
+            z = grid.heights(swell, time[frames] + LEAD)
+            bright = sea.light(z - swell.level, grid.toward(z))
+            z = sea.rounded(z - SUNK * swell.deviation * grid.near(poses[frames, :, :2], reach))
+            drawn[path].append((time[frames], mesh_points(grid.x, grid.y, z), sea.colors(bright, grid.haze)))
+            height = sea.rounded(grid.sampled(z, wakes[frames]) + OVER[0] + OVER[1] * swell.deviation)
+            drawn["hulls"].append((height, sea.colors(grid.sampled(bright, patches[frames]))))
+        height, wet = map(np.concatenate, zip(*drawn.pop("hulls"), strict=True))
+        foam = np.concatenate([wakes, height[..., None]], axis=-1).astype(np.float32)
+        ends = np.cumsum([part.shape[-1] for part in points])
+        for path, parts in drawn.items():
+            moments, positions, seen = zip(*parts, strict=True)
+            yield mesh_chunk(path, np.concatenate(moments), vertex_positions=positions, vertex_colors=seen)
+        for i, (boat, own) in enumerate(zip(boats, np.split(wet, ends[:-1], axis=1), strict=True)):
+            yield mesh_chunk(wake_path(boat), time, vertex_positions=[foam[:, :, :, i]])
+            yield mesh_chunk(patch_path(boat), time, vertex_colors=[own])
+
+    def _begin(self, path: str, y: FloatArray, x: FloatArray, *more: rr.AsComponents) -> Iterator[Chunk]:
+        """What an entity with a mesh always has, once: triangles alone, without which a viewer drops the mesh."""
+        if path not in self._begun:
+            self._begun.add(path)
+            yield static(path, rr.Mesh3D.from_fields(triangle_indices=sea.triangles(len(y), len(x))), *more)
+
+    def _grids(self, places: FloatArray) -> Iterator[tuple[slice, Grid]]:
+        """Spans of places (n, boats, 2) [m], each with its cells, which are laid anew when a boat has gone some way."""
+        begin = 0
+        while begin < len(places):
+            if self._laid.shape != places[begin].shape or np.abs(places[begin] - self._laid).max() > MOVED:
+                self._laid = places[begin]
+            gone = np.abs(places[begin:] - self._laid).max(axis=(1, 2)) > MOVED
+            end = begin + int(np.argmax([*gone, True]))
+            yield slice(begin, end), sea.grid_around(self._laid)
+            begin = end
+
+    def _leave(self, boats: Sequence[str], places: FloatArray, first: FloatArray) -> FloatArray:
+        """Points (m + n, boats, 2) of wakes: the m that were left before, then places (n, boats, 2) [m] left now.
+
+        A new boat has left all of the m at its `first` place.
+        """
+        count = WAKE_POINTS - 1
+        before = [self._wakes.get(boat, np.repeat(first[i : i + 1], count, axis=0)) for i, boat in enumerate(boats)]
+        left = np.concatenate([np.stack(before, axis=1), places])
+        self._wakes = {boat: left[-count:, i] for i, boat in enumerate(boats)}
+        return left
+
+
+def ribbons(places: FloatArray, left: FloatArray) -> FloatArray:
+    """Both sides (n, points, 2, boats, 2) [m] of wakes from places (n, boats, 2) back along points (n, m, boats, 2).
+
+    A boat that hardly moves has a narrow wake.
+    """
+    points = np.concatenate([places[:, None], left], axis=1)
+    way = np.gradient(points, axis=1)
+    across = way[..., ::-1] * (-0.5, 0.5) / np.maximum(np.hypot(way[..., 0], way[..., 1]), SLOW)[..., None]
+    across *= np.linspace(*WAKE_WIDTHS, WAKE_POINTS)[:, None, None]
+    return np.stack([points - across, points + across], axis=2)
+
+
+def mesh_chunk(path: str, time: FloatArray, **parts: Sequence[npt.NDArray[Any]]) -> Chunk:
+    """Frames of a mesh: of each part arrays (frames, ...), which follow each other and may differ in their vertices."""
+    columns = []
+    for name, arrays in parts.items():
+        flat = [array.reshape(-1, *(() if name == "vertex_colors" else (3,))) for array in arrays]
+        lengths = np.concatenate([np.full(len(a), len(b) // len(a)) for a, b in zip(arrays, flat, strict=True)])
+        columns += rr.Mesh3D.columns(**{name: np.concatenate(flat)}).partition(lengths)
+    return Chunk.from_columns(path, [times(time)], columns)
+
+
+def mesh_points(x: FloatArray, y: FloatArray, z: FloatArray) -> npt.NDArray[np.float32]:
+    """Vertices (n, rows, columns, 3) of heights over lines along x and y [m].
+
+    Lines along y lean by a hair: where no two vertices have the same x, LZ4 finds each in the frame before, and a
+    recording's sea is half as large.
+    """
+    leaning = x + LEAN * np.arange(len(y))[:, None]
+    return np.stack(np.broadcast_arrays(leaning, y[:, None], z), axis=-1).astype(np.float32)
+
+
+def speed_colors(speed: FloatArray) -> ByteArray:
+    """Colours (n, 3) of speeds (n,) [m/s], in sixteen steps."""
+    share = np.round(15.0 * np.clip(speed / FASTEST, 0.0, 1.0)) / 15.0
+    place = np.linspace(0.0, 1.0, len(SPEED_COLORS))
+    return np.column_stack([np.interp(share, place, part) for part in SPEED_COLORS.T]).astype(np.uint8)
+
+
+def patch_path(boat: str) -> str:
+    """The entity of the water at a boat's hull."""
+    return f"/world/sea/hulls/{boat}"
 
 
 def wake_path(boat: str) -> str:
@@ -97,97 +217,23 @@ def wake_path(boat: str) -> str:
     return f"/world/wakes/{boat}"
 
 
-SIDE = 32
-"""Vertices along one side."""
-MARGIN = 22.0
-"""Sea around the outermost boat [m]."""
-CELLS = (1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0)
-"""Sizes of a cell [m] to choose from, so that vertices keep their places while the fleet moves."""
-HORIZON = 2500.0
-"""Distance of the outermost ring [m]."""
-STEP = 1.0 / 64.0
-"""Heights are rounded to this [m]: they compress twice as well, and nobody sees it."""
-SUN = (0.55, 0.35)
-"""Direction from which the light comes, east and north."""
-DEEP, CREST = np.array([9.0, 48.0, 79.0]), np.array([112.0, 178.0, 196.0])
+def wake_looks() -> rr.Mesh3D:
+    """Triangles and colours of a wake, from foam to water."""
+    share = np.linspace(0.0, 1.0, WAKE_POINTS)
+    shades = [np.interp(share, (0.0, 0.5, 1.0), part) for part in zip(*FOAM, strict=True)]
+    foam = np.repeat(np.column_stack(shades), 2, axis=0).astype(np.uint8)
+    return rr.Mesh3D.from_fields(triangle_indices=sea.triangles(WAKE_POINTS, 2), vertex_colors=foam)
 
 
-def sea_patch(
-    height: SeaHeight, boats: FloatArray, time: float
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]:
-    """Positions (1024, 3) [m] and colours (1024,) of the patch around `boats` (n, 2) [m] at `time` [s]."""
-    east, north, cell = _grid(boats)
-    x, y = np.meshgrid(east, north)
-    z = np.zeros((SIDE, SIDE))
-    inner = (slice(1, -1), slice(1, -1))
-    z[inner] = np.reshape(height(x[inner], y[inner], time), (SIDE - 2, SIDE - 2))
-    z = np.round(z / STEP) * STEP
-    positions = np.stack([x, y, z], axis=-1).astype(np.float32).reshape(-1, 3)
-    return positions, _palette()[_shade(z, cell)].reshape(-1)
-
-
-def _grid(boats: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """East and north coordinates of the grid lines [m], and the size of a cell [m]."""
-    low, high = boats.min(axis=0), boats.max(axis=0)
-    needed = (float((high - low).max()) + 2 * MARGIN) / (SIDE - 3)
-    cell = next((size for size in CELLS if size >= needed), CELLS[-1])
-    centre = np.round((low + high) / 2 / cell) * cell
-    line = (np.arange(SIDE) - (SIDE - 1) / 2) * cell
-    line[0], line[-1] = -HORIZON, HORIZON
-    return line + centre[0], line + centre[1], cell
-
-
-def _shade(z: FloatArray, cell: float) -> ByteArray:
-    """Shades 0 to 31: slopes toward the sun and crests are light, slopes away from it and troughs dark."""
-    toward_north, toward_east = np.gradient(z, cell)
-    tilt = SUN[0] * toward_east + SUN[1] * toward_north
-    light = 0.38 - 0.36 * np.tanh(12.0 * tilt) + 0.4 * z  # tanh: a calm sea shows, a steep one is not cut off
-    light[[0, -1], :] = light[:, [0, -1]] = 0.38
-    shades: ByteArray = (np.clip(light, 0.0, 1.0) * 31.0).astype(np.uint8)
-    return shades
-
-
-def _palette() -> npt.NDArray[np.uint32]:
-    """Colours (32,) from deep water to crest, 0xRRGGBBAA."""
-    share = np.linspace(0.0, 1.0, 32)[:, None]
-    red, green, blue = np.round(DEEP + (CREST - DEEP) * share).astype(np.uint32).T
-    colors: npt.NDArray[np.uint32] = (red << 24) | (green << 16) | (blue << 8) | np.uint32(255)
-    return colors
-
-
-def sea_triangles() -> npt.NDArray[np.uint32]:
-    """Triangles (2 * 31 * 31, 3) of the patch."""
-    corner = (np.arange(SIDE - 1)[:, None] * SIDE + np.arange(SIDE - 1)).reshape(-1, 1)
-    first = corner + np.array([0, 1, SIDE + 1])
-    second = corner + np.array([0, SIDE + 1, SIDE])
-    return np.concatenate([first, second]).astype(np.uint32)
-
-
-WAKE_RATE = 2.0
-"""Wakes drawn, and points that a boat leaves, per second [Hz]."""
-LASTS = 20.0
-"""How long a point is seen [s]."""
-FADES = ((214, 232, 240), (150, 186, 204), (98, 142, 168), (60, 104, 134))
-"""Colours of a wake from the boat to its end, each over as long a time: the last is nearly that of the sea."""
-OVER = 0.06
-"""Height over the water [m], so that the facets of the sea's mesh hide no piece."""
-
-
-class Wake:
-    """The wake of a boat."""
-
-    def __init__(self) -> None:
-        self._left = np.zeros((0, 3))
-
-    def strips(self, time: float, place: FloatArray, height: SeaHeight) -> list[npt.NDArray[np.float32]]:
-        """Leave a point at `time` [s] at a place (2,) [m]; the wake then, a strip (n, 3) [m] for each colour.
-
-        Every point lies on the sea as it is at `time`. The first is the newest; strips begin where the one before ends.
-        """
-        self._left = np.concatenate([[(time, *place)], self._left])
-        self._left = self._left[time - self._left[:, 0] <= LASTS + 1e-6]
-        x, y = self._left[:, 1], self._left[:, 2]
-        points = np.column_stack([x, y, np.asarray(height(x, y, time)) + OVER]).astype(np.float32)
-        share = np.minimum((time - self._left[:, 0]) / LASTS * len(FADES), len(FADES) - 1e-9).astype(int)
-        ends = np.searchsorted(share, np.arange(len(FADES) + 1))
-        return [points[max(begin - 1, 0) : end] for begin, end in pairwise(ends)]
+WAKE_RATE = 1.5
+"""Points that a boat leaves [Hz]."""
+WAKE_POINTS = 20
+"""Points of a wake, the boat's place included."""
+WAKE_WIDTHS = (0.7, 1.3)
+"""Width of a wake at the boat and at its end [m]."""
+SLOW = 0.2
+"""Way between two points under which a wake is narrower [m]."""
+FOAM = ((214, 232, 240), (104, 148, 172), (50, 98, 128))
+"""Colours of a wake at the boat, half-way and at its end, where it is nearly that of the sea."""
+OVER = (0.04, 0.15)
+"""Height of a wake over the drawn sea [m], and more in standard deviations of the sea: cells are flat."""

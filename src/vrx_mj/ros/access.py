@@ -12,22 +12,6 @@ import psutil
 
 from vrx_mj.errors import CommandError
 
-__all__ = [
-    "Names",
-    "Origins",
-    "addresses",
-    "announced",
-    "bound",
-    "checked_origins",
-    "host_of",
-    "interface_addresses",
-    "is_address",
-    "is_local",
-    "is_loopback",
-    "own_names",
-    "unreachable",
-]
-
 ANY = "*"
 """Stands for every origin."""
 NULL, FILE = "null", "file://"

@@ -14,8 +14,6 @@ from vrx_mj.runtime.run import CONTROL_RATE
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.timing import Schedule
 
-__all__ = ["Autopilot", "HeldThrust", "parse_formation"]
-
 TIMEOUT = 1.0
 """For how long a `cmd_vel` is kept [s], as thrusts are."""
 KEYS = ("shape", "spacing", "leader", "path", "speed", "radius", "apart")

@@ -23,15 +23,15 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning
+from vrx_mj.outputs import write_files
 from vrx_mj.ros.interface import Inbox, RosInterface, Sent, Traffic
+from vrx_mj.ros.layout import layout_text
 from vrx_mj.ros.messages import Message, definition, encode, full_name, md5sum, new, stamp, typestore
 from vrx_mj.ros.ros_server import CLOCK_RATE, RosServer
 from vrx_mj.ros.table.boats import command_topic
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.run import Controller
 from vrx_mj.runtime.simulation import Simulation
-
-__all__ = ["HEAVY", "Bag", "BagFile", "bagged"]
 
 CALLER = "/vrx_mj"
 """The node that a ROS 1 bag names as the sender of its messages."""
@@ -301,6 +301,7 @@ class Bag:
         self._topics = tuple(topics)
         self._file: BagFile | None = None
         self._wanted: frozenset[str] = frozenset()
+        self._types: dict[str, str] = {}
         self._size, self._flushed, self._now = 0, time.monotonic(), 0.0
 
     def start(self) -> Sequence[str]:
@@ -362,7 +363,7 @@ class Bag:
         """
         if self._file is None:
             raise RecordError(f"the bag '{self.path}' is closed")
-        self._now = moment
+        self._now, self._types[topic] = moment, type_name
         with self._writing():
             self._size += self._file.write(topic, type_name, message, max(FIRST, round(moment * 1e9)), latched=latched)
 
@@ -380,11 +381,14 @@ class Bag:
         return Traffic(0, self._size, 0)
 
     def close(self) -> None:
-        """Complete the file. Once; later calls do nothing."""
+        """Complete the file, and write an .mcap's layout beside it. Once; later calls do nothing."""
         file, self._wanted = self._file, frozenset()
         if file is not None:
             with self._writing():
                 file.close()
+                if self.path.suffix == ".mcap":
+                    shown = {self.path.with_suffix(".layout.json").name: layout_text(self._types)}
+                    write_files(self.path.parent, shown, "the layout", RecordError)
             self._file = None
 
     @contextmanager

@@ -17,8 +17,6 @@ from vrx_mj.errors import CommandError
 from vrx_mj.ros import messages
 from vrx_mj.ros.messages import FieldDesc, Message, full_name
 
-__all__ = ["decode", "encode", "fields", "is_known", "kind", "typestore"]
-
 DEFINITIONS = Path(__file__).parent / "definitions_ros2"
 ENCODINGS = (b"\x00\x00", b"\x00\x01")
 """Big-endian and little-endian."""

@@ -25,8 +25,6 @@ from vrx_mj.runtime.state import State
 from vrx_mj.runtime.timing import Schedule
 from vrx_mj.sensors.readings import Reading
 
-__all__ = ["convert"]
-
 Progress = Callable[[float, float], None]
 """Takes the recorded time that is reached and that of the end [s]."""
 ANGLE = "_angle"

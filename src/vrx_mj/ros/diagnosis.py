@@ -15,8 +15,6 @@ from vrx_mj.runtime.hull import Propeller
 from vrx_mj.runtime.run import FASTEST_SPIN, is_capsized, spin
 from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["Diagnosis", "TopicHints", "meant_topic", "overlaps", "shared_frames"]
-
 if TYPE_CHECKING:  # it needs the extra ros1, and `vrx-mj doctor` does not
     from vrx_mj.ros.interface import Input, RosInterface
 

@@ -15,8 +15,6 @@ from vrx_mj.ros.messages import Message, is_known, new, stamp
 from vrx_mj.ros.network import Network, Notices
 from vrx_mj.ros.parameters import Parameters, joined, plain
 
-__all__ = ["ROSOUT", "Graph", "Registrations", "Server", "Service", "Wire", "Wires"]
-
 ROSOUT, LOG, LOGGER = "/rosout", "rosgraph_msgs/Log", "ros.vrx_mj"
 LEVELS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
 """Of rosgraph_msgs/Log."""

@@ -12,26 +12,6 @@ from typing import Any, Literal, NamedTuple, Protocol
 
 from vrx_mj.ros.messages import Message
 
-__all__ = [
-    "BOTH",
-    "VRX",
-    "VRX3",
-    "Answer",
-    "Call",
-    "Command",
-    "Dialect",
-    "Inbox",
-    "Input",
-    "Output",
-    "RosInterface",
-    "Sent",
-    "Service",
-    "Traffic",
-    "Transport",
-    "UnknownTopicPublisher",
-    "dialect_of",
-]
-
 Dialect = Literal["vrx", "vrx3"]
 """Whose names and types of topics: VRX's on ROS 1, or VRX 3's on ROS 2."""
 VRX: tuple[Dialect, ...] = ("vrx",)

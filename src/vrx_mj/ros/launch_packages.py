@@ -14,8 +14,6 @@ from vrx_mj.resources import root
 from vrx_mj.ros.messages import DEFINITIONS
 from vrx_mj.ros.packages import listed_files, put_files
 
-__all__ = ["NODES", "PACKAGE_NAMES", "launch_packages", "write_launch_packages"]
-
 LIST = "vrx_mj_packages.json"
 """In the folder: its files that are ours, each with its sha256."""
 NODES = {

@@ -14,24 +14,6 @@ from vrx_mj.ros.access import is_loopback
 from vrx_mj.ros.interface import Sent
 from vrx_mj.unix import resource
 
-__all__ = [
-    "MOST_FRAMES",
-    "MOST_FRAME_BYTES",
-    "SMALL",
-    "Backlog",
-    "CallsPace",
-    "ClientPace",
-    "ConnectionLimit",
-    "Counts",
-    "Frame",
-    "Intake",
-    "Outgoing",
-    "Place",
-    "Stall",
-    "TopicQueue",
-    "pieces",
-]
-
 SMALL = 1 << 16
 """Bytes that a connection may hold while others hold more."""
 

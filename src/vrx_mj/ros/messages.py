@@ -19,30 +19,6 @@ from rosbags.typesys.store import Typestore
 
 from vrx_mj.errors import CommandError, UnknownNameError
 
-__all__ = [
-    "DEFINITIONS",
-    "INTEGERS",
-    "MOMENT",
-    "SPAN",
-    "Field",
-    "Message",
-    "decode",
-    "definition",
-    "duration",
-    "encode",
-    "fields",
-    "is_known",
-    "kind",
-    "known_type",
-    "known_types",
-    "md5sum",
-    "new",
-    "ros1_name",
-    "service_md5sum",
-    "stamp",
-    "typestore",
-]
-
 Message = Any
 """An instance of a class of rosbags' type store: fields by name, `uint8[]` and arrays of numbers as numpy's."""
 FieldDesc = tuple[Nodetype, Any]

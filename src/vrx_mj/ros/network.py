@@ -12,8 +12,6 @@ from typing import Any, TypeVar
 
 import psutil
 
-__all__ = ["Network", "Notices", "shown_process", "who_listens"]
-
 Result = TypeVar("Result")
 CLOSING = 2.0
 """Wall time that what still runs has to end [s]."""

@@ -16,8 +16,6 @@ from vrx_mj.errors import NetworkError, VrxError
 from vrx_mj.outputs import Content, check_inside, write_files, writing
 from vrx_mj.ros.messages import DEFINITIONS, definition
 
-__all__ = ["Written", "listed_files", "put_files", "write_packages"]
-
 OF_DEBIAN = frozenset({"roscpp", "std_srvs", "tf2_msgs"})
 """Packages that `definitions` has, but only those of their types that a simulation needs."""
 PYTHON = "/usr/bin/python3"

@@ -9,18 +9,6 @@ import numpy as np
 
 from vrx_mj.errors import CommandError
 
-__all__ = [
-    "LONGEST",
-    "Parameters",
-    "is_legal",
-    "is_type",
-    "joined",
-    "plain",
-    "resolve",
-    "updates",
-    "value_size",
-]
-
 DEEPEST_VALUE = 32
 INTEGERS = range(-(2**31), 2**31)
 LONGEST = 1024

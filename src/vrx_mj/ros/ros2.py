@@ -21,8 +21,6 @@ from vrx_mj.ros.limits import TopicQueue
 from vrx_mj.ros.messages import stamp
 from vrx_mj.ros.table.vrx3 import PACKAGES
 
-__all__ = ["Node", "Ros2", "has_package", "load_rclpy", "message_class"]
-
 WHEELS = ("ros-jazzy-rclpy", "ros-jazzy-rmw-fastrtps-cpp", "ros-jazzy-common-interfaces")
 
 

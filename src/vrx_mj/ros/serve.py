@@ -19,8 +19,6 @@ from vrx_mj.runtime.limits import process_memory
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.signals import handled
 
-__all__ = ["ROSBRIDGE_PORT", "Wanted", "serve"]
-
 KB, MB = 1e3, 1e6
 
 
@@ -104,6 +102,8 @@ class Wanted:
     ros1: bool = False
     rosbridge: int | None = None
     """Its port."""
+    foxglove: int | None = None
+    """Its port."""
     ros2: bool = False
     host: str = "127.0.0.1"
     """Address that is listened on."""
@@ -122,6 +122,11 @@ class Wanted:
     """Whether time waits for `/gazebo/unpause_physics`."""
     exit_on_completion: bool = False
     """Whether it ends with the world's task."""
+
+    @property
+    def for_ros(self) -> bool:
+        """Whether programs of ROS are served, and not viewers alone."""
+        return self.ros1 or self.ros2 or self.rosbridge is not None
 
 
 def serve(
@@ -165,7 +170,7 @@ def serve(
                 inbox,
                 report=announcer,
                 cmd_vel=wanted.cmd_vel,
-                truth=wanted.truth,
+                truth=wanted.truth or not wanted.for_ros,  # a viewer has no other way to place the boats
                 clock_rate=wanted.clock_rate,
                 lockstep=None if wanted.lockstep is None else Lockstep(wanted.lockstep),
             )
@@ -256,8 +261,8 @@ class _Loop:
 
 
 def _transports(network: Network, inbox: Inbox, wanted: Wanted, ending: threading.Event) -> Iterator[Transport]:
-    if not (wanted.ros1 or wanted.ros2 or wanted.rosbridge is not None):
-        raise CommandError("no transport is given: --ros1, --rosbridge or --ros2 is needed")
+    if not (wanted.for_ros or wanted.foxglove is not None):
+        raise CommandError("no transport is given: --ros1, --rosbridge, --foxglove or --ros2 is needed")
     graph = Graph(network, inbox)
     servers: list[Server] = []
     if wanted.ros1:
@@ -272,6 +277,10 @@ def _transports(network: Network, inbox: Inbox, wanted: Wanted, ending: threadin
         servers.append(Rosbridge(graph, port=wanted.rosbridge, host=wanted.host, origins=wanted.origins))
     if servers:
         yield Wires(graph, servers)
+    if wanted.foxglove is not None:
+        from vrx_mj.ros.foxglove import Foxglove
+
+        yield Foxglove(port=wanted.foxglove, host=wanted.host)
     if wanted.ros2:
         from vrx_mj.ros.ros2 import Ros2
 

@@ -6,7 +6,7 @@ import platform
 import time as clock
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib import import_module, metadata
 from typing import Any, cast
 
@@ -431,8 +431,13 @@ def _by_pair(touches: Sequence[Touch]) -> tuple[Touch, ...]:
     for one in touches:
         pairs.setdefault((one.boat, one.other), []).append(one)
     found = [
-        Touch(*pair, own[0].time, max(one.force for one in own), sum(one.duration for one in own), len(own))
-        for pair, own in pairs.items()
+        replace(
+            max(own, key=lambda one: one.force),
+            time=own[0].time,
+            duration=sum(one.duration for one in own),
+            count=len(own),
+        )
+        for own in pairs.values()
     ]
     return tuple(sorted(found, key=lambda one: -one.force))
 

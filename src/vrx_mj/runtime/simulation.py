@@ -9,7 +9,7 @@ from threading import get_ident
 
 import mujoco
 
-from vrx_mj.arguments import as_number, as_seed, as_text, check_kind, check_name, whole
+from vrx_mj.arguments import as_flag, as_number, as_seed, as_text, check_kind, check_name, whole
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, StateError, shown
 from vrx_mj.exits import awaited
@@ -421,11 +421,11 @@ class Simulation(Roster):
         return fired
 
     @in_turn
-    def watch_contacts(self, tell: Callable[[Touch], None]) -> ContactWatch:
+    def watch_contacts(self, tell: Callable[[Touch], None], *, ended: bool = False) -> ContactWatch:
         """Call `tell(touch)` once for every touch of a boat, with the other body, the time and the largest force.
 
-        The call comes from within `advance`, up to half a second after the touch began, and must not advance, reset or
-        set the state. A touch of less than 0.25 s may be missed.
+        The call comes from within `advance`, up to half a second after the touch began, or with `ended` a second after
+        it was over, and must not advance, reset or set the state. A touch of less than 0.25 s may be missed.
 
         Raises:
             CommandError: `tell` cannot be called.
@@ -433,7 +433,7 @@ class Simulation(Roster):
         if not callable(tell):
             raise CommandError(f"invalid tell {shown(tell)}: a function that takes a touch is needed")
         live = weakref.proxy(self._live)
-        watch = ContactWatch(lambda: live.world.boats, lambda: live.arrays, tell)
+        watch = ContactWatch(lambda: live.world.boats, lambda: live.arrays, tell, ended=as_flag("ended", ended))
         self._subscriptions.watch(watch)
         return watch
 

@@ -6,7 +6,8 @@ motion is the same to the last bit with any listeners.
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import sys
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import chain
@@ -18,7 +19,7 @@ import numpy as np
 from vrx_mj.arguments import as_number, check_kind, check_name
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, shown
-from vrx_mj.model.kinds import STRICT
+from vrx_mj.model.kinds import STRICT, Vec3
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.timing import sample_number, steps_to_time
@@ -62,19 +63,32 @@ class Touch:
     """From when it began to the last contact that was seen [s]; it grows, as `force` does, while the touch lasts."""
     count: int = 1
     """How many touches these are: in a run's summary, all of a pair, with the largest force and the whole duration."""
+    point: Vec3 | None = None
+    """Where the largest force acted, the middle of all points of contact by their forces [m, ENU]."""
+    vector: Vec3 | None = None
+    """The largest force on the boat [N, ENU]."""
 
     def __str__(self) -> str:
-        return f"{self.boat} touches {self.other}, {self.time:.1f} s, {self.force:.0f} N"
+        until = f" to {self.time + self.duration:.1f}" if self.duration else ""
+        return f"{self.boat} touches {self.other}, {self.time:.1f}{until} s, {self.force:.0f} N"
 
 
 class ContactWatch:
     """Reports every touch of a boat once."""
 
     def __init__(
-        self, boats: Callable[[], tuple[str, ...]], arrays: Callable[[], LoopArrays], callback: Callable[[Touch], None]
+        self,
+        boats: Callable[[], tuple[str, ...]],
+        arrays: Callable[[], LoopArrays],
+        callback: Callable[[Touch], None],
+        *,
+        ended: bool = False,
     ) -> None:
-        """Watch these boats; `arrays` returns the present arrays, and `callback` is called with every touch."""
-        self._boats, self._arrays, self._callback = boats, arrays, callback
+        """Watch these boats; `arrays` returns the present arrays, and `callback` is called with every touch.
+
+        That is `SETTLES` after it began, or with `ended` when it is over.
+        """
+        self._boats, self._arrays, self._callback, self._ended = boats, arrays, callback, ended
         self._due, self._armed = 0, False
         self._touches: dict[Pair, Touch] = {}
         self._seen: dict[Pair, float] = {}
@@ -101,43 +115,52 @@ class ContactWatch:
         look = arrays.broadphase[0]
         free = look["wait"] == 0 and look["clearance"] > 0.0  # the list of contacts is then an earlier step's
         found = forces_of_pairs(arrays, frozenset(self._boats())) if arrays.data.ncon and not free else {}
-        for pair, force in found.items():
-            self._note(pair, force, time)
+        for pair, (vector, point) in found.items():
+            self._note(pair, vector, point, time)
         self._armed = not (found or stopped)  # what holds a boat stops the loop without a contact
         look["armed"] = self._armed
         stride = max(
             1, round(TOUCHING / arrays.timestep)
         )  # samples are at whole multiples of it, however the run is cut
         self._due = (step // stride + round((FREE if self._armed else TOUCHING) / TOUCHING)) * stride
-        self._report(before=time - SETTLES)
+        self._report([pair for pair in self._waiting if self._is_due(pair, time)])
 
     def end(self) -> None:
-        """Report touches that were not reported yet: those of the last half second."""
-        self._report(before=math.inf)
+        """Report touches that were not reported yet."""
+        self._report(self._waiting)
 
-    def _note(self, pair: Pair, force: float, time: float) -> None:
+    def _note(self, pair: Pair, vector: Vec3, point: Vec3, time: float) -> None:
         if time - self._seen.get(pair, -PARTED) >= PARTED:
-            self._touches[pair] = Touch(*pair, time, force)
+            self._report(self._waiting & {pair})
+            self._touches[pair] = Touch(*pair, time, -1.0)
             self._waiting.add(pair)
         self._seen[pair] = time
-        touch = self._touches[pair]
-        touch.force, touch.duration = max(touch.force, force), time - touch.time
+        touch, force = self._touches[pair], math.hypot(*vector)
+        touch.duration = time - touch.time
+        if force > touch.force:
+            touch.force, touch.point, touch.vector = force, point, vector
 
-    def _report(self, before: float) -> None:
-        """Report touches that began before a time [s], in the order of their names."""
-        begun = [pair for pair in sorted(self._waiting) if self._touches[pair].time < before]
-        self._waiting.difference_update(begun)
-        for pair in begun:
+    def _is_due(self, pair: Pair, time: float) -> bool:
+        """Whether a touch is to be reported at `time` [s]."""
+        if self._ended:
+            return time - self._seen[pair] >= PARTED
+        return self._touches[pair].time < time - SETTLES
+
+    def _report(self, due: Collection[Pair]) -> None:
+        """Report touches in the order of their names."""
+        pairs = sorted(due)
+        self._waiting.difference_update(pairs)
+        for pair in pairs:
             self._callback(self._touches[pair])
 
 
-def forces_of_pairs(arrays: LoopArrays, boats: frozenset[str]) -> Mapping[Pair, float]:
-    """Sizes of the contact forces [N] of the last step between boats and what they touch, by their names.
+def forces_of_pairs(arrays: LoopArrays, boats: frozenset[str]) -> Mapping[Pair, tuple[Vec3, Vec3]]:
+    """Contact forces [N] of the last step on boats by what they touch, and where they act [m, ENU], by their names.
 
     Two boats are one pair, in the order of their names: which of their geoms MuJoCo has first means nothing.
     """
     model, data = arrays.model, arrays.data
-    sums: dict[Pair, np.ndarray] = {}
+    sums: dict[Pair, np.ndarray] = {}  # of forces, of places by the size of their forces, and of these sizes
     local = np.zeros(6)
     for number in range(data.ncon):
         contact = data.contact[number]
@@ -147,8 +170,10 @@ def forces_of_pairs(arrays: LoopArrays, boats: frozenset[str]) -> Mapping[Pair, 
             mujoco.mj_contactForce(model, data, number, local)
             force = contact.frame.reshape(3, 3).T @ local[:3]
             known = (pair[0], "terrain" if pair[1] in {"", "world"} else pair[1])
-            sums[known] = sums.get(known, np.zeros(3)) + (force if one == pair[0] else -force)
-    return {pair: float(np.linalg.norm(force)) for pair, force in sums.items()}
+            size = max(float(np.linalg.norm(force)), sys.float_info.min)
+            part = np.array([*(-force if one == pair[0] else force), *(size * contact.pos), size])
+            sums[known] = sums.get(known, 0.0) + part
+    return {pair: (tuple(row[:3].tolist()), tuple((row[3:6] / row[6]).tolist())) for pair, row in sums.items()}
 
 
 RATIO = 1e-9

@@ -14,7 +14,6 @@ from llvmlite import ir
 from numba import from_dtype, types
 from numba.core import cgutils
 from numba.extending import intrinsic
-from numba.np.arrayobj import populate_array
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics import tables
@@ -159,6 +158,8 @@ def views(_context: Any, run: Any) -> Any:
     word = ir.IntType(64)
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        from numba.np.arrayobj import populate_array  # takes a while, and kernels from the cache do without
+
         found = []
         for name, kind in zip(ARRAYS, kinds, strict=True):
             start = run.offset(name)

@@ -15,18 +15,12 @@ from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.noise import bits
-from vrx_mj.physics.surface import HORIZON
+from vrx_mj.physics.surface import horizon
 from vrx_mj.physics.tables import Table
 from vrx_mj.sensors.canvas import Canvas
 from vrx_mj.sensors.readings import Image
 from vrx_mj.sensors.sea import SeaSkin
 from vrx_mj.sensors.view import View, focal_length, half_heights, intrinsics
-
-__all__ = [
-    "Cameras",
-    "grain_table",
-    "with_grain",
-]
 
 LEVELS = 4096
 """Quantiles of the normal distribution that a pixel's noise is one of: 12 random bits choose it."""
@@ -73,7 +67,7 @@ def copy_flipped(drawn: ByteArray, out: ByteArray) -> None:
 
 
 class Cameras:
-    """All cameras of a world: they share one drawing context, which the first picture makes.
+    """All cameras of a world: those of the same `antialiasing` share a drawing context, which the first picture makes.
 
     Pictures must be drawn in one thread; another thread makes its own `Cameras`. The same moment gives the same
     bits on the same machine with the same way of drawing (`MUJOCO_GL`).
@@ -84,7 +78,7 @@ class Cameras:
         self._model = copy.copy(model)
         self._fog = world.scene.fog
         self._sea = SeaSkin(model, world.sea)
-        self._canvas: Canvas | None = None
+        self._canvases: dict[int, Canvas] = {}
         self._drawn = np.zeros((0, 0, 3), np.uint8)
 
     def image(
@@ -112,14 +106,15 @@ class Cameras:
             RenderError: nothing can draw here, with what to install.
         """
         view = self.view(config, position, rotation)
-        if self._canvas is None:
-            self._canvas = Canvas(self._model, width=config.width, height=config.height, fog=self._fog)
+        samples, size = config.antialiasing, {"width": config.width, "height": config.height}
+        if samples not in self._canvases:
+            self._canvases[samples] = Canvas(self._model, **size, fog=self._fog, samples=samples)
         if self._drawn.shape[:2] != (config.height, config.width):
             self._drawn = np.empty((config.height, config.width, 3), np.uint8)
         mujoco.mj_camlight(self._model, data)
-        self._sea.move(view.position, self._sun(data), *view.horizontal_range(), time)
-        assert self._canvas is not None
-        self._canvas.draw(data, view, self._sea, self._drawn)
+        floats = self._sea.floats(data, view.position, time)
+        self._sea.move(view.position, self._sun(data), *view.horizontal_range(), time, view.elevations(), floats)
+        self._canvases[samples].draw(data, view, [self._sea], self._drawn)
         rgb = np.empty_like(self._drawn)
         if config.noise > 0.0:
             own = np.uint64(bits(np.uint64(key), np.uint64(index)))  # numba returns it as a plain int
@@ -145,9 +140,8 @@ class Cameras:
 
     def close(self) -> None:
         """Free the drawing context; the next picture makes a new one."""
-        if self._canvas is not None:
-            self._canvas.close()
-            self._canvas = None
+        while self._canvases:
+            self._canvases.popitem()[1].close()
 
     @staticmethod
     def view(config: CameraConfig, position: FloatArray, rotation: FloatArray) -> View:
@@ -161,7 +155,7 @@ class Cameras:
             near=config.near,
             far=config.far,
             focal_length=focal_length(config),
-            end=1.2 * HORIZON,
+            end=1.2 * horizon(float(position[2])),
         )
 
     def _sun(self, data: mujoco.MjData) -> FloatArray:

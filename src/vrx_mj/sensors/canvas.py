@@ -8,7 +8,7 @@ import os
 import sys
 import threading
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import mujoco
@@ -17,16 +17,8 @@ import numpy as np
 from vrx_mj.arrays import ByteArray
 from vrx_mj.errors import RenderError
 from vrx_mj.packages import load_triton
-from vrx_mj.sensors.sea import SeaSkin
+from vrx_mj.sensors.sea import Skin
 from vrx_mj.sensors.view import View
-
-__all__ = [
-    "BACKENDS",
-    "Canvas",
-    "choose_backend",
-    "new_context",
-    "problem_of",
-]
 
 BACKENDS = ("egl", "osmesa")
 """Ways to draw without a screen on Linux, in the order in which they are tried."""
@@ -182,12 +174,10 @@ _LEFT: dict[threading.Thread, list[tuple[Any, Any]]] = {}
 class Canvas:
     """One OpenGL context with a model's meshes and textures in it, for pictures of any size.
 
-    The model must not be used elsewhere: what a picture does not show is hidden in it.
+    The model must not be used in another thread: while a picture is drawn, what it does not show is hidden in it.
     """
 
-    def __init__(
-        self, model: mujoco.MjModel, *, width: int, height: int, fog: bool, samples: int = 0, spare: int = SPARE_GEOMS
-    ) -> None:
+    def __init__(self, model: mujoco.MjModel, *, width: int, height: int, fog: bool, samples: int = 0) -> None:
         """Open a context.
 
         Args:
@@ -195,8 +185,7 @@ class Canvas:
             width: of the largest picture at first [pixels].
             height: likewise.
             fog: whether there is any.
-            samples: per pixel, which smooths edges: 0, or 4, which takes twice as long.
-            spare: room for geoms that are drawn besides the model's.
+            samples: per pixel, which smooth edges: 0, or 4, which take twice as long.
         """
         self._gl: Any = None
         self._context: Any = None
@@ -207,7 +196,7 @@ class Canvas:
         model.vis.quality.offsamples = samples
         model.vis.quality.shadowsize = 0
         model.vis.global_.offwidth, model.vis.global_.offheight = width, height
-        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nskin + spare)
+        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nskin + SPARE_GEOMS)
         for flag, value in {**FLAGS, mujoco.mjtRndFlag.mjRND_FOG: fog}.items():
             self._scene.flags[flag] = value
         self._option = mujoco.MjvOption()
@@ -222,15 +211,8 @@ class Canvas:
         self._functions: Any = importlib.import_module("OpenGL.GL")
         self._simplify_textures()
 
-    def draw(
-        self,
-        data: mujoco.MjData,
-        view: View,
-        sea: SeaSkin,
-        out: ByteArray,
-        add: Callable[[mujoco.MjvScene], None] | None = None,
-    ) -> None:
-        """Draw what `view` sees into `out` (height, width, 3), the lowest row first; `add` adds geoms to the scene."""
+    def draw(self, data: mujoco.MjData, view: View, skins: Sequence[Skin], out: ByteArray) -> None:
+        """Draw what `view` sees into `out` (height, width, 3), the lowest row first; `skins` are the model's."""
         if threading.current_thread() is not self.thread:
             raise RenderError("a camera's pictures must be drawn in the thread that drew its first one")
         check_process()
@@ -241,10 +223,7 @@ class Canvas:
             self._size = (wider, higher)
             mujoco.mjr_resizeOffscreen(wider, higher, self._context)
         self._collect(data, view)
-        if sea.wet:
-            self._pour(sea)
-        if add is not None:
-            add(self._scene)
+        self._move(skins[: self._model.nskin])
         area = mujoco.MjrRect(0, 0, width, height)
         mujoco.mjr_render(area, self._scene, self._context)
         mujoco.mjr_readPixels(out, None, area, self._context)
@@ -253,14 +232,13 @@ class Canvas:
         self.close()
 
     def close(self) -> None:
-        """Free what the graphics card or its substitute holds, and show again what was hidden in the model.
+        """Free what the graphics card or its substitute holds.
 
         In another thread than the canvas's own, such as one in which garbage is collected, it is freed later: when
         its own makes or closes a canvas. Another canvas may be drawing there.
         """
         if self._gl is None:
             return
-        self._model.geom_group[:] = self._groups
         _LEFT.setdefault(self.thread, []).append((self._gl, self._context))
         self._gl = self._context = None
         _free_left()
@@ -285,6 +263,7 @@ class Canvas:
         mujoco.mjv_updateScene(
             model, data, self._option, None, self._free_camera, mujoco.mjtCatBit.mjCAT_ALL, self._scene
         )
+        model.geom_group[:] = self._groups
         for camera in self._scene.camera:
             camera.pos[:] = view.position
             camera.forward[:] = view.rotation[:, 0]
@@ -296,14 +275,17 @@ class Canvas:
             camera.frustum_bottom = -view.near * view.half_height
             camera.frustum_near, camera.frustum_far = view.near, view.end
 
-    def _pour(self, sea: SeaSkin) -> None:
-        """Give the sea's skin its vertices, normals and colours."""
-        self._scene.skinvert[:] = sea.vertices.reshape(self._scene.skinvert.shape)
-        self._scene.skinnormal[:] = sea.normals.reshape(self._scene.skinnormal.shape)
-        gl, buffer = self._functions, int(self._context.skintexcoordVBO[0])
-        gl.glBindBuffer(gl.GL_ARRAY_BUFFER, buffer)
-        gl.glBufferSubData(gl.GL_ARRAY_BUFFER, 0, sea.palette.nbytes, sea.palette)
-        gl.glBindBuffer(gl.GL_ARRAY_BUFFER, 0)
+    def _move(self, skins: Sequence[Skin]) -> None:
+        """Give skins their vertices, normals and colours."""
+        gl, first = self._functions, 0
+        for number, skin in enumerate(skins):
+            part = slice(3 * first, 3 * (first + len(skin.vertices)))
+            self._scene.skinvert.reshape(-1)[part] = skin.vertices.reshape(-1)
+            self._scene.skinnormal.reshape(-1)[part] = skin.normals.reshape(-1)
+            gl.glBindBuffer(gl.GL_ARRAY_BUFFER, int(self._context.skintexcoordVBO[number]))
+            gl.glBufferSubData(gl.GL_ARRAY_BUFFER, 0, skin.palette.nbytes, skin.palette)
+            gl.glBindBuffer(gl.GL_ARRAY_BUFFER, 0)
+            first += len(skin.vertices)
 
 
 def _free_left() -> None:

@@ -13,12 +13,6 @@ from vrx_mj.errors import StateError
 from vrx_mj.model.site import Light, Placard
 from vrx_mj.model.world import Parameters
 
-__all__ = [
-    "Display", "check_display_marks", "display_marks", "displays_of", "new_pattern", "next_pattern",
-    "next_symbol", "symbol_mark",
-]  # fmt: skip
-
-
 CODES = (*LIGHT_COLORS, OFF)
 """What a light shows, by its number."""
 DARK = CODES.index(OFF)

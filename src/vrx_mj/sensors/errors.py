@@ -12,8 +12,6 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import ErrorModel
 from vrx_mj.physics.noise import axis_error, stream_key
 
-__all__ = ["Draw", "axis_of", "covariance", "errors", "variances"]
-
 
 class Draw:
     """The random numbers of one measurement of one sensor."""

@@ -15,8 +15,6 @@ from vrx_mj.sensors.kinds import Plot, RecordedNumbers, SensorKind
 from vrx_mj.sensors.places import Place
 from vrx_mj.sensors.readings import Fix
 
-__all__ = ["GPS", "fix"]
-
 _POSITION, _VELOCITY = 0, 3
 """First axes of the errors."""
 

@@ -13,8 +13,6 @@ from vrx_mj.sensors.kinds import Measurement, Plot, RecordedNumbers, SensorKind
 from vrx_mj.sensors.places import Place
 from vrx_mj.sensors.readings import Inertia
 
-__all__ = ["IMU", "Covariances", "covariances", "inertia"]
-
 Covariances = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 """(9,) each: of the orientation, the angular velocity and the linear acceleration."""
 

@@ -10,8 +10,6 @@ from vrx_mj.sensors.errors import Draw
 from vrx_mj.sensors.places import Place
 from vrx_mj.sensors.readings import Image, PointCloud, Scan
 
-__all__ = ["Measurement", "Plot", "RecordedNumbers", "SensorKind"]
-
 
 class Measurement(Protocol):
     """What a reading is made from, each part worked out when it is asked for."""

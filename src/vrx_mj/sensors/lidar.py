@@ -21,14 +21,6 @@ from vrx_mj.physics.waves import ramp
 from vrx_mj.sensors.rays import VIEW, angles, cast, grid, reflecting, shapes_of
 from vrx_mj.sensors.readings import PointCloud, Scan
 
-__all__ = [
-    "Lidar",
-    "Water",
-    "cast_at_sea",
-    "noisy",
-    "sea_distance",
-]
-
 _TOUCH = 1e-9
 """A ray so little above the surface has met it [m]."""
 _STEPS = 200

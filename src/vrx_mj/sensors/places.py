@@ -10,8 +10,6 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.frames import matrix_quaternion, quaternion_product, rotation_matrix
 
-__all__ = ["Mount", "Place", "carried"]
-
 
 @dataclass(frozen=True)
 class Mount:

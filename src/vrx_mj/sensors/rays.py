@@ -19,21 +19,6 @@ from vrx_mj.libmujoco import c_function
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.tables import Record
 
-__all__ = [
-    "GRID",
-    "VIEW",
-    "Shapes",
-    "angles",
-    "cast",
-    "grid",
-    "reflecting",
-    "sample_window",
-    "shapes_of",
-    "turns",
-    "whole",
-    "window",
-]
-
 GRID = np.dtype(
     [
         ("rings", np.int64),

@@ -9,8 +9,6 @@ import numpy.typing as npt
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.sensors.places import Mount
 
-__all__ = ["CameraInfo", "Fix", "Image", "Inertia", "PointCloud", "Reading", "Scan", "Shooter", "Sound", "Truth"]
-
 EXACT = (0.0,) * 9
 """Covariance of what has no errors."""
 

@@ -14,14 +14,6 @@ from vrx_mj.sensors.kinds import Plot, RecordedNumbers, SensorKind
 from vrx_mj.sensors.places import Place
 from vrx_mj.sensors.readings import Scan, Shooter, Sound, Truth
 
-__all__ = [
-    "P3D",
-    "PINGER",
-    "SENSOR_KINDS",
-    "sound",
-    "truth",
-]
-
 
 def truth(config: P3dConfig, place: Place, draw: Draw) -> Truth:
     """Pose and twist, both in world axes; the noise, if there is any, is on the six components of the twist alone."""

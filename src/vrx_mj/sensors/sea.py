@@ -8,10 +8,16 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.model.water import Sea
 from vrx_mj.physics import tables
-from vrx_mj.physics.surface import draw_surface, fan, ripples
+from vrx_mj.physics.surface import SPOKES, draw_surface, ring_distances, ripples, spokes
 from vrx_mj.physics.waves import random_phases, surface_heights
 
-__all__ = ["SeaSkin", "sea_table", "wave_table"]
+SHOWN = 3
+"""First group of geoms that pictures do not show."""
+SMALLEST, LARGEST = 0.2, 15.0
+"""Half lengths of geoms that foam surrounds [m]."""
+FOAM_SEEN, MOST = 40.0, 32
+"""Up to which distance [m], and around how many."""
+NOTHING = np.zeros((0, 7))
 
 
 def wave_table(sea: Sea, seed: int) -> tables.Table:
@@ -30,8 +36,20 @@ def sea_table(sea: Sea) -> tables.Table:
     return tables.table(tables.SEA, [{name: row[name] for name in tables.SEA.names or ()}])
 
 
-class SeaSkin:
-    """Vertices of the sea for one model; nothing happens in a world without water.
+class Skin:
+    """Points of a skin of a drawing model, which a canvas moves before it draws."""
+
+    def __init__(self, number: int) -> None:
+        """Make room for a number of points."""
+        self.vertices = np.zeros((number, 3), np.float32)
+        """Places [m], world."""
+        self.normals = np.zeros((number, 3), np.float32)
+        self.palette = np.zeros((number, 2), np.float32)
+        """Texture coordinates."""
+
+
+class SeaSkin(Skin):
+    """Vertices of the sea for one model, whose first skin it is; nothing happens in a world without water.
 
     A scene takes `vertices` and `normals` after `mjv_updateScene`. Where a viewer updates the scene itself,
     `vertices` may be written into `model.skin_vert`: the skin's only bone is the world.
@@ -39,16 +57,15 @@ class SeaSkin:
 
     def __init__(self, model: mujoco.MjModel, sea: Sea, seed: int = 0) -> None:
         """Take a drawing model, its sea, and the seed of the run whose waves are drawn."""
-        self.wet = model.nskin == 1
+        self.wet = model.nskin > 0
         self._waves = wave_table(sea, seed)
         self._shading = ripples(self._waves)
         self._sea = sea_table(sea)
-        self._distances, self._spokes = fan()
-        number = int(model.nskinvert)
-        self.vertices = np.zeros((number, 3), np.float32)
-        self.normals = np.zeros((number, 3), np.float32)
-        self.palette = np.zeros((number, 2), np.float32)
-        """Texture coordinates: what share of the sky a point mirrors, and how it glitters."""
+        self._spokes, self._sums = spokes(), np.zeros((8, SPOKES))
+        half = model.geom_aabb[:, 3:].max(axis=1)
+        afloat = (model.geom_bodyid > 0) & (model.geom_group < SHOWN) & (half > SMALLEST) & (half < LARGEST)
+        self._geoms, self._boxes = np.flatnonzero(afloat), model.geom_aabb[afloat]
+        super().__init__(int(model.skin_vertnum[0]) if self.wet else 0)
 
     def set_waves(self, waves: tables.Table) -> None:
         """Have these waves, `tables.WAVE`, instead of the world's from now on."""
@@ -62,23 +79,55 @@ class SeaSkin:
         surface_heights(self._waves, self._sea[0], east, north, np.full(east.shape, float(time)), out)
         return out.reshape(np.shape(x))
 
-    def move(self, eye: FloatArray, sun: FloatArray, course: float, half: float, time: float) -> None:
+    def floats(self, data: mujoco.MjData, eye: FloatArray, time: float) -> FloatArray:
+        """What stands in the water near an eye (3,) [m] at `time` [s], as `draw_surface` has it; foam grows with waves.
+
+        Geoms count by their boxes, whose axis nearest to upright is left out.
+        """
+        axes = data.geom_xmat[self._geoms].reshape(-1, 3, 3)
+        centres = data.geom_xpos[self._geoms] + (axes @ self._boxes[:, :3, None])[..., 0]
+        near = np.hypot(*(centres - eye)[:, :2].T) < FOAM_SEEN
+        axes, centres, half = axes[near], centres[near], self._boxes[near, 3:]
+        surface = self.height(centres[:, 0], centres[:, 1], time)
+        wet = np.abs(centres[:, 2] - surface) < (np.abs(axes[:, 2]) * half).sum(axis=1)
+        axes, centres, half = axes[wet][:MOST], centres[wet][:MOST], half[wet][:MOST]
+        row, upright = np.arange(len(half)), np.abs(axes[:, 2]).argmax(axis=1)
+        one, other = (upright + 1) % 3, (upright + 2) % 3
+        edge = axes[row, :2, one]
+        edge = edge / np.maximum(np.linalg.norm(edge, axis=1, keepdims=True), 1e-6)
+        slope = math.sqrt(0.5 * float(np.sum((self._waves["amplitude"] * self._waves["wavenumber"]) ** 2)))
+        froth = np.full(len(row), 0.7 * math.tanh(10.0 * slope))
+        return np.column_stack([centres[:, :2], edge, half[row, one], half[row, other], froth])
+
+    def move(
+        self,
+        eye: FloatArray,
+        sun: FloatArray,
+        course: float,
+        half: float,
+        time: float,
+        elevations: tuple[float, float] = (-0.5 * math.pi, 0.0),
+        floats: FloatArray = NOTHING,
+    ) -> None:
         """Compute the surface at `time` [s] around `eye` (3,) [m], seen `half` [rad] to both sides of `course` [rad].
 
         `course` is counter-clockwise from x; `half` = pi: all around. `sun` (3,) is a unit vector to the sun.
+        `elevations` are the lowest and the highest direction that is seen [rad], `floats` what foam surrounds.
         """
         if self.wet:
+            self._sums[:2] = np.cos(course + half * self._spokes), np.sin(course + half * self._spokes)
+            sea, deviation = self._sea[0], math.sqrt(0.5 * float(np.sum(self._waves["amplitude"] ** 2)))
             draw_surface(
                 self._waves,
                 self._shading,
-                self._sea[0],
+                sea,
                 float(time),
                 np.asarray(eye, np.float64),
                 np.asarray(sun, np.float64),
-                float(course),
                 float(half),
-                self._distances,
-                self._spokes,
+                ring_distances(float(eye[2] - sea["level"]), deviation, *elevations),
+                floats,
+                self._sums,
                 self.vertices,
                 self.normals,
                 self.palette,

@@ -9,13 +9,6 @@ from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.sensors.readings import CameraInfo
 
-__all__ = [
-    "View",
-    "focal_length",
-    "half_heights",
-    "intrinsics",
-]
-
 
 def focal_length(config: CameraConfig) -> float:
     """Focal length [pixels], equal along both axes."""
@@ -48,7 +41,7 @@ def half_heights(config: CameraConfig) -> tuple[float, float]:
 
 
 SMALLEST = 0.25
-"""Geoms of a smaller radius in the picture [pixels] are not drawn."""
+"""Radius of geoms in the picture that are drawn at least [pixels]."""
 MARGIN = 0.03
 """By how much the sea is drawn wider than the view [rad]."""
 
@@ -72,6 +65,8 @@ class View:
     """[pixels]"""
     end: float = 6000.0
     """Where land and sea end [m]."""
+    smallest: float = SMALLEST
+    """Geoms of a smaller radius [pixels] are not drawn."""
 
     def shows(self, centers: FloatArray, radii: FloatArray) -> BoolArray:
         """Whether spheres (n, 3), (n,) [m] may be seen: neither behind, beside, too far away, nor too small.
@@ -83,7 +78,7 @@ class View:
         for across, half in ((left, self.half_width), (up, self.half_height)):
             # distance beyond the plane through the eye and the picture's edge
             seen &= np.abs(across) - half * ahead <= radii * math.hypot(1.0, half)
-        seen &= radii * self.focal_length >= SMALLEST * np.maximum(ahead, self.near)
+        seen &= radii * self.focal_length >= self.smallest * np.maximum(ahead, self.near)
         return np.asarray(seen | (radii <= 0.0))
 
     def horizontal_range(self) -> tuple[float, float]:
@@ -101,3 +96,11 @@ class View:
             return course, math.pi
         angles = np.arctan2(beside, along)
         return course + float(angles.max() + angles.min()) / 2.0, float(np.ptp(angles)) / 2.0 + MARGIN
+
+    def elevations(self) -> tuple[float, float]:
+        """The lowest and the highest direction in the picture, from the horizon [rad]."""
+        across, up = self.half_width * np.linspace(-1.0, 1.0, 17), self.half_height * np.linspace(-1.0, 1.0, 17)
+        rays = np.stack(np.broadcast_arrays(1.0, across[:, None], up), axis=-1).reshape(-1, 3) @ self.rotation[2]
+        sines = rays / np.sqrt(1.0 + (across**2)[:, None] + up**2).reshape(-1)
+        low, high = math.asin(max(float(sines.min()), -1.0)), math.asin(min(float(sines.max()), 1.0))
+        return max(low - MARGIN, -0.5 * math.pi), high + MARGIN

@@ -29,7 +29,11 @@ from vrx_mj.cli.bench_fleet import (
     real_time_factor,
     remarks,
 )
+from vrx_mj.cli.bench_recordings import FIGURES, PARTS, SIDES, rows_of, sizes
+from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.packages import needs_extra
+from vrx_mj.recording import record
+from vrx_mj.runtime.simulation import Simulation
 
 
 @pytest.fixture
@@ -54,7 +58,7 @@ def clock(monkeypatch):
 
 
 def test_processor_time_is_that_of_the_process_that_is_started():
-    idle, busy = (bench.child_seconds([sys.executable, "-c", code]) for code in ("pass", "sum(range(20_000_000))"))
+    idle, busy = (bench.child_cost([sys.executable, "-c", code])[0] for code in ("pass", "sum(range(20_000_000))"))
     assert busy > idle + 0.05
 
 
@@ -156,14 +160,14 @@ def test_what_is_not_measured_has_no_verdict_and_says_what_is_missing(monkeypatc
 
 
 def test_a_budget_is_met_or_not():
-    assert [bench._row("x", 1.0, "s", budget)["ok"] for budget in (2.0, 0.5, None)] == [True, False, None]
-    assert [bench._row("x", 1.0, "s", budget, at_least=True)["ok"] for budget in (2.0, 0.5)] == [False, True]
-    assert bench._row("x", math.nan, "s", 2.0, missing="Linux")["ok"] is None
+    assert [bench.bench_row("x", 1.0, "s", budget)["ok"] for budget in (2.0, 0.5, None)] == [True, False, None]
+    assert [bench.bench_row("x", 1.0, "s", budget, at_least=True)["ok"] for budget in (2.0, 0.5)] == [False, True]
+    assert bench.bench_row("x", math.nan, "s", 2.0, missing="Linux")["ok"] is None
 
 
 def test_a_command_that_fails_has_no_processor_time():
     with pytest.raises(subprocess.CalledProcessError):
-        bench.child_seconds([sys.executable, "-c", "raise SystemExit(3)"])
+        bench.child_cost([sys.executable, "-c", "raise SystemExit(3)"])
 
 
 def test_several_worlds_of_a_fleet_sail_on_one_thread(monkeypatch):
@@ -221,3 +225,45 @@ def test_a_worker_of_the_bench_answers_with_a_rate(monkeypatch, capsys):
     monkeypatch.setattr("sys.stdin", ["0.5\n", "2\n"])
     bench.serve()
     assert capsys.readouterr().out == "ready\n(7, 1, 0.5)\n(7, 1, 2.0)\n"
+
+
+def costs(*noise):
+    """Rounds in which every command costs 2 s, and 0.2 s more with a recording; the noise of each round is added."""
+    names = [name for side in SIDES for name in (side, f"{side} MB")]
+    return {name: [2.0 + 0.2 * (".rrd" in name) + extra * (name == "minute.rrd") for extra in noise] for name in names}
+
+
+def test_figures_of_recordings_are_made_of_the_medians_of_the_rounds():
+    rows = {row["name"]: row for row in rows_of(costs(0.0, 0.1, 0.0, 0.1))}
+    assert list(rows) == list(FIGURES)
+    assert rows["readme_run_s"]["value"] == pytest.approx(2.25)
+    assert rows["readme_run_s"]["parts"] == {"A/A": pytest.approx(0.1)}
+    assert rows["record_open_close_s"]["value"] == pytest.approx(0.2)
+    assert rows["record_share"]["value"] == pytest.approx(0.0)
+    assert rows["record_boat_of_100"]["value"] == pytest.approx(0.03 * 0.2 / 0.25)
+
+
+@pytest.mark.parametrize(
+    ("noise", "verdict"), [((0.0, 0.0), True), ((0.0, 0.3), True), ((0.0, 1.0), None), ((0.9, 0.9), False)]
+)
+def test_there_is_a_verdict_where_the_margin_is_wider_than_the_difference_of_equal_rounds(noise, verdict):
+    (row,) = (row for row in rows_of(costs(*noise)) if row["name"] == "readme_run_s")
+    assert row["ok"] is verdict
+
+
+def test_a_film_that_cannot_be_drawn_is_not_measured():
+    (row,) = (
+        row for row in rows_of(costs(0.0, 0.0) | {"film": [math.nan, math.nan]}) if row["name"] == "film_minute_s"
+    )
+    assert (row["value"], row["ok"]) == (None, None)
+    assert "video" in row["missing"]
+
+
+def test_the_sizes_of_a_recordings_parts_make_up_the_file(tmp_path):
+    sim = Simulation(compile_world({"sea": {"model": "none"}}))
+    with record(sim, tmp_path / "run.rrd"):
+        sim.step(duration=20.0)
+    found = sizes(tmp_path / "run.rrd")
+    assert set(found) <= {*PARTS.values(), "the rest"}
+    assert found["exact rows"] > 1000
+    assert sum(found.values()) == pytest.approx((tmp_path / "run.rrd").stat().st_size, rel=0.25)

@@ -37,6 +37,7 @@ def test_a_rate_is_a_number_or_max():
     ("words", "expected"),
     [
         (["serve", "w", "--rosbridge"], ["serve", "w", "--rosbridge=9090"]),
+        (["serve", "w", "--foxglove", "--truth"], ["serve", "w", "--foxglove=8765", "--truth"]),
         (["serve", "w", "--rosbridge", "9191"], ["serve", "w", "--rosbridge", "9191"]),
         (["serve", "--rosbridge", "w"], ["serve", "--rosbridge=9090", "w"]),
         (["campaign", "--rosbridge"], ["campaign", "--rosbridge"]),

@@ -50,8 +50,8 @@ OWN = {
     "formats/gazebo/text_models.py",  # temporary folders of our own, made anew
     "formats/parts/generate.py",
     "recording/rrd_file.py",
-    "recording/session.py",
-    "recording/writer.py",
+    "recording/encoding.py",
+    "cli/bench_recordings.py",
     "ros/packages.py",
     "ros/ros_server.py",
 }

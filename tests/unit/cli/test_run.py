@@ -1,6 +1,9 @@
 import json
 import math
+import os
 import pathlib
+import subprocess
+import sys
 
 import mujoco
 import pytest
@@ -139,6 +142,7 @@ def test_a_compiled_world_opens_in_plain_mujoco_and_sails(cli, folder, tmp_path,
     scene = folder / named
     assert mujoco.MjModel.from_xml_path(str(scene)).nbody > 1
     place = told.split("'")[1]
+    assert told.endswith("water, wind and thrust come from vrx_mj's loop alone (vrx-mj run, vrx-mj view)\n")
     assert Simulation.load(folder / place).boats == ("wamv",)
 
 
@@ -177,3 +181,15 @@ def test_a_cameras_pictures_are_recorded(cli, folder):
     sky, water = images[1].data.rgb[20].mean(axis=0), images[1].data.rgb[-200].mean(axis=0)
     assert images[1].data.rgb.shape == (720, 1280, 3)
     assert sky.sum() > water.sum() + 100  # the right side up
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", [True, False])
+def test_a_command_keeps_pandas_out_of_its_recording_and_a_users_process_does_not(command, tmp_path):
+    (tmp_path / "pandas.py").write_text("open('loaded', 'w').close()\nraise ImportError\n", encoding="utf-8")
+    script = "import vrx_mj\nwith vrx_mj.record(vrx_mj.Simulation(vrx_mj.compile_world('ocean')), 'run.rrd'): pass"
+    words = ["-m", "vrx_mj", "run", "ocean", "--duration", "1", "--record", "run.rrd"] if command else ["-c", script]
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    subprocess.run([sys.executable, *words], cwd=tmp_path, env=environment, check=True, capture_output=True)
+    assert (tmp_path / "run.rrd").is_file()
+    assert (tmp_path / "loaded").exists() is not command

@@ -239,6 +239,7 @@ BLOCKS = {
     }, {
         "type": "own", "name": "mine", "link": "pod", "frame": "own", "pose": POSE, "topic": "own", "rate": 7,
         "width": 90, "height": 90, "horizontal_fov": 1, "near": 1, "far": 9, "noise": 0.3, "baseline": 0.1,
+        "antialiasing": 4,
     }),
     "windage": Block(WindageConfig, lambda content: boat(
         windage={"frontal_area": 1, "lateral_area": 2, "length": 3, "height": 1, **content}), {
@@ -288,8 +289,9 @@ LOOKED_AT = {"description"}
 REFERRED_TO = {(BuoyancyElement, "name"), (Visual, "name")}
 """Names for other keys to refer to."""
 FREE = {
-    "AnimalConfig.goal", "BoatConfig.engines", "BoatEntry.engines", "FleetConfig.engines", "FleetConfig.headings",
-    "FleetConfig.heading", "FleetConfig.origin", "HoleConfig.size", "Rules.release", "SignalConfig.of",
+    "AnimalConfig.goal", "BoatConfig.engines", "BoatEntry.engines", "CameraConfig.antialiasing", "FleetConfig.engines",
+    "FleetConfig.headings", "FleetConfig.heading", "FleetConfig.origin", "HoleConfig.size", "Rules.release",
+    "SignalConfig.of",
     "StationkeepingTask.type", "TargetConfig.size", "ThrusterConfig.mapping", "ThrusterEntry.mapping", "_Built.engines",
     "WindageConfig.vessel", "PhysicsConfig.profile",
 }  # fmt: skip

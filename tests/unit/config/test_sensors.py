@@ -3,7 +3,7 @@
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from vrx_mj.config.sensors import ErrorModel, SensorConfig
+from vrx_mj.config.sensors import CameraConfig, ErrorModel, SensorConfig
 
 SENSOR = TypeAdapter(SensorConfig)
 SPREADS = ("noise", "drift", "drift_frequency")
@@ -41,3 +41,12 @@ def test_what_sees_nothing_or_is_in_degrees_is_told(values, message):
         SENSOR.validate_python({"name": "eye", "link": "mast", **values})
     (problem,) = caught.value.errors()
     assert problem["msg"] == f"Value error, {message}"
+
+
+def test_a_camera_without_antialiasing_is_written_as_before_there_was_any():
+    """So saved worlds and their hashes stay."""
+    plain, smooth = (CameraConfig(name="c", link="l", antialiasing=samples) for samples in (0, 4))
+    assert "antialiasing" not in plain.model_dump()
+    assert smooth.model_dump()["antialiasing"] == 4
+    with pytest.raises(ValueError, match="0, 2 or 4"):
+        CameraConfig(name="c", link="l", antialiasing=3)

@@ -61,7 +61,7 @@ def test_the_file_says_that_the_sea_is_ours(course):
     text = {item.name: item.data for item in mujoco.MjSpec.from_string(course.mjcf).texts}
     assert "vrx_mj.Simulation.load" in text["vrx_mj/about"]
     assert json.loads(text["vrx_mj/sea"].replace("'", '"'))["model"] == "pms"
-    assert "The water is not MuJoCo's" in course.mjcf
+    assert "Water, wind and thrust come from vrx_mj's loop alone (vrx-mj run, vrx-mj view)" in course.mjcf
 
 
 def test_boats_of_one_kind_share_their_meshes(course):

@@ -6,25 +6,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from unit.physics.rows import sea
 from vrx_mj.config.scene import FogConfig, SkyConfig
 from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.drawing import SEA, SKY_SIDE, drawing_model, drawing_spec, sea_palette, sky_cube
+from vrx_mj.mjcf.drawing import FOAM, SEA, SKY_SIDE, drawing_model, drawing_spec, sea_palette, sky_cube
 from vrx_mj.mjcf.scene import DAY, daylight, fog_range
-from vrx_mj.model.world import tree_of
-from vrx_mj.physics.surface import (
-    EDGE,
-    HORIZON,
-    RINGS,
-    SPOKES,
-    draw_surface,
-    fan,
-    fan_triangles,
-    reflectance,
-    ripples,
-)
-from vrx_mj.physics.waves import surface_height
+from vrx_mj.physics.surface import PLAIN, RINGS, SPOKES, horizon
 from vrx_mj.runtime.physics_models import stepping_models
 
 BUOYS = {
@@ -57,7 +44,7 @@ def test_the_skin_takes_the_place_of_the_plane_of_water(world):
     points = model.skin_vert.reshape(-1, 3)
     assert len(points) == RINGS * SPOKES
     assert np.all(points[:, 2] == 0.0)
-    assert np.hypot(*(points[:, :2] - model.stat.center[:2]).T).max() == pytest.approx(HORIZON)
+    assert np.hypot(*(points[:, :2] - model.stat.center[:2]).T).max() == pytest.approx(horizon(2.0))
     assert model.skin(0).name == model.material(int(model.skin_matid[0])).name == SEA
 
 
@@ -73,83 +60,6 @@ def test_the_skin_stays_where_its_vertices_are(world):
     everything = mujoco.mjtCatBit.mjCAT_ALL
     mujoco.mjv_updateScene(model, data, mujoco.MjvOption(), None, mujoco.MjvCamera(), everything, scene)
     assert np.allclose(scene.skinvert.reshape(-1), model.skin_vert.reshape(-1), atol=1e-3)
-
-
-# The surface
-
-
-def test_triangles_cover_the_fan_once_and_face_up():
-    distances, spokes = fan()
-    r, angle = np.meshgrid(distances, math.pi * spokes, indexing="ij")
-    x, y = (r * np.cos(angle)).reshape(-1), (r * np.sin(angle)).reshape(-1)
-    a, b, c = fan_triangles().T
-    areas = ((x[b] - x[a]) * (y[c] - y[a]) - (x[c] - x[a]) * (y[b] - y[a])) / 2.0
-    assert areas.min() > 0.0
-    sides = SPOKES - 1
-    polygon = sides / 2 * HORIZON**2 * math.sin(2 * math.pi / sides)
-    assert areas.sum() == pytest.approx(polygon)
-
-
-def drawn_surface(water, time, *, eye=(3.0, -7.0, 2.0), course=0.3, half=0.7, shaded=True):
-    waves, level = sea(water["waves"], tau=water["tau"], level=water["level"])
-    shading = ripples(waves) if shaded else waves[:0]
-    distances, spokes = fan()
-    shape = (RINGS * SPOKES, 3)
-    vertices, normals, palette = np.zeros(shape, "f4"), np.zeros(shape, "f4"), np.zeros((shape[0], 2), "f4")
-    draw_surface(
-        waves, shading, level, time, np.array(eye), UP, course, half, distances, spokes, vertices, normals, palette
-    )
-    return waves, level, vertices, normals, palette
-
-
-@pytest.mark.parametrize("time", [0.0, 1.7, 400.0])
-def test_near_the_eye_heights_are_those_of_the_physics(world, time):
-    waves, level, vertices, _, _ = drawn_surface(tree_of(world.parameters)["sea"], time)
-    distances, _ = fan()
-    near = vertices[: SPOKES * int(np.searchsorted(distances, 20.0))]
-    expected = [surface_height(waves, level, float(x), float(y), time) for x, y, _ in near.astype(float)]
-    assert near[:, 2] == pytest.approx(expected, abs=1e-5)  # of x and y in single precision
-    assert time == 0.0 or np.ptp(near[:, 2]) > 0.05
-
-
-def test_normals_are_square_to_the_surface(world):
-    waves, level, vertices, normals, _ = drawn_surface(tree_of(world.parameters)["sea"], 30.0, shaded=False)
-    step = 1e-4
-    for x, y, normal in ((*v[:2], n) for v, n in zip(vertices[:1500:37], normals[:1500:37], strict=True)):
-        ways = ((step, 0.0), (0.0, step))
-        slopes = [
-            (surface_height(waves, level, x + i, y + j, 30.0) - surface_height(waves, level, x - i, y - j, 30.0))
-            / (2 * step)
-            for i, j in ways
-        ]
-        square = np.array([-slopes[0], -slopes[1], 1.0])
-        assert normal == pytest.approx(square / np.linalg.norm(square), abs=1e-4)
-
-
-def test_far_away_the_sea_is_flat_and_wide(world):
-    _, _, vertices, normals, palette = drawn_surface(tree_of(world.parameters)["sea"], 30.0)
-    rim = slice(-SPOKES, None)
-    assert np.all(vertices[rim, 2] == 0.0)
-    assert np.all(normals[rim] == (0.0, 0.0, 1.0))
-    assert np.hypot(vertices[rim, 0] - 3.0, vertices[rim, 1] + 7.0) == pytest.approx(HORIZON)
-    assert palette.min() >= EDGE - 1e-6
-    assert palette.max() <= 1.0 - EDGE + 1e-6
-    bearings = np.arctan2(vertices[rim, 1] + 7.0, vertices[rim, 0] - 3.0)
-    assert [bearings.min(), bearings.max()] == pytest.approx([0.3 - 0.7, 0.3 + 0.7], abs=1e-4)
-
-
-def test_ripples_shade_a_sea_and_leave_a_calm_alone(world):
-    _, _, plain, smooth, _ = drawn_surface(tree_of(world.parameters)["sea"], 30.0, shaded=False)
-    _, _, shaded, rough, _ = drawn_surface(tree_of(world.parameters)["sea"], 30.0)
-    assert np.array_equal(plain, shaded)
-    assert np.abs(smooth - rough).max() > 0.01
-    assert len(ripples(sea()[0])) == 0
-
-
-def test_water_mirrors_little_upright_and_much_at_a_grazing_angle():
-    assert reflectance(1.0) == pytest.approx(((1.333 - 1) / (1.333 + 1)) ** 2, abs=5e-4)  # Fresnel, n = 1.333
-    assert reflectance(0.5) == pytest.approx(0.02 + 0.98 / 32)
-    assert reflectance(0.0) == reflectance(0.1) > 0.5
 
 
 # Sky and palette
@@ -170,13 +80,21 @@ def test_a_sky_of_one_colour_has_no_sun():
     assert np.unique(sky_cube(32, WHITE, WHITE, UP, np.ones(3)).reshape(-1, 3), axis=0).tolist() == [[230, 230, 230]]
 
 
-def test_the_palette_goes_from_deep_water_to_the_sky_and_to_glitter():
+def test_the_palette_goes_from_deep_water_to_the_sky_and_from_foam_to_glitter():
     palette = sea_palette(64, 128, ZENITH, WHITE, np.array([0.5, 0.5, 0.5])).astype(int)
     assert palette.shape == (128, 64, 3)
-    assert palette[0, 0].max() < 80
-    assert palette[0, -1] == pytest.approx([229.5] * 3, abs=0.6)  # all of the light of the horizon
-    assert np.all(np.diff(palette[:, 0].sum(axis=1)) >= 0)
-    assert (palette[-1, 0] - palette[0, 0]).tolist() == pytest.approx([127, 127, 127], abs=1)
+    plain = palette[int(128 * PLAIN)]
+    assert plain[0].max() < 80
+    assert plain[-1] == pytest.approx([229.5] * 3, abs=2.0)  # all of the light of the horizon
+    assert np.all(np.diff(palette[64:, 0].sum(axis=1)) >= 0)
+    assert (palette[-1, 0] - plain[0]).tolist() == pytest.approx([127, 127, 127], abs=2)
+    assert palette[0].tolist() == [[round(255 * FOAM)] * 3] * 64
+
+
+def test_in_fog_nothing_glitters():
+    """A sky of one colour has no sun."""
+    palette = sea_palette(64, 128, WHITE, WHITE, np.ones(3)).astype(int)
+    assert (palette[64:] == palette[64]).all()
 
 
 def test_the_drawing_models_sky_is_painted(world):

@@ -121,6 +121,7 @@ def test_heights_are_vrx_s(name):
     out = np.empty(len(rows))
     surface_heights(waves, water, x, y, t, out)
     assert out == pytest.approx([row["h_simple_m"] for row in rows], abs=1e-13, rel=0)  # VRX: 1e-14
+    assert out.tolist() == [surface_height(waves, water, *point) for point in zip(x, y, t, strict=True)]
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,71 @@
 """What the views of a recording show and follow."""
 
+import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
+from rerun.blueprint import View
+from rerun.chunk import RrdReader
 
 import recorded_run
-from vrx_mj.recording.blueprint import followed_circle, layout, sea_view
+from trees import partial
+from vrx_mj.recording.blueprint import layout, plan_view, sea_view
+from vrx_mj.recording.eyes import PLAN_ASPECT, PLAN_LINE, PLAN_MARGIN, PLAN_SLOPE, followed_circle
+from vrx_mj.recording.static_chunks import boat_chunks, still_chunks
+
+CALM = {"task": None, "boats": [], "wind": {"mean": 0.0, "gain": 0.0}, "sea": {"waves": []}}
+
+
+def shown(view, places):
+    """Whether a plan shows places (n, 2) [m] at all, at an aspect of its view that it is laid out for."""
+    eye = view.properties["EyeControls3D"]
+    x, y, height = eye.position.as_arrow_array().to_pylist()[0]
+    north = np.array(eye.eye_up.as_arrow_array().to_pylist()[0][:2])
+    away = np.abs((places - [x, y]) @ np.array([[north[1], -north[0]], north]).T)
+    return bool((away <= np.array([PLAN_ASPECT, 1.0]) * PLAN_SLOPE * height).all())
+
+
+@pytest.mark.parametrize("boats", [1, 3, 20, 100])
+@pytest.mark.parametrize("heading", [0.0, 30.0])
+def test_the_plan_shows_all_of_the_track(boats, heading):
+    georeference = {"latitude": -33.7, "longitude": 150.6, "elevation": 0.0, "heading": heading}
+    scene = replace(recorded_run.scene(boats), parameters=partial({**CALM, "georeference": georeference}))
+    track = np.array([[-300.0, -20.0], [40.0, 260.0]])
+    corners = np.array([(x, y) for x in track[:, 0] for y in track[:, 1]])
+    assert shown(plan_view(scene, track), corners)
+    assert not shown(plan_view(scene), corners)
+    assert plan_view(scene, track).properties["EyeControls3D"].tracking_entity is None
+    assert eye_of(plan_view(scene)) == ["/world/fleet/plan"]
+
+
+def test_a_recording_s_plan_frames_the_track_that_was_sailed(tmp_path):
+    """In two minutes the boat drifts 82 m to the east, far out of the plan of the first moment."""
+    reader = RrdReader(recorded_run.record_run(tmp_path / "run.rrd", seconds=120.0, boats=1))
+    batches = [chunk.to_record_batch() for chunk in reader.stream(store=reader.blueprints()[0])]
+    eyes = [batch for batch in batches if "EyeControls3D:position" in batch.schema.names]
+    (plan,) = (eye for eye in eyes if "EyeControls3D:tracking_entity" not in eye.schema.names)
+    (((x, _, height),),) = plan.column("EyeControls3D:position").to_pylist()
+    rows = np.vstack(list(recorded_run.blocks(120.0, boats=1)))
+    west, east = (
+        min(x for x, _ in recorded_run.BUOYS.values()),
+        rows[:, recorded_run.scene(1).layout().qpos.start].max(),
+    )
+    half = height * PLAN_SLOPE * (1.0 - PLAN_LINE) - PLAN_MARGIN  # a line of wind at the upper edge
+    assert (x - PLAN_ASPECT * half, x + PLAN_ASPECT * half) == pytest.approx((west, east), abs=0.5)
+
+
+@pytest.mark.parametrize("follow", [None, "wamv2"])
+def test_a_viewer_that_meets_what_it_follows_in_its_first_picture_looks_from_the_same_distance(follow):
+    """It then goes to 1.5 times the diagonal of what the followed entity holds (rerun 0.41), whatever the views say."""
+    scene = replace(recorded_run.scene(), follow=follow)
+    chunks = [*still_chunks(scene), *boat_chunks(scene)]
+    for view in (sea_view(scene), plan_view(scene)):
+        (path,), eye = eye_of(view), view.properties["EyeControls3D"]
+        columns = [chunk.to_record_batch().to_pydict() for chunk in chunks if chunk.entity_path == path]
+        (points,) = (one["Points3D:positions"][0] for one in columns if "Points3D:positions" in one)
+        away = np.subtract(*(np.array(part.as_arrow_array().to_pylist()) for part in (eye.position, eye.look_target)))
+        assert 1.5 * math.dist(*(np.array(points)[-2:])) == pytest.approx(np.linalg.norm(away), rel=1e-3)
 
 
 def eye_of(view):
@@ -16,18 +76,33 @@ def eye_of(view):
 def test_the_camera_follows_the_fleet_or_a_boat():
     scene = recorded_run.scene()
     assert eye_of(sea_view(scene)) == ["/world/fleet"]
-    assert eye_of(sea_view(replace(scene, follow="wamv2"))) == ["/world/boats/wamv2/shape"]
+    assert eye_of(sea_view(replace(scene, follow="wamv2"))) == ["/world/boats/wamv2/label"]
 
 
 def test_the_camera_begins_at_the_boat_that_it_follows():
     scene = recorded_run.scene()
     middle, reach = followed_circle(replace(scene, follow="wamv2"))
-    assert middle[:2] == pytest.approx(scene.boats()[1].pose[:2])
+    assert middle == pytest.approx(scene.boats()[1].pose[:2])
     assert reach == 0.0
     assert followed_circle(scene)[1] == pytest.approx(recorded_run.RADIUS)
 
 
-@pytest.mark.parametrize(("boats", "shares"), [(3, [2.4, 1.0, 1.0, 1.0]), (10, [2.0, 3.2, 1.0])])
-def test_many_boats_have_a_plot_in_which_their_legend_fits(boats, shares):
+def names_of(part):
+    """Names of a view, or of all views in a container."""
+    if isinstance(part, View):
+        return [part.name]
+    return [name for one in part.contents for name in names_of(one)]
+
+
+@pytest.mark.parametrize(("boats", "heights"), [(1, []), (3, [0.22]), (20, [0.66]), (100, [3.0])])
+def test_the_names_of_many_boats_are_beside_the_plots(boats, heights):
+    """One line holds seven names; a hundred have a place of their own, which they share with the events."""
     _, right = layout(recorded_run.scene(boats=boats)).root_container.contents
-    assert right.row_shares == shares
+    found = [share for share, row in zip(right.row_shares, right.contents, strict=True) if "Boats" in names_of(row)]
+    assert found == pytest.approx(heights)
+
+
+def test_a_wind_that_never_blows_has_no_plot():
+    calm = replace(recorded_run.scene(), parameters=partial({**CALM, "georeference": None}))
+    for scene, there in ((calm, False), (recorded_run.scene(), True)):
+        assert ("Wind [m/s]" in names_of(layout(scene).root_container)) is there

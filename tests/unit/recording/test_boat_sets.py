@@ -9,8 +9,8 @@ from vrx_mj.errors import StateError
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.recording.boat_sets import BoatSet, all_rows, joint_layout
 from vrx_mj.recording.packing import pack_rows
+from vrx_mj.recording.parts import Part
 from vrx_mj.recording.record_scene import MovingBody, RowLayout
-from vrx_mj.recording.rrd_file import Part
 
 FIRST = RowLayout(
     nq=15,  # a, its engine on a hinge, b

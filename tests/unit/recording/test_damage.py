@@ -14,15 +14,17 @@ import pytest
 import recorded_run
 from fuzz import recordings
 from vrx_mj.config.sensors import BallShooterConfig, LidarConfig
-from vrx_mj.errors import RecordError, StateError
+from vrx_mj.errors import RecordError, VrxError
 from vrx_mj.recording import rrd_file
 from vrx_mj.recording.boat_sets import boat_set_head, head_of, sent_messages
 from vrx_mj.recording.compare import compare
 from vrx_mj.recording.packing import FILES, archive, pack_rows, unpack_rows, unpacked
+from vrx_mj.recording.parts import Part
 from vrx_mj.recording.reader import RecordedReadings, decoded, read_readings, read_record
 from vrx_mj.recording.record_scene import RecordedSensor
 from vrx_mj.recording.rescoring import rescore
-from vrx_mj.recording.rrd_file import Part, parsed_file
+from vrx_mj.recording.rrd_file import parsed_file
+from vrx_mj.recording.session import viewable
 
 MOST = 1 << 20
 ABORTS = "import os; os.abort()"
@@ -45,7 +47,7 @@ def trouble(use):
     """What is wrong, in one line."""
     try:
         use()
-    except (RecordError, StateError) as error:
+    except VrxError as error:
         return str(error)
     return "none"
 
@@ -174,7 +176,7 @@ def layout(**other):
     ("change", "reason"),
     [
         ({"format": "new"}, "format: expected a whole number, got 'new'"),
-        ({"format": 9}, "format 9; this version reads 1"),
+        ({"format": 9}, "format 9; this version reads 1 and 2"),
         ({"timestep": -1.0}, "timestep: must be above 0, got -1"),
         ({"timestep": None}, "timestep: expected a number, got nothing"),
         ({"wind_direction": [1.0]}, "wind_direction[1]: required, but missing"),
@@ -313,6 +315,23 @@ def test_a_recording_that_is_taken_apart_and_put_together_is_the_same(sample, tm
     file.write_bytes(recordings.put_together(sample))
     assert used(file)
     assert len(read_record(file).companies) == 3
+    file.write_bytes(recordings.as_killed_run(sample))
+    assert used(file)
+    assert len(read_record(file).companies) == 3
+
+
+@pytest.mark.slow
+def test_killed_runs_in_which_something_is_wrong_are_shown_or_refused(sample, tmp_path):
+    shown = 0
+    for seed in range(12):
+        file, folder = tmp_path / f"{seed}.rrd", tmp_path / str(seed)
+        folder.mkdir()
+        changed = recordings.changed(sample, random.Random(seed)) if seed else sample
+        file.write_bytes(recordings.as_killed_run(changed))
+        problem = trouble(lambda file=file, folder=folder: viewable(read_record(file), None, folder))
+        assert "\n" not in problem
+        shown += problem == "none"
+    assert 0 < shown < 12
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+import recorded_run
 import vrx_mj
 from integration.sailing import boats, water
 from vrx_mj.frames import quaternion, rotation_matrix
@@ -97,9 +98,14 @@ def test_the_wind_s_arrow_turns_with_the_wind(tmp_path):
     assert found.wind_angle == pytest.approx(np.radians(3.0 * found.time), abs=1e-6)
     assert found.rows[-1].tolist() == sim.row().tolist()
     chunks = {chunk.entity_path: chunk for chunk in MovingChunks(scene_of(sim))(found.rows[[0, -1]])}
-    first, last = np.reshape(column(chunks["/world/fleet/wind"], "vectors"), (2, 3))
-    assert first / np.linalg.norm(first) == pytest.approx([0.0, 1.0, 0.0], abs=1e-6)
-    assert last / np.linalg.norm(last) == pytest.approx([-1.0, 0.0, 0.0], abs=1e-3)
+    for path in ("/world/fleet/weather", "/world/plan/weather"):
+        first, last = np.reshape(column(chunks[path], "vectors"), (2, 3))
+        assert first / np.linalg.norm(first) == pytest.approx([0.0, 1.0, 0.0], abs=1e-6)
+        assert last / np.linalg.norm(last) == pytest.approx([-1.0, 0.0, 0.0], abs=1e-3)
+    assert column(chunks["/world/fleet/weather/figures"], "labels") == [
+        ["wind 6.0 m/s from 180 deg"],
+        ["wind 6.0 m/s from 90 deg"],
+    ]
 
 
 ANGLE = np.linspace(-1.2, 1.2, 7)
@@ -125,3 +131,15 @@ def test_a_part_turns_about_its_axis_counter_clockwise():
 def test_the_hinge_stays_where_it_is():
     for position, turn in zip(*part_poses(PART, at(ANGLE)), strict=True):
         assert position + rotation_matrix(turn) @ ANCHOR == pytest.approx(PART.position + ANCHOR)
+
+
+def test_only_while_a_run_is_watched_the_plan_goes_with_the_fleet():
+    """In a file it stays where it frames the track, and a viewer prefers what moves."""
+    rows = next(recorded_run.blocks(1.0))
+    scene = recorded_run.scene()
+    live = {chunk.entity_path: chunk for chunk in MovingChunks(scene, live=True)(rows)}
+    middle = rows[:, scene.layout().qpos][:, :21].reshape(len(rows), 3, 7)[:, :, :2].mean(axis=1)
+    places = np.array(column(live["/world/plan"], "translation")).reshape(-1, 3)
+    assert places[0, :2] == pytest.approx(middle[0], abs=1e-4)
+    assert places[-1, :2] == pytest.approx(middle[-2], abs=1e-4)  # at the rate of the plots
+    assert "/world/plan" not in {chunk.entity_path for chunk in MovingChunks(scene)(rows)}

@@ -1,8 +1,8 @@
 """What notebooks show, without one; a real kernel runs the example in tests/integration/test_notebook.py."""
 
 import re
+import shutil
 import sys
-from dataclasses import replace
 from types import ModuleType, SimpleNamespace
 
 import pytest
@@ -95,12 +95,16 @@ def test_a_shown_recording_is_sent_whole(shell, recording, monkeypatch):
     assert viewer.size == {"width": "auto", "height": 300}
 
 
-def test_a_recording_of_a_killed_run_gets_its_views(shell, recording, monkeypatch):
+def test_a_recording_of_a_killed_run_is_encoded_for_the_viewer(shell, tmp_path, monkeypatch):
     viewer_of(monkeypatch)
-    bare = replace(vrx_mj.read_record(recording), has_views=False)
-    monkeypatch.setattr("vrx_mj.recording.reader.read_record", lambda _path, whole: bare if whole else None)
-    viewer = vrx_mj.show(recording)
-    assert viewer.sent == [recording.read_bytes(), bare.views]
+    monkeypatch.setattr("vrx_mj.recording.raw_file.FLUSH", 0.0)
+    sim = vrx_mj.Simulation(vrx_mj.compile_world("ocean"))
+    killed, shown = tmp_path / "killed.rrd", tmp_path / "shown.rrd"
+    with vrx_mj.record(sim, tmp_path / "run.rrd") as writer:
+        sim.step(duration=0.5)
+        shutil.copy(writer.path, killed)
+    shown.write_bytes(vrx_mj.show(killed).sent[0])
+    assert vrx_mj.read_record(shown).has_views
 
 
 def test_what_cannot_be_shown_is_told(shell, recording, monkeypatch):

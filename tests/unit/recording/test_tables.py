@@ -10,8 +10,8 @@ import pytest
 
 import vrx_mj
 from vrx_mj.errors import RecordError, UnknownNameError
+from vrx_mj.recording.parts import Part
 from vrx_mj.recording.reader import all_events
-from vrx_mj.recording.rrd_file import Part
 from vrx_mj.recording.tables import UNITS, read, write_table
 from vrx_mj.runtime.subscriptions import Touch
 
@@ -79,9 +79,10 @@ def test_contacts_are_the_touches_that_a_watch_sees(tmp_path):
     world = {"extends": "ocean", "docks": [pier], "sea": {"model": "none"}}
     sim = vrx_mj.Simulation(vrx_mj.compile_world(world))
     seen = []
-    sim.watch_contacts(lambda touch: seen.append(replace(touch)))
+    watch = sim.watch_contacts(lambda touch: seen.append(replace(touch)), ended=True)
     with vrx_mj.record(sim, tmp_path / "run.rrd"):
         sim.step({"wamv": {"left": 1.0, "right": 1.0}}, duration=12.0)
+    sim.unwatch_contacts(watch)
     found = read(tmp_path / "run.rrd")["contacts"].to_pylist()
     assert seen
     assert found == [{key: getattr(touch, key) for key in UNITS["contacts"]} for touch in seen]

@@ -24,11 +24,13 @@ TASK = task_of({
 PARAMETERS = partial(
     {
         "georeference": None,
+        "wind": {"mean": 0.0, "gain": 0.0},
+        "sea": {"waves": []},
         "task": TASK,
         "objects": [{"name": name, "pose": [*place, 0.0, 0.0, 0.0, 0.0]} for name, place in BUOYS.items()],
         "floats": [],
         "docks": [],
-        "boats": [{"name": "wamv", "pose": [0.0] * 6}],
+        "boats": [{"name": "wamv", "pose": [0.0] * 6, "color": None}],
     }
 )
 RATE = 20
@@ -117,6 +119,18 @@ def test_the_plot_ends_at_the_score_of_the_run():
     assert referee.finished
     assert values[-1] == [referee.status.score, referee.status.collisions] == [10.0 - 3.0 + 10.0 + 2.0, 1.0]
     assert times[-1] == pytest.approx(2.0 + referee.status.elapsed)
+
+
+def test_phases_and_scores_are_states_and_the_result_says_who_scored_what():
+    going = TaskChunks(PARAMETERS)
+    chunks = [*going((), frames(0.0, 15.0)), *going.rest()]
+    assert going.result == ""
+    times, states = series(chunks, "/timeline/score", "StateChange:state")
+    assert states == [["0 points"], ["10 points"], ["7 points"]]
+    np.testing.assert_allclose(times, [2.0, 7.0, 12.0], atol=0.1)
+    assert series(chunks, "/timeline/task", "StateChange:state")[1] == [["initial"], ["ready"], ["running"]]
+    list(going((), frames(15.0, 40.0)))
+    assert going.result == "wamv, score 19 points"
 
 
 def test_points_of_the_plot_are_changes_at_most_two_a_second():

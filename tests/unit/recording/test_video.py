@@ -6,15 +6,16 @@ import math
 from pathlib import Path
 from types import SimpleNamespace
 
+import mujoco
 import numpy as np
 import pytest
 
 import recorded_run
 from trees import partial
+from vrx_mj.draw.colors import boat_colors
 from vrx_mj.errors import RecordError, UnknownNameError, VideoError, VrxError
 from vrx_mj.packages import install_extra
 from vrx_mj.recording import read_record
-from vrx_mj.recording.record_scene import boat_colors
 from vrx_mj.recording.video import Film, Shot, draw_video, looking, parse_size, write_video
 from vrx_mj.recording.video.filming import clock_line, encoder_of, project, task_lines
 from vrx_mj.recording.video.stage import (
@@ -24,17 +25,18 @@ from vrx_mj.recording.video.stage import (
     HIGH,
     LASTS,
     OVER,
+    PIECES,
     ROOM,
     SPREAD,
     WHITE,
     WIDTH,
     Above,
     Chase,
+    Foam,
     TaskMoment,
     Wake,
     between,
     smoothed,
-    triangles_of,
     view_of,
 )
 from vrx_mj.recording.writer import RecordWriter
@@ -107,26 +109,33 @@ def height(x, y, t):
 
 def test_foam_lies_on_the_sea_behind_the_stern_and_fades():
     wake = Wake(straight(FULL_SPEED), (-2.0, 1.0))
-    corners, shades = wake.triangles(20.0, height)
-    x, y, z = corners.reshape(-1, 3).T
+    edges, shades = wake.strip(20.0, height)
+    x, y, z = edges.reshape(-1, 3).T
     assert z == pytest.approx(height(x, y, 20.0) + OVER)
     assert x.max() == pytest.approx(FULL_SPEED * 20.0 - 2.0)
-    assert x.min() > FULL_SPEED * (20.0 - LASTS) - 2.0
+    assert x.min() >= FULL_SPEED * (20.0 - LASTS) - 2.0 - 1e-9
     assert np.abs(y - 1.0).min() == pytest.approx(WIDTH / 2, rel=1e-3)
-    freshest = np.argmax(corners[:, :, 0].max(axis=1))
-    assert shades[freshest] == shades.max() == pytest.approx(WHITE, rel=0.05)
+    assert shades[0] == shades.max() == pytest.approx(WHITE, rel=0.05)
 
 
 def test_a_boat_that_lies_still_leaves_no_foam():
-    corners, shades = Wake(straight(0.0), (-2.0, 0.0)).triangles(20.0, height)
-    assert (len(corners), len(shades)) == (0, 0)
+    _, shades = Wake(straight(0.0), (-2.0, 0.0)).strip(20.0, height)
+    assert not shades.any()
 
 
-def test_a_strip_has_two_triangles_between_two_pieces():
-    edges = np.array([[[k, 0.5, 0.0], [k, -0.5, 0.0]] for k in range(4)])
-    corners, shades = triangles_of(edges, np.full(4, 0.5))
-    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
-    assert (len(corners), areas.sum(), set(shades)) == (6, pytest.approx(3.0), {0.5})
+def test_foam_is_a_skin_that_faces_up_with_a_strip_for_each_wake():
+    spec, wakes = mujoco.MjSpec(), [Wake(straight(FULL_SPEED), (-2.0, side)) for side in (1.0, -1.0)]
+    foam = Foam(spec, wakes)
+    model = spec.compile()
+    foam.move(20.0, height)
+    corners = foam.vertices[model.skin_face].astype(float)
+    up = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2]
+    strips = [wake.strip(20.0, height)[0] for wake in wakes]
+    assert all(PIECES - 1 <= len(strip) <= PIECES for strip in strips)
+    assert up.min() >= 0.0
+    widths = WIDTH + SPREAD * np.arange(0.0, LASTS, 0.2)
+    assert up.sum() / 2 == pytest.approx(2 * widths.mean() * FULL_SPEED * LASTS, rel=0.02)
+    assert foam.palette[:, 0].max() == pytest.approx(WHITE, rel=0.05)
 
 
 def test_twelve_boats_have_twelve_colours():
@@ -185,7 +194,7 @@ def made_up(tmp_path):
     recorded = read_record(tmp_path / "run.rrd")
     files = {**recorded.files, "scene.json": b'{"sea": {"level": 0.0}, "task": null}'}
     boat_set = SimpleNamespace(
-        files=files, parameters=partial({"sea": {"level": 0.0}, "task": None}), layout=recorded.layout
+        files=files, parameters=partial({"sea": {"level": 0.0}, "task": None, "boats": []}), layout=recorded.layout
     )
     return dataclasses.replace(recorded, companies=(boat_set,))
 
@@ -261,8 +270,8 @@ def test_pictures_are_as_many_as_the_time_holds(tmp_path, fps, speed, count):
 
 
 def test_foam_widens_with_its_age():
-    corners, _ = Wake(straight(FULL_SPEED), (-2.0, 0.0)).triangles(20.0, height)
-    x, y, _ = corners.reshape(-1, 3).T
+    edges, _ = Wake(straight(FULL_SPEED), (-2.0, 0.0)).strip(20.0, height)
+    x, y, _ = edges.reshape(-1, 3).T
     age = (x.max() - x) / FULL_SPEED
     assert 2.0 * np.abs(y) == pytest.approx(WIDTH + SPREAD * age, abs=0.01)
 

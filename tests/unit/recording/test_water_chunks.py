@@ -1,100 +1,285 @@
-"""The water of a recording: the sea's patch around the fleet, and wakes on it."""
+"""The water of a recording: the sea's meshes, wakes on them, and tracks in the colours of speeds."""
 
-from itertools import pairwise
+import re
 
 import numpy as np
 import pytest
 
 import recorded_run
+import vrx_mj
+from vrx_mj.frames import quaternion, rotation_matrix
+from vrx_mj.recording import sea_meshes, water_chunks
+from vrx_mj.recording.blueprint import PLAN_WATER
 from vrx_mj.recording.motion_chunks import MovingChunks
-from vrx_mj.recording.water_chunks import FADES, HORIZON, LASTS, OVER, SIDE, WAKE_RATE, Wake, sea_patch, sea_triangles
+from vrx_mj.recording.sea_meshes import (
+    CALM,
+    HORIZON,
+    MOST_LINES,
+    RIM_STEP,
+    STEP,
+    grid_around,
+    hull_lines,
+    patch_heights,
+    swell_of,
+    triangles,
+)
+from vrx_mj.recording.simulation_scene import scene_of
+from vrx_mj.recording.water_chunks import FASTEST, OVER, SEA_RATE, WAKE_WIDTHS, WaterChunks, speed_colors
 
-BOATS = np.array([[0.0, 20.0], [17.3, -10.0], [-17.3, -10.0]])
-
-
-def inner(positions):
-    return positions.reshape(SIDE, SIDE, 3)[1:-1, 1:-1]
-
-
-@pytest.mark.parametrize("boats", [BOATS[:1], BOATS, BOATS * 8 + 100.0])
-def test_patch_holds_every_boat_with_water_around(boats):
-    positions, _ = sea_patch(recorded_run.sea_height, boats, 3.0)
-    low, high = inner(positions)[0, 0, :2], inner(positions)[-1, -1, :2]
-    assert (low < boats.min(axis=0) - 15.0).all()
-    assert (high > boats.max(axis=0) + 15.0).all()
-
-
-def test_vertices_keep_their_places_while_the_fleet_moves_a_little():
-    before, _ = sea_patch(recorded_run.sea_height, BOATS, 0.0)
-    after, _ = sea_patch(recorded_run.sea_height, BOATS + 0.4, 0.0)
-    np.testing.assert_array_equal(before[:, :2], after[:, :2])
-
-
-def test_fleet_that_moved_far_keeps_the_raster():
-    before, _ = sea_patch(recorded_run.sea_height, BOATS, 0.0)
-    after, _ = sea_patch(recorded_run.sea_height, BOATS + 100.0, 0.0)
-    cell = inner(before)[0, 1, 0] - inner(before)[0, 0, 0]
-    shift = (inner(after) - inner(before))[..., :2] / cell
-    np.testing.assert_allclose(shift, np.round(shift), atol=1e-4)
+TRIO = np.array([[0.0, 20.0], [17.3, -10.0], [-17.3, -10.0]])
+FLEETS = {
+    "one": TRIO[:1],
+    "three": TRIO,
+    "twenty": np.stack(np.meshgrid(15.0 * np.arange(5), 15.0 * np.arange(4)), axis=-1).reshape(-1, 2),
+    "hundred": np.stack(np.meshgrid(15.0 * np.arange(10), 15.0 * np.arange(10)), axis=-1).reshape(-1, 2),
+    "apart": TRIO * 30.0,
+    "diverged": TRIO * 1e5,
+}
 
 
-def test_rim_lies_at_the_horizon_on_the_mean_level():
-    positions, _ = sea_patch(recorded_run.sea_height, BOATS, 1.0)
-    rim = positions.reshape(SIDE, SIDE, 3)[[0, -1]]
-    assert (rim[..., 2] == 0.0).all()
-    assert np.abs(rim[..., 1]).min() > HORIZON - 50.0
+def test_cells_are_small_at_each_boat_and_grow_to_the_horizon():
+    for name, boats in FLEETS.items():
+        grid = grid_around(boats)
+        for axis, lines in enumerate((grid.x, grid.y)):
+            assert (np.diff(lines) > 0.0).all(), name
+            assert len(lines) <= MOST_LINES
+            assert lines[0] <= boats[:, axis].min() - HORIZON
+            assert lines[-1] >= boats[:, axis].max() + HORIZON
+            if name not in ("apart", "diverged"):
+                cell = np.diff(lines)[np.searchsorted(lines, boats[:, axis]) - 1]
+                assert cell.max() < 3.3, name
+
+
+def test_sea_is_level_where_cells_are_too_large_for_waves():
+    grid, swell = grid_around(TRIO), swell_of(lambda x, y, t: 2.0 + recorded_run.sea_height(x, y, t))
+    assert swell.level == pytest.approx(2.0, abs=0.01)
+    assert swell.deviation == pytest.approx(recorded_run.AMPLITUDE / 2**0.5, rel=0.02)
+    z = grid.heights(swell, np.array([3.0]))[0]
+    assert (z[grid.cells >= CALM[1]] == swell.level).all()
+    fine = grid.cells <= CALM[0]
+    y, x = np.meshgrid(grid.y, grid.x, indexing="ij")
+    assert z[fine] == pytest.approx(2.0 + recorded_run.sea_height(x[fine], y[fine], 3.0), abs=1e-9)
+
+
+def test_triangles_face_up_and_cover_the_grid():
+    grid = grid_around(TRIO)
+    z = np.zeros((1, len(grid.y), len(grid.x)))
+    vertices = water_chunks.mesh_points(grid.x, grid.y, z)[0].reshape(-1, 3)
+    a, b, c = np.moveaxis(vertices[triangles(len(grid.y), len(grid.x))].astype(np.float64), 1, 0)
+    twice_area = np.cross(b - a, c - a)[:, 2]
+    assert (twice_area > 0).all()
+    assert twice_area.sum() / 2 == pytest.approx(np.ptp(grid.x) * np.ptp(grid.y), rel=1e-4)
 
 
 def test_slopes_toward_the_sun_are_lighter():
     """The sun stands in the north-east: a surface that falls toward east is lit."""
-    _, lit = sea_patch(lambda x, y, t: -0.05 * x, np.zeros((1, 2)), 0.0)
-    _, dark = sea_patch(lambda x, y, t: 0.05 * x, np.zeros((1, 2)), 0.0)
-    middle = SIDE // 2 * SIDE + SIDE // 2
-    assert (lit[middle] >> 16) & 255 > (dark[middle] >> 16) & 255
+    grid = grid_around(TRIO)
+    middle = len(grid.y) // 2, len(grid.x) // 2
+    bright = {s: sea_meshes.light(0.0, grid.toward(np.tile(s * grid.x, (1, len(grid.y), 1)))[0]) for s in (-0.05, 0.05)}
+    assert bright[-0.05][middle] > bright[0.05][middle]
 
 
-def test_triangles_face_up_and_cover_the_patch():
-    positions, _ = sea_patch(lambda x, y, t: 0.0 * x, BOATS, 0.0)
-    a, b, c = np.moveaxis(positions[sea_triangles()].astype(np.float64), 1, 0)
-    twice_area = np.cross(b - a, c - a)[:, 2]
-    assert (twice_area > 0).all()
-    assert twice_area.sum() / 2 == pytest.approx((2 * HORIZON) ** 2, rel=1e-3)
+def surface(vertices, faces, points):
+    """Heights of a mesh at points (k, 2): a second implementation, triangle by triangle; NaN outside."""
+    a, b, c = np.moveaxis(vertices[faces], 1, 0)
+    low, high = (each(each(a, b), c)[:, :2] for each in (np.minimum, np.maximum))
+    close = ((high >= points.min(axis=0)) & (low <= points.max(axis=0))).all(axis=1)
+    a, b, c = a[close], b[close], c[close]
+    ab, ac, away = b - a, c - a, points[:, None] - a[:, :2]
+    area = ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0]
+    u = (away[..., 0] * ac[:, 1] - away[..., 1] * ac[:, 0]) / area
+    v = (ab[:, 0] * away[..., 1] - ab[:, 1] * away[..., 0]) / area
+    heights = a[:, 2] + u * ab[:, 2] + v * ac[:, 2]
+    inside = (u >= -1e-6) & (v >= -1e-6) & (u + v <= 1.0 + 1e-6)
+    return np.where(inside.any(axis=1), np.where(inside, heights, -np.inf).max(axis=1), np.nan)
 
 
-def sail(wake, duration):
-    """Leave points along a circle; the strips at the end."""
-    strips = []
-    for t in np.arange(0.0, duration + 1e-9, 1.0 / WAKE_RATE):
-        strips = wake.strips(t, np.array([10.0 * np.cos(0.2 * t), 10.0 * np.sin(0.2 * t)]), recorded_run.sea_height)
-    return strips
+def frames(chunks, path, name):
+    """Times [s] and arrays of a component of an entity, in the order of time."""
+    found = []
+    for batch in (chunk.to_record_batch() for chunk in chunks if chunk.entity_path == path):
+        column = next((batch.column(column) for column in batch.schema.names if column.endswith(f":{name}")), None)
+        if column is not None:
+            time = np.array(batch.column("sim_time").cast("int64")) / 1e9
+            found += zip(time, (np.array(value.as_py()) for value in column), strict=True)
+    found.sort(key=lambda frame: frame[0])
+    time, values = zip(*found, strict=True)
+    return np.array(time), values
 
 
-def test_every_point_of_a_wake_lies_on_the_sea_of_its_moment():
-    points = np.concatenate(sail(Wake(), 30.0))
-    assert points[:, 2] == pytest.approx(recorded_run.sea_height(points[:, 0], points[:, 1], 30.0) + OVER, abs=1e-5)
+def latest(shown, moment):
+    """The newest of frames at a time [s]."""
+    time, values = shown
+    return values[np.searchsorted(time, moment + 1e-6) - 1]
 
 
-def test_a_wake_begins_at_the_boat_and_is_as_long_as_its_way_of_the_last_seconds():
-    strips = sail(Wake(), 60.0)
-    assert len(strips) == len(FADES)
-    assert strips[0][0, :2] == pytest.approx([10.0 * np.cos(12.0), 10.0 * np.sin(12.0)], abs=1e-4)
-    assert strips[-1][-1, :2] == pytest.approx([10.0 * np.cos(8.0), 10.0 * np.sin(8.0)], abs=1e-4)
-    way = sum(np.linalg.norm(np.diff(strip[:, :2], axis=0), axis=1).sum() for strip in strips)
-    assert way == pytest.approx(10.0 * 0.2 * LASTS, rel=0.01)
+def fleet_mesh(chunks):
+    """A function of time [s]: vertices and triangles of the fleet's mesh that is shown then, of whatever size."""
+    paths = {chunk.entity_path for chunk in chunks if MESH.fullmatch(chunk.entity_path)}
+    meshes = {path: frames(chunks, path, "vertex_positions") for path in paths}
+
+    def at(moment):
+        path = max(paths, key=lambda path: max(t for t in (-1.0, *meshes[path][0]) if t <= moment + 1e-6))
+        return latest(meshes[path], moment), triangles(*map(int, MESH.fullmatch(path).groups()))
+
+    return at
 
 
-def test_the_colours_of_a_wake_follow_each_other_without_a_gap():
-    strips = sail(Wake(), 30.0)
-    for before, after in pairwise(strips):
-        assert before[-1] == pytest.approx(after[0])
+MESH = re.compile("/world/sea/([0-9]+)x([0-9]+)")
+STORM = {
+    "physics": {"profile": "marine"},
+    "sea": {"model": "jonswap", "significant_height": 1.2, "peak_period": 5.0, "direction": [1.0, 0.3]},
+    "spawn": {"pose": [0, 0, 0.1, 0, 0, 1.0], "robot": "wamv"},
+}
 
 
-def test_a_recording_has_wakes_twice_a_second_and_none_without_a_sea():
-    rows = np.array([recorded_run.row_at(t) for t in np.arange(0.0, 4.99, 0.05)])
+@pytest.fixture(scope="module")
+def storm():
+    """Ten seconds of a boat in a storm: its sea, rows, layout, and the chunks of its water."""
+    sim = vrx_mj.Simulation(vrx_mj.compile_world(STORM))
+    sim.command(sim.boats[0], left=0.6, right=0.5)
+    rows = []
+    for _ in range(200):
+        rows.append(sim.row().copy())
+        sim.advance(sim.steps_in(0.05))
+    scene = scene_of(sim)
+    return sim.sea.height, np.array(rows), scene, list(MovingChunks(scene)(np.array(rows)))
+
+
+def test_waterline_of_a_hull_in_a_storm_is_right_within_3_cm_at_every_shown_time(storm):
+    """At points along both hulls of a WAM-V, on the higher of the patch and the fleet's mesh."""
+    height, rows, scene, chunks = storm
+    boat = scene.boats()[0].name
+    ahead, aside = np.meshgrid(np.linspace(-2.4, 2.4, 13), (-1.25, -1.03, -0.8, 0.8, 1.03, 1.25))
+    marks = np.column_stack([ahead.ravel(), aside.ravel(), np.full(ahead.size, 0.12)])
+    poses = rows[:, scene.layout().pose(scene.layout().bodies[0])]
+    patch, fleet = frames(chunks, f"/world/sea/hulls/{boat}", "vertex_positions"), fleet_mesh(chunks)
+    x, y = hull_lines(scene.boats()[0])
+    assert len(patch[0]) == len(rows)
+    for moment, pose in zip(rows[:, 0], poses, strict=True):
+        turn = rotation_matrix(pose[3:])
+        points = (pose[:3] + marks @ turn.T)[:, :2]
+        near = surface(latest(patch, moment) @ turn.T + pose[:3], triangles(len(y), len(x)), points)
+        around = surface(*fleet(moment), points)
+        assert np.maximum(near, around) == pytest.approx(height(points[:, 0], points[:, 1], moment), abs=0.03)
+
+
+def test_wakes_lie_on_the_drawn_sea(storm):
+    height, _, scene, chunks = storm
+    over = OVER[0] + OVER[1] * swell_of(height).deviation
+    fleet = fleet_mesh(chunks)
+    time, wakes = frames(chunks, f"/world/wakes/{scene.boats()[0].name}", "vertex_positions")
+    assert len(time) == 10 * SEA_RATE
+    for moment, wake in zip(time, wakes, strict=True):
+        drawn = surface(*fleet(moment), wake[:, :2])
+        assert wake[:, 2] == pytest.approx(drawn + over, abs=STEP)
+
+
+def test_patch_does_not_depend_on_how_a_boat_leans():
+    """Under a plane that leans, heights in the boat's frame are those of a plane that leans the other way."""
+    swell = sea_meshes.Swell(lambda x, y, t: 0.2 * x - 0.1 * y + 0.0 * t, 0.0, 0.0)
+    lines, time, place = (np.linspace(-3.0, 3.0, 5), np.linspace(-1.0, 1.0, 3)), np.arange(3.0), np.zeros((3, 3))
+    turn = np.tile(quaternion(0.15, -0.1, 0.7), (3, 1))
+    z = patch_heights(swell, lines, time, np.hstack([place, turn]))
+    axes = rotation_matrix(turn[0])
+    x, y = np.meshgrid(*lines)
+    points = np.stack([x, y, z[1]], axis=-1) @ axes.T
+    assert points[..., 2] == pytest.approx(0.2 * points[..., 0] - 0.1 * points[..., 1], abs=0.01)
+
+
+def test_a_boat_upside_down_has_no_patch_in_sight():
+    swell = sea_meshes.Swell(recorded_run.sea_height, 0.0, 0.2)
+    lines, turn = (np.linspace(-3.0, 3.0, 5),) * 2, np.array([quaternion(3.0, 0.0, 0.5)])
+    z = patch_heights(swell, lines, np.zeros(1), np.hstack([np.zeros((1, 3)), turn]))
+    assert (z * rotation_matrix(turn[0])[2, 2] < -1e3).all()
+
+
+def made_up(block):
+    """Chunks of ten seconds of the made-up run, in blocks of rows."""
+    rows = np.array([recorded_run.row_at(t) for t in np.arange(200) / 20])
+    moving = MovingChunks(recorded_run.scene())
+    return [chunk for start in range(0, 200, block) for chunk in moving(rows[start : start + block])]
+
+
+def test_water_does_not_depend_on_the_blocks_of_rows():
+    """But for the heights of patches between evaluated ones at the ends of blocks, by a step of rounding."""
+    whole, parts = made_up(200), made_up(7)
+    grid = grid_around(np.array([recorded_run.row_at(0.0)])[0, 14:35].reshape(3, 7)[:, :2])
+    paths = ("/world/wakes/wamv1", "/world/sea/hulls/wamv1", "/world/trails/wamv1")
+    for path in (f"/world/sea/{len(grid.y)}x{len(grid.x)}", *paths):
+        name = "strips" if "trails" in path else "vertex_positions"
+        one, other = frames(whole, path, name), frames(parts, path, name)
+        np.testing.assert_array_equal(one[0], other[0])
+        for a, b in zip(one[1], other[1], strict=True):
+            np.testing.assert_allclose(a, b, atol=1.01 * RIM_STEP if "hulls" in path else 1e-6)
+
+
+def test_one_mesh_of_the_fleet_is_shown_at_a_time_while_boats_sail_apart():
+    """A mesh with other lines is another entity, with triangles at all times; the one before is cleared then."""
+    water, time = WaterChunks(), np.arange(1200) / 20
+    water.keep(recorded_run.scene(2).boats())
+    places = np.zeros((1200, 2, 3))
+    places[:, 1, 0] = 10.0 + 3.0 * time
+    level = np.tile([1.0, 0.0, 0.0, 0.0], (1200, 2, 1))
+    chunks = list(water(["wamv1", "wamv2"], time, places, recorded_run.sea_height, level))
+    meshes = [chunk for chunk in chunks if MESH.fullmatch(chunk.entity_path)]
+    paths = {chunk.entity_path for chunk in meshes}
+    assert len(paths) > 1
+    assert {chunk.entity_path for chunk in meshes if chunk.is_static} == paths
+    shown = {path: frames(meshes, path, "vertex_positions")[0] for path in paths}
+    first, last = (min(shown, key=lambda path: shown[path][0]), max(shown, key=lambda path: shown[path][-1]))
+    assert len(np.unique(np.concatenate(list(shown.values())))) == 60 * SEA_RATE
+    for path in paths - {last}:
+        cleared = frames(meshes, path, "is_recursive")[0]
+        assert any(moment > shown[path][-1] for moment in cleared)
+    assert shown[first][0] == 0.0
+
+
+def test_without_a_sea_there_are_trails_alone():
     scene = recorded_run.scene()
-    wakes = [chunk for chunk in MovingChunks(scene)(rows) if chunk.entity_path.startswith("/world/wakes/")]
-    assert {chunk.entity_path: chunk.num_rows for chunk in wakes} == dict.fromkeys(
-        (f"/world/wakes/wamv{i}" for i in (1, 2, 3)), 10
-    )
     dry = type(scene)(**{**vars(scene), "sea_height": None})
-    assert not [chunk for chunk in MovingChunks(dry)(rows) if chunk.entity_path.startswith("/world/wakes/")]
+    rows = np.array([recorded_run.row_at(t) for t in np.arange(20) / 20])
+    paths = {chunk.entity_path for chunk in MovingChunks(dry)(rows)}
+    assert "/world/trails/wamv1" in paths
+    assert not [path for path in paths if path.startswith(("/world/sea", "/world/wakes"))]
+
+
+def test_a_wake_begins_at_the_boat_and_gets_wider():
+    places = np.zeros((1, 1, 2))
+    left = -2.0 * np.arange(1, water_chunks.WAKE_POINTS)[None, :, None, None] * np.array([1.0, 0.0])
+    sides = water_chunks.ribbons(places, left)[0, :, :, 0]
+    middle, width = sides.mean(axis=1), np.linalg.norm(sides[:, 0] - sides[:, 1], axis=1)
+    assert middle[0] == pytest.approx((0.0, 0.0))
+    assert middle[1:] == pytest.approx(left[0, :, 0])
+    assert width[[0, -1]] == pytest.approx(WAKE_WIDTHS)
+
+
+def test_a_boat_at_rest_has_no_wake():
+    sides = water_chunks.ribbons(np.ones((1, 1, 2)), np.ones((1, water_chunks.WAKE_POINTS - 1, 1, 2)))
+    assert (sides == 1.0).all()
+
+
+def luminance(rgb):
+    """Relative luminance, WCAG 2."""
+    share = np.asarray(rgb) / 255.0
+    return np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4) @ (0.2126, 0.7152, 0.0722)
+
+
+def test_the_colours_of_speeds_get_lighter_and_stand_out_from_the_plan():
+    shades = luminance(speed_colors(np.linspace(0.0, FASTEST, 16)))
+    assert (np.diff(shades) > 0.0).all()
+    assert (shades[0] + 0.05) / (luminance(PLAN_WATER) + 0.05) > 3.0
+    assert (speed_colors(np.array([2.0 * FASTEST])) == speed_colors(np.array([FASTEST]))).all()
+
+
+def test_a_track_has_the_colour_of_its_speed():
+    water = WaterChunks()
+    time = np.arange(41) / 20
+    places = np.zeros((41, 1, 3))
+    places[:, 0, 0] = np.where(time < 1.0, 0.0, 2.0 * (time - 1.0))
+    chunks = list(water(["a"], time, places, None, np.tile([1.0, 0.0, 0.0, 0.0], (41, 1, 1))))
+    moment, shown = frames(chunks, "/world/trails/a", "colors")
+    rest, two = (speed_colors(np.array([speed]))[0] for speed in (0.0, 2.0))
+    for at, color in zip(moment, shown, strict=True):
+        expected = two if at > 1.0 else rest
+        assert color[0] >> 8 == int.from_bytes(bytes(expected.tolist()), "big")

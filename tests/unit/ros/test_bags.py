@@ -14,11 +14,13 @@ import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader, AnyReaderError
 
+import vrx_mj
 from needs import ROSBAG, needs
 from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning
-from vrx_mj.ros.bags import HEAVY, KINDS, Bag
+from vrx_mj.ros.bags import FIRST, HEAVY, KINDS, Bag, bagged, ros2_types
 from vrx_mj.ros.interface import Output, RosInterface, Sent, Transport
 from vrx_mj.ros.messages import new, stamp
+from vrx_mj.ros.table.viewers import MARKERS, START
 
 PYTHON = "/usr/bin/python3"
 NAMES = ("out.bag", "out.mcap", "out_dir")
@@ -198,6 +200,39 @@ def test_mcaps_own_reader_reads_the_messages(tmp_path):
     assert ("sensor_msgs/msg/Imu", "/wamv/sensors/imu/imu/data", 500_000_000) in found
 
 
+def panels(layout):
+    """Names of the panels in a layout of a window."""
+    return (
+        [layout] if isinstance(layout, str) else [name for side in ("first", "second") for name in panels(layout[side])]
+    )
+
+
+def test_an_mcap_opens_with_boats_and_world_and_has_a_layout_beside_it(bay, tmp_path):
+    from mcap import reader
+
+    with bagged(vrx_mj.Simulation(bay), tmp_path / "out.mcap") as (advance, _):
+        advance(20)
+    with (tmp_path / "out.mcap").open("rb") as file:
+        rows = [(schema.name, channel.topic, row) for schema, channel, row in reader.make_reader(file).iter_messages()]
+    first = {
+        topic: ros2_types().deserialize_cdr(row.data, kind)
+        for kind, topic, row in rows
+        if kind != "gazebo_msgs/msg/PerformanceMetrics" and row.log_time == FIRST
+    }
+    assert len(first[MARKERS].markers) > 10
+    assert START in {one.child_frame_id for one in first["/tf_static"].transforms}
+    boats = [f"/{boat}/robot_description" for boat in bay.boats]
+    assert all("data:model/gltf-binary" in first[topic].data for topic in boats)
+    layout = json.loads((tmp_path / "out.layout.json").read_text(encoding="utf-8"))
+    assert layout.keys() == {"configById", "globalVariables", "userNodes", "playbackConfig", "layout"}  # all are needed
+    assert sorted(panels(layout["layout"])) == sorted(layout["configById"])
+    world, chart = layout["configById"]["3D!world"], layout["configById"]["map!fixes"]
+    assert world["followTf"] == START
+    assert world["topics"].keys() == {MARKERS}
+    assert [one["topic"] for one in world["layers"].values() if "topic" in one] == boats
+    assert chart["followTopic"] in {topic for _, topic, _ in rows}
+
+
 BROKEN = {"out.bag": "not indexed", "out.mcap": "magic|footer|end", "out_dir": r"metadata file '.*' does not exist"}
 KILLED = """
 import os, sys
@@ -261,7 +296,8 @@ def test_an_earlier_bag_is_replaced(tmp_path, name):
     written(tmp_path / name)
     written(tmp_path / name, times=[4.0])
     assert {time for _, _, time, _ in read(tmp_path / name)} == {4_000_000_000}
-    assert [entry.name for entry in tmp_path.iterdir()] == [name]
+    beside = {"out.layout.json"} if name == "out.mcap" else set()
+    assert {entry.name for entry in tmp_path.iterdir()} == {name} | beside
 
 
 @pytest.mark.parametrize("name", ["out.bag", "out.mcap"])

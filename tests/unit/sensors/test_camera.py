@@ -72,6 +72,15 @@ _WORLDS = {
     "dusk": ({**CALM, "scene": {"sky": {"time": 19.8}}}, ()),
     "near": (CALM, (((0.03, 0, 1.5), 0.01, RED), ((20, 0, 1.5), 0.5, RED))),
     "calm": (CALM, ()),
+    "poles": (
+        {
+            **ASIDE,
+            "physics": {"profile": "marine"},
+            "sea": {"model": "jonswap", "significant_height": 1.2, "peak_period": 5.0, "direction": [0.6, 0.8]},
+        },
+        (),
+    ),
+    "clear fog": ({**CALM, "scene": {"fog": FOG | {"start": 4000, "end": 9000}}}, ()),
     "dry": ({**ASIDE, "sea": {"model": "none"}}, ()),
 }
 
@@ -172,6 +181,86 @@ def test_the_boats_own_hull_is_in_view():
     cameras.close()
     corner = rgb[-40:, 40:140].reshape(-1, 3).astype(int)  # the port float, ahead and below: white
     assert np.median(corner.min(axis=1)) > 100
+
+
+# The sea
+
+
+POLES = [(5.0, -1.0), (8.0, 1.5), (12.0, -3.0), (18.0, 2.0), (24.0, -9.0), (30.0, 6.0)]
+
+
+@functools.cache
+def _poles():
+    """A rough sea with thin red poles in it, and a second one that has none."""
+    world = compile_world(_WORLDS["poles"][0])
+    geom = '<geom type="cylinder" size="0.06 4" pos="{} {} 0" rgba="1 0 0 1" group="2" contype="0" conaffinity="0"/>'
+    shapes = "".join(geom.format(x, y) for x, y in POLES)
+    world = make_world(world.mjcf.replace("</worldbody>", f"{shapes}</worldbody>"), world.assets, world.parameters)
+    model = drawing_model(world)
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    return Cameras(model, world.parameters), data
+
+
+def waterline(height, eye, x, y, time):
+    """Height [m] from which on a pole at x, y is seen over the waves of `height`: no crest before it hides it."""
+    near, away = 0.06, math.hypot(x - eye[0], y - eye[1])
+    share = np.linspace(0.02, 1.0 - near / away, 4000)
+    there = height(eye[0] + share * (x - eye[0]), eye[1] + share * (y - eye[1]), time)
+    return float(np.max(eye[2] + (there - eye[2]) / share * share[-1]))
+
+
+@pytest.mark.parametrize("high", [1.2, 2.0, 4.0, 12.0])
+@pytest.mark.parametrize("time", [20.0, 41.7])
+def test_waterlines_in_pictures_are_those_of_the_physics(high, time):
+    """Of poles 5 m to 30 m away in a sea of 1.2 m, within 2 pixels of 640."""
+    cameras, data = _poles()
+    level = float(cameras._sea.height(np.zeros(1), np.zeros(1), time)[0])
+    eye, camera = np.array([0.0, 0.0, level + high]), config(width=640, height=480)
+    rotation = turned(pitch=math.atan2(high, 14.0))
+    rgb = cameras.image(camera, data, eye, rotation, time).rgb
+    reddish = (rgb[..., 0] > 1.6 * rgb[..., 1].astype(float)) & (rgb[..., 0] > 1.6 * rgb[..., 2].astype(float))
+    seen = 0
+    for x, y in POLES:
+        z = waterline(cameras._sea.height, eye, x, y, time)
+        shrink = 1.0 - 0.06 / math.hypot(x, y)
+        column, row = pixel(camera, eye, rotation, (x * shrink, y * shrink, z))
+        if not (3 < column < 636 and 3 < row < 474):
+            continue
+        rows = np.flatnonzero(reddish[:, round(column) - 1 : round(column) + 2].any(axis=1))
+        assert rows.max() + 0.5 == pytest.approx(row, abs=2.0)
+        seen += 1
+    assert seen >= 3
+
+
+@pytest.mark.parametrize("high", [0.5, 2.0, 12.0, 60.0, 200.0])
+def test_waves_are_seen_from_all_heights_and_the_horizon_is_level(high):
+    pictures = [
+        image("high waves", config(), (0, 0, high), turned(pitch=0.3), time).astype(int) for time in (20.0, 21.5)
+    ]
+    moved = np.abs(pictures[0] - pictures[1]).max(axis=2)
+    assert np.mean(moved[-120:] > 2) > 0.1
+    first = np.array([np.abs(np.diff(pictures[0][:, column].sum(axis=1))).argmax() for column in range(0, 640, 40)])
+    assert np.ptp(first) <= (1 if high > 2.0 else 30)
+
+
+def test_fog_that_hides_the_sky_leaves_no_glint():
+    """Down to where a calm sea mirrors the sun, 60 degrees under the horizon."""
+    place, rotation = (0, 0, 50.0), turned(pitch=1.05)
+    clear, foggy = (image(key, config(), place, rotation).astype(int) for key in ("calm", "clear fog"))
+    assert np.ptp(clear.sum(axis=2)) > 100
+    assert np.ptp(foggy.sum(axis=2)) < 40
+
+
+@pytest.mark.parametrize("samples", [2, 4])
+def test_antialiasing_smooths_edges_and_leaves_other_cameras_as_they_are(samples):
+    plain = image("balls", config())
+    smooth = image("balls", config(antialiasing=samples))
+    assert np.array_equal(plain, image("balls", config()))
+    between = [np.sum((rgb[..., 0] > 50) & (rgb[..., 0] < 110) & (rgb[..., 1] < 60)) for rgb in (plain, smooth)]
+    changed = (plain != smooth).any(axis=2)
+    assert 0 < changed.mean() < 0.05
+    assert between[1] != between[0]
 
 
 # Colours

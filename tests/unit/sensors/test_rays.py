@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from vrx_mj.sensors.rays import angles, grid, sample_window, turns, window
 
-COORDINATE = st.floats(-20, 20)
+COORDINATE = st.floats(-20, 20).map(lambda metres: round(metres, 9))  # squares of less than a nanometre may be 0
 POINT = st.tuples(COORDINATE, COORDINATE, COORDINATE)
 HULL = st.lists(POINT, min_size=3, max_size=8)
 TURNS = st.sampled_from([-1, 0, 1])

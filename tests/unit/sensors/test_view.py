@@ -71,6 +71,20 @@ def test_whatever_has_a_point_in_the_picture_is_drawn(angles, seed):
             assert drawn
 
 
+@given(angles=st.tuples(ANGLE, ANGLE, ANGLE), y=st.floats(-1, 1), z=st.floats(-1, 1))
+def test_all_of_the_picture_lies_between_its_lowest_and_highest_direction(angles, y, z):
+    view = Cameras.view(VRX, np.zeros(3), rotation(*angles))
+    ray = view.rotation @ (1.0, y * view.half_width, z * view.half_height)
+    low, high = view.elevations()
+    assert low <= math.asin(ray[2] / np.linalg.norm(ray)) <= high
+    assert high - low < math.pi
+
+
+def test_a_level_camera_sees_as_far_down_as_up():
+    low, high = Cameras.view(VRX, np.zeros(3), np.eye(3)).elevations()
+    assert (low, high) == (pytest.approx(-high), pytest.approx(math.atan(math.tan(0.69813) * 9 / 16) + 0.03, abs=1e-4))
+
+
 def test_what_is_behind_beside_far_or_tiny_is_not_drawn():
     view = Cameras.view(VRX, np.zeros(3), np.eye(3))
     centers = np.array([[-5, 0, 0], [10, 30, 0], [10, 0, -30], [302, 0, 0], [299, 0, 0], [250, 0, 0], [-50, 0, 0]])

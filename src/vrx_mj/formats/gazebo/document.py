@@ -18,8 +18,6 @@ from vrx_mj.formats.urdf.expression_values import Budget, ExpressionError
 from vrx_mj.formats.urdf.xacro_document import FileError, parse_document, place_of
 from vrx_mj.formats.urdf.xacro_files import read_bytes
 
-__all__ = ["MACRO", "Element", "Fate", "Note", "Report", "home_path", "is_file", "read_document"]
-
 MACRO = "xacro:"
 """Beginning of the tag of a macro of VRX that is called."""
 LIBRARIES = frozenset({"robotx_gazebo", "vmrc_gazebo", "vorc_gazebo", "vrx_2019", "vrx_gazebo", "wave_gazebo"})

@@ -12,8 +12,6 @@ from vrx_mj.formats.gazebo.document import Note, Report
 from vrx_mj.formats.urdf.expression_values import ExpressionError
 from vrx_mj.formats.urdf.xacro_files import read_bytes
 
-__all__ = ["is_template", "template_content"]
-
 ENDING = ".sdf.erb"
 MOST_ROWS = 200
 LONGEST = 40_000

@@ -9,8 +9,6 @@ from vrx_mj.config.search import display
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.urdf.xacro_files import MAX_BYTES
 
-__all__ = ["files_below", "is_folder", "links_below", "short_names"]
-
 BUILT = {"build", "devel", "install", "log"}
 """Folders of a workspace that are made from the others."""
 MOST_FILES = 2000

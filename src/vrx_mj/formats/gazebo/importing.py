@@ -39,8 +39,6 @@ from vrx_mj.formats.urdf.writing import urdf_text
 from vrx_mj.formats.urdf.xacro_files import own_packages, read_bytes
 from vrx_mj.resources import root
 
-__all__ = ["HEAD", "TABLE", "TITLE", "Imported", "import_files"]
-
 TABLE = "import.md"
 """Name of the file with the table."""
 TITLE = "# What became of each part\n"

@@ -51,8 +51,6 @@ from vrx_mj.formats.urdf.expression_values import LONGEST_TEXT, Budget, Expressi
 from vrx_mj.formats.urdf.xacro_files import Files, Substitutions
 from vrx_mj.frames import Pose, compose
 
-__all__ = ["SERVING", "is_launch", "launch_of", "read_launch"]
-
 DEEPEST = 20
 """Launch files that may include each other."""
 MOST = 1000

@@ -18,20 +18,6 @@ from vrx_mj.formats.gazebo.stock import StockBoat
 from vrx_mj.formats.urdf.elements import truth
 from vrx_mj.frames import Pose
 
-__all__ = [
-    "ENDING",
-    "POSE",
-    "Launch",
-    "SpawnedBoat",
-    "SpawnedObject",
-    "checked_fleet",
-    "fleet_of",
-    "objects_of",
-    "pose_of_words",
-    "stock_boat",
-    "with_objects",
-]
-
 ENDING = ".launch"
 """How the names of launch files end."""
 POSE = ("x", "y", "z", "R", "P", "Y")

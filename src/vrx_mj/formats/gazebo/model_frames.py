@@ -10,8 +10,6 @@ from vrx_mj.formats.gazebo.sdf_frames import HERE, MODEL, NESTED, Frames, Given,
 from vrx_mj.formats.series.calls import At
 from vrx_mj.frames import Pose, compose
 
-__all__ = ["ModelFrames", "in_usual_frames", "in_world_frame", "inner_scope", "pose_of", "safe_name"]
-
 MODELS = {"include", "model"}
 """Tags of models in a model or a world."""
 WORLD = "world"

@@ -16,8 +16,6 @@ from vrx_mj.formats.gazebo.sdf_frames import HERE, MODEL, Scope, relative
 from vrx_mj.formats.series.calls import At
 from vrx_mj.frames import Pose, apply, compose, rotation
 
-__all__ = ["Assembly", "Body", "assembled", "mass_of"]
-
 Content = dict[str, Any]
 
 WORLD = "world"

@@ -34,25 +34,6 @@ from vrx_mj.formats.series.calls import At, located
 from vrx_mj.formats.urdf.meshes import MeshFiles
 from vrx_mj.frames import Pose, compose
 
-__all__ = [
-    "NO_MODEL",
-    "PATHS",
-    "ROBOT",
-    "buoyancy_of",
-    "file_in_folder",
-    "follow_path",
-    "has_model",
-    "hold_models",
-    "is_gazebo_model",
-    "model_element",
-    "model_file",
-    "model_folder",
-    "model_name",
-    "model_section",
-    "object_document",
-    "same_buoyancy",
-]
-
 ROBOT = "robot.yaml"
 """What a folder that is a robot has."""
 PATHS = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH")

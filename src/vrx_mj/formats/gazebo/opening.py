@@ -31,8 +31,6 @@ from vrx_mj.formats.gazebo.worlds import NO_BOATS, GazeboWorld, gazebo_world, is
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
 from vrx_mj.packages import shell_word
 
-__all__ = ["file_in", "file_of_folder", "joined", "opened"]
-
 LAUNCH = (".launch",)
 ROS2 = (".launch.py", ".launch.xml")
 ROBOTS = (".urdf", ".urdf.xacro")

@@ -6,8 +6,6 @@ from vrx_mj.config.search import PLACES, catalogue, is_built_in
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.gazebo.document import LIBRARIES, home_path
 
-__all__ = ["NOWHERE", "PACKAGES", "is_nowhere", "named_world", "object_named", "robot_named", "world_named"]
-
 PACKAGES = LIBRARIES | {
     "gazebo_ros",
     "wamv_gazebo",

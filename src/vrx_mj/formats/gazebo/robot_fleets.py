@@ -13,9 +13,6 @@ from vrx_mj.formats.gazebo.launch import is_launch, launch_of
 from vrx_mj.formats.gazebo.launched import fleet_of
 from vrx_mj.formats.gazebo.models import ROBOT, file_in_folder, is_gazebo_model, model_file
 
-__all__ = ["fleet_document", "folder_document", "is_description", "is_robot_xacro", "launch_document", "robot_fleet"]
-
-
 BESIDE = {"thrusters": "thruster_config.yaml", "components": "component_config.yaml"}
 """Keys of a fleet, and the files of VRX that a robot's folder may have for them."""
 

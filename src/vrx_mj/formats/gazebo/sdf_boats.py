@@ -19,8 +19,6 @@ from vrx_mj.formats.urdf.meshes import MeshFiles
 from vrx_mj.formats.urdf.model import Joint, Urdf
 from vrx_mj.formats.urdf.reader import checked_tree
 
-__all__ = ["is_boat", "read_boat"]
-
 DEEPEST = 8
 """Models that may be in each other."""
 MOST_INCLUDES = 100

@@ -10,8 +10,6 @@ from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.urdf.elements import Node
 from vrx_mj.frames import Pose, angles, compose, inverse, rotation_matrix
 
-__all__ = ["HERE", "MODEL", "NESTED", "Frames", "Given", "Scope", "given_pose", "relative"]
-
 HERE: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 MODEL = "__model__"
 """Name of a model's own frame."""

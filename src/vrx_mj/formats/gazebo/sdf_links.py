@@ -24,8 +24,6 @@ from vrx_mj.formats.urdf.links import (
 from vrx_mj.formats.urdf.model import Inertial, Joint, Limits, Link
 from vrx_mj.frames import Pose, apply, compose, inverse, rotation
 
-__all__ = ["WORLD", "Body", "inside_link", "read_sdf_joint", "read_sdf_link"]
-
 UNIT = 1.0
 """Mass [kg] and moments of inertia [kg m2] of a link that gives none, by SDF."""
 WATER = 1000.0

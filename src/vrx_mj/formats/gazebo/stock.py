@@ -7,12 +7,6 @@ from vrx_mj.formats.urdf.elements import truth
 from vrx_mj.frames import Pose
 from vrx_mj.packages import shell_word
 
-__all__ = [
-    "PACKAGES", "STOCK_LAUNCHES", "StockBoat", "StockLaunch", "instead_of", "is_tool", "stock_launch", "stock_launches",
-    "unlocks",
-    "unused",
-]  # fmt: skip
-
 CLASSIC, OLDER, WAVES, MARITIME = PACKAGES = ("vrx_gazebo", "vrx_2019", "wave_gazebo", "vorc_gazebo")
 """Packages that hold launch files; a launch file that two of them have is that of the earlier one."""
 

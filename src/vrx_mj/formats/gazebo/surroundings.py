@@ -10,8 +10,6 @@ from vrx_mj.config.sea import SeaConfig
 from vrx_mj.config.wording import shown
 from vrx_mj.formats.gazebo.document import Element
 
-__all__ = ["georeference", "published_sea", "scene", "view", "wave_field", "wind"]
-
 Content = dict[str, Any]
 
 WAVES = ("number", "scale", "gain", "period", "angle", "tau", "amplitude", "steepness")

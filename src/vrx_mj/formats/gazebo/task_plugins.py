@@ -7,8 +7,6 @@ from typing import Any
 from vrx_mj.config.base import COLORS
 from vrx_mj.formats.gazebo.document import Element
 
-__all__ = ["kind_of", "marked", "task_of", "unread"]
-
 Content = dict[str, Any]
 
 BOAT = "wamv"

@@ -15,8 +15,6 @@ from vrx_mj.formats.gazebo.models import PATHS, has_model, model_element, model_
 from vrx_mj.formats.gazebo.sdf_boats import is_boat
 from vrx_mj.frames import Pose
 
-__all__ = ["TextModel", "model_of_text"]
-
 MOST_NOTES = 3
 """Parts of a model that is not taken over as it is, which a message names."""
 

@@ -34,8 +34,6 @@ from vrx_mj.formats.series.calls import BLOCK, SYMBOLS, At, Call, located, named
 from vrx_mj.formats.series.macros import MACROS, made
 from vrx_mj.formats.series.pieces import Piece, assembled, base_objects
 
-__all__ = ["NO_BOATS", "GazeboWorld", "gazebo_world", "is_gazebo_world", "warn_of_losses", "world_document"]
-
 BASES = {
     "sydney_regatta": "sydney_regatta",
     "sandisland": "sand_island",

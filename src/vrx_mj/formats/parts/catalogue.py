@@ -7,19 +7,6 @@ from typing import Any, Literal
 
 from vrx_mj.config.tree import Place
 
-__all__ = [
-    "ELSEWHERE",
-    "FIXED",
-    "HULL_LINKS",
-    "JAZZY_NAMES",
-    "MISNAMED",
-    "TYPES",
-    "Instance",
-    "Parameter",
-    "PartType",
-    "PartsFile",
-]
-
 Kind = Literal["components", "thrusters"]
 
 

@@ -26,22 +26,6 @@ from vrx_mj.formats.parts.catalogue import TYPES, Instance, Kind, PartsFile, Rel
 from vrx_mj.formats.parts.read import name_of, place_of
 from vrx_mj.resources import root
 
-__all__ = [
-    "FACE",
-    "Box",
-    "PartVerdict",
-    "Point",
-    "Rules",
-    "Spot",
-    "Verdict",
-    "assigned",
-    "judge",
-    "load_rules",
-    "nearest_box",
-    "nearest_place",
-    "rule_sets",
-]
-
 Point = tuple[float, float, float]
 """x, y, z in base_link [m]."""
 

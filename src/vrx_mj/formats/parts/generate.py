@@ -16,8 +16,6 @@ from vrx_mj.formats.parts.catalogue import Kind, PartsFile
 from vrx_mj.formats.urdf.expand import expand
 from vrx_mj.resources import root
 
-__all__ = ["ARGUMENTS", "LAYOUTS", "example_file", "wamv_urdf", "xacro_text"]
-
 LAYOUTS = ("H", "T", "X")
 """Thruster layouts that need no file."""
 

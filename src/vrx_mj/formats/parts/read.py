@@ -31,15 +31,6 @@ from vrx_mj.formats.parts.catalogue import (
 from vrx_mj.formats.urdf.expression_values import GLOBALS, MATH, Budget, ExpressionError, Module
 from vrx_mj.formats.urdf.expressions import Names, evaluate
 
-__all__ = [
-    "has_expression",
-    "load_parts",
-    "meant",
-    "name_of",
-    "place_of",
-    "triple_of",
-]
-
 _NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_-]{0,63}")
 _WORD = re.compile(r"[A-Za-z0-9_./-]{1,64}")

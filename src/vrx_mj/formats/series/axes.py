@@ -18,8 +18,6 @@ from vrx_mj.config.wording import shown, unknown_key
 from vrx_mj.config.yaml_text import Repeat, parse_loosely, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxWarning
 
-__all__ = ["MOST_WORLDS", "Axis", "Series", "looks_like_axes", "read_series"]
-
 MOST_WORLDS = 10_000
 """Worlds of one file."""
 KEYS = ("steps", "macros", "sequence", "yamls")

@@ -17,22 +17,6 @@ from vrx_mj.formats.urdf.expressions import Names, evaluate
 from vrx_mj.formats.urdf.xml_text import parse_pieces
 from vrx_mj.frames import Pose
 
-__all__ = [
-    "BLOCK",
-    "REQUIRED",
-    "At",
-    "Block",
-    "Call",
-    "Given",
-    "Tag",
-    "calls_of",
-    "included",
-    "located",
-    "named_as",
-    "read_block",
-    "thing",
-]
-
 BLOCK = "/**"
 """What the name of a parameter that holds XML begins with."""
 WORK = 50_000

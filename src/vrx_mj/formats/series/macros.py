@@ -10,23 +10,6 @@ from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.series.calls import BLOCK, REQUIRED, At, Block, Call, Given, Tag, included, thing
 from vrx_mj.formats.series.pieces import Piece
 
-__all__ = [
-    "MACROS",
-    "TASK_DEFAULTS",
-    "Macro",
-    "Parameters",
-    "dock",
-    "gymkhana",
-    "made",
-    "nav_challenge",
-    "perception",
-    "scan_and_dock",
-    "scan_dock_deliver",
-    "stationkeeping",
-    "wayfinding",
-    "wildlife",
-]
-
 Parameters = Mapping[str, Any]
 BOAT = "wamv"
 GEODETIC = "latitude longitude yaw"

@@ -10,8 +10,6 @@ from vrx_mj.config.tree import Entry, Items, Place, Section, key_path, merged
 from vrx_mj.errors import ConfigError, Problem, VrxWarning
 from vrx_mj.formats.series.calls import located, named_as
 
-__all__ = ["Piece", "assembled", "base_objects"]
-
 SINGLE = ("base", "task")
 """Parts that a world has once; of others, such as the sea, the later one counts."""
 

@@ -17,17 +17,6 @@ from vrx_mj.formats.series.calls import calls_of
 from vrx_mj.formats.series.macros import made
 from vrx_mj.formats.series.pieces import Piece, assembled
 
-__all__ = [
-    "HEAD",
-    "SeriesWorld",
-    "refuse_axes",
-    "section_text",
-    "series_world",
-    "side_text",
-    "world_document",
-    "world_text",
-]
-
 MARK = "#"
 """Between the name of an axes file and the number of a world."""
 

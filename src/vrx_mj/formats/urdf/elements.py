@@ -17,8 +17,6 @@ from vrx_mj.config.tree import File, of_python
 from vrx_mj.config.wording import choice, shown
 from vrx_mj.errors import ConfigError, Problem
 
-__all__ = ["FILE", "Findings", "Node", "numbers_of", "truth"]
-
 ConfigT = TypeVar("ConfigT", bound=Config)
 
 SWITCHES = {"true": True, "1": True, "false": False, "0": False}

@@ -21,8 +21,6 @@ from vrx_mj.formats.urdf.xacro_engine import Engine
 from vrx_mj.formats.urdf.xacro_files import Files, own_packages, read_bytes
 from vrx_mj.resources import root
 
-__all__ = ["arguments", "check_library", "declared", "expand", "expanded_document"]
-
 ResultT = TypeVar("ResultT")
 
 _SHOWN_WARNINGS = 10

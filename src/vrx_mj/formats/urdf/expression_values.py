@@ -7,31 +7,6 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
-__all__ = [
-    "EVERYWHERE",
-    "GLOBALS",
-    "LONGEST_TEXT",
-    "MATH",
-    "METHODS",
-    "MOST_VALUES",
-    "Budget",
-    "DottedMapping",
-    "ExpressionError",
-    "Function",
-    "Module",
-    "Room",
-    "check_power",
-    "check_repeat",
-    "dotted",
-    "fatal",
-    "formatted",
-    "kind_of",
-    "measure",
-    "python_module",
-    "silent",
-    "tokens",
-]
-
 WORK = 3_000_000
 """Work that the expansion of one file may take: about 1 us each; a WAM-V with VRX's sensors takes 0.35 million."""
 MOST_TEXT = 4_000_000

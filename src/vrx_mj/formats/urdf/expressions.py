@@ -35,8 +35,6 @@ from vrx_mj.formats.urdf.expression_values import (
     measure,
 )
 
-__all__ = ["Names", "Namespace", "Scope", "evaluate", "property_name", "unknown"]
-
 LONGEST = 5000
 """Characters of an expression."""
 

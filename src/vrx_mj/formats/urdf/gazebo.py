@@ -13,19 +13,6 @@ from vrx_mj.formats.urdf.gazebo_sensors import INSTRUMENTS, Scope, library, plug
 from vrx_mj.formats.urdf.gz_sim import Control, controlled, read_buoyancy, read_controls, read_fossen
 from vrx_mj.formats.urdf.model import Gazebo, Urdf, UrdfThruster
 
-__all__ = [
-    "is_thruster",
-    "read_floats",
-    "read_freefloating",
-    "read_gazebo",
-    "read_hydrodynamics",
-    "read_newer_hydrodynamics",
-    "read_newer_thruster",
-    "read_thrusters",
-    "read_uuv_thruster",
-    "read_wind",
-]
-
 ADDED_MASS = {"xDotU": 5.0, "yDotV": 5.0, "zDotW": 0.1, "kDotP": 0.1, "mDotQ": 0.1, "nDotR": 1.0}
 LINEAR = {"xU": 20.0, "yV": 20.0, "zW": 20.0, "kP": 20.0, "mQ": 20.0, "nR": 20.0}
 QUADRATIC = {"xUU": 0.0, "yVV": 0.0, "zWW": 0.0, "kPP": 0.0, "mQQ": 0.0, "nRR": 0.0}

@@ -21,8 +21,6 @@ from vrx_mj.formats.urdf.elements import Findings, Node
 from vrx_mj.formats.urdf.model import Urdf, chained, link_pose
 from vrx_mj.frames import Pose
 
-__all__ = ["INSTRUMENTS", "QUIET_SENSORS", "SENSORS", "Scope", "library", "plugin_kind", "read_sensor"]
-
 ZERO: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 HARD_CODED = ("wamv/", "cora/")
 """Prefixes that VRX's files write whatever the boat's namespace is."""

@@ -10,8 +10,6 @@ from vrx_mj.formats.urdf.elements import Node
 from vrx_mj.formats.urdf.gazebo_sensors import Scope
 from vrx_mj.formats.urdf.model import UrdfThruster
 
-__all__ = ["Control", "controlled", "read_buoyancy", "read_controls", "read_fossen"]
-
 AXES = ("xU", "yV", "zW", "kP", "mQ", "nR")
 """Coefficients along the axes of motion: surge, sway, heave, roll, pitch, yaw."""
 CROSSED = frozenset(

@@ -17,25 +17,6 @@ from vrx_mj.formats.urdf.model import Inertial, Joint, Limits, Link, chained
 from vrx_mj.frames import Pose, compose, facing, inverse
 from vrx_mj.resources import root
 
-__all__ = [
-    "BOUNDED",
-    "TYPES",
-    "Surroundings",
-    "at_rest",
-    "check_inertia",
-    "collision_of",
-    "gazebo_color",
-    "length_one",
-    "material_colors",
-    "read_joint",
-    "read_link",
-    "read_pose",
-    "root_of",
-    "shape_name",
-    "stand_in",
-    "visuals_of",
-]
-
 Color = tuple[float, float, float, float]
 Scale = tuple[float, float, float]
 

@@ -8,21 +8,6 @@ from typing import Any, NoReturn
 
 from vrx_mj.errors import VrxError
 
-__all__ = [
-    "MAX_PARTS",
-    "MAX_POINTS",
-    "MAX_TRIANGLES",
-    "check_counts",
-    "checked_text",
-    "is_binary_stl",
-    "refuse",
-    "sized_dae",
-    "sized_glb",
-    "sized_obj",
-    "sized_ply",
-    "sized_stl",
-]
-
 MAX_TRIANGLES = 200_000
 """Most triangles of a mesh; MuJoCo's own limit for STL files."""
 MAX_POINTS = 600_000

@@ -28,18 +28,6 @@ from vrx_mj.config.wording import shown
 from vrx_mj.errors import VrxError, shortened
 from vrx_mj.formats.urdf.mesh_sizes import check_counts, refuse, sized_dae, sized_glb, sized_obj, sized_ply, sized_stl
 
-__all__ = [
-    "MeshData",
-    "MeshFiles",
-    "MissingMeshError",
-    "check_mesh",
-    "mesh_bytes",
-    "obj_text",
-    "read_mesh",
-    "with_file_uris",
-    "with_mesh_names",
-]
-
 _PACKAGE = re.compile(r"(package|model)://([^/]*)/(.*)", re.DOTALL)
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
 _MESH = re.compile(r"""(<mesh\s[^<>]*?\bfilename\s*=\s*)("[^"<]*"|'[^'<]*')""")

@@ -11,8 +11,6 @@ from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.frames import Pose, compose
 
-__all__ = ["Gazebo", "Inertial", "Joint", "Limits", "Link", "Urdf", "UrdfThruster", "chained", "link_pose"]
-
 
 @dataclass(frozen=True)
 class Inertial:

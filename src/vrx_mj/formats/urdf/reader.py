@@ -12,8 +12,6 @@ from vrx_mj.formats.urdf.meshes import MeshFiles
 from vrx_mj.formats.urdf.model import Joint, Link, Urdf
 from vrx_mj.formats.urdf.xml_text import parse_robot
 
-__all__ = ["checked_tree", "named", "read_urdf"]
-
 LIGHT = 0.01
 """Share of a robot's mass below which a link's impossible inertia does not matter."""
 

@@ -10,8 +10,6 @@ from vrx_mj.formats.urdf.links import TYPES
 from vrx_mj.formats.urdf.model import Joint, Link, Urdf
 from vrx_mj.frames import Pose
 
-__all__ = ["file_uri", "urdf_text"]
-
 
 def file_uri(shape: Shape) -> str:
     """Where the file of a mesh is."""

@@ -14,10 +14,6 @@ from yaml.nodes import MappingNode, Node, ScalarNode
 from vrx_mj.config.tree import File, Place
 from vrx_mj.formats.urdf.expression_values import LONGEST_TEXT, Budget, ExpressionError, measure
 
-__all__ = [
-    "Child", "FileError", "Located", "children", "load_plain", "parent_of", "parse_document", "place_of", "written",
-]  # fmt: skip
-
 DEEPEST = 60
 """Levels of elements in elements."""
 MOST_NODES = 50_000

@@ -32,8 +32,6 @@ from vrx_mj.formats.urdf.xacro_document import Child, Located, load_plain, paren
 from vrx_mj.formats.urdf.xacro_files import Files, Substitutions
 from vrx_mj.formats.urdf.xacro_macros import Macro, check_call, defined, macro_of
 
-__all__ = ["Engine"]
-
 DEEPEST_MACROS = 60
 """Macros that may call each other."""
 DEEPEST_FILES = 20

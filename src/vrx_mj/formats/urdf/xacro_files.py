@@ -25,8 +25,6 @@ from vrx_mj.formats.urdf.expression_values import GLOBALS, Budget, ExpressionErr
 from vrx_mj.formats.urdf.expressions import Names, evaluate, unknown
 from vrx_mj.resources import root
 
-__all__ = ["Files", "Substitutions", "own_packages", "read_bytes"]
-
 MAX_BYTES = 4_000_000
 """Longest file that is read."""
 MOST_MATCHES = 1000

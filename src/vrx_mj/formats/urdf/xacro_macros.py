@@ -8,8 +8,6 @@ from vrx_mj.formats.urdf.expression_values import LONGEST_TEXT, ExpressionError
 from vrx_mj.formats.urdf.expressions import Scope, unknown
 from vrx_mj.formats.urdf.xacro_document import Located
 
-__all__ = ["Macro", "check_call", "defined", "macro_of"]
-
 MOST_PARAMETERS = 500
 """Parameters of a macro."""
 _LONGEST_MESSAGE = 300

@@ -6,8 +6,6 @@ from typing import Any
 
 from vrx_mj.errors import ConfigError, Problem
 
-__all__ = ["in_namespace", "namespace_of", "parse_pieces", "parse_robot"]
-
 MAX_CHARACTERS = 20_000_000
 """Longest text that is read."""
 MAX_TAGS = 200_000

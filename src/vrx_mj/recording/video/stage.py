@@ -18,9 +18,10 @@ import numpy.typing as npt
 from vrx_mj.arguments import as_number, several
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.errors import CommandError, RecordError, shown
-from vrx_mj.mjcf.drawing import drawing_model
+from vrx_mj.mjcf.drawing import add_skin, compiled_spec, drawing_spec
 from vrx_mj.model.world import Parameters
-from vrx_mj.physics.surface import EDGE, draw_surface
+from vrx_mj.physics.surface import EDGE, PLAIN, draw_surface, horizon
+from vrx_mj.recording.antialiasing import antialias, smooth
 from vrx_mj.recording.boat_sets import HUGE, BoatSet, columns_in
 from vrx_mj.recording.reader import Record
 from vrx_mj.recording.rescoring import scored_frames
@@ -29,25 +30,9 @@ from vrx_mj.runtime.sensing import painted
 from vrx_mj.runtime.warmup import announced
 from vrx_mj.sensors.canvas import Canvas
 from vrx_mj.sensors.displays import check_display_marks, displays_of
-from vrx_mj.sensors.sea import SeaSkin
-from vrx_mj.sensors.view import View
+from vrx_mj.sensors.sea import SeaSkin, Skin
+from vrx_mj.sensors.view import SMALLEST, View
 from vrx_mj.tasks.registry import TASK_KINDS
-
-__all__ = [
-    "LASTS",
-    "Above",
-    "Chase",
-    "Eye",
-    "Footage",
-    "Instant",
-    "Stage",
-    "TaskMoment",
-    "Wake",
-    "looking",
-    "sterns",
-    "triangles_of",
-    "view_of",
-]
 
 CALM = 1.2
 """Standard deviation over which a followed path is smoothed [s]."""
@@ -100,7 +85,7 @@ def looking(position: Sequence[float], target: Sequence[float], up: Sequence[flo
 
 def view_of(eye: Eye, width: int, height: int) -> View:
     """What an eye sees in a picture of a size [pixels]."""
-    half = math.tan(eye.field / 2.0)
+    half, above = math.tan(eye.field / 2.0), eye.rotation[2, 0] < -STEEP
     return View(
         position=eye.position,
         rotation=eye.rotation,
@@ -109,6 +94,8 @@ def view_of(eye: Eye, width: int, height: int) -> View:
         near=NEAR,
         far=FAR,
         focal_length=width / (2.0 * half),
+        end=1.2 * horizon(float(eye.position[2])),
+        smallest=SMALLEST_ABOVE if above else SMALLEST,
     )
 
 
@@ -307,16 +294,14 @@ def between(first: FloatArray, second: FloatArray, time: float, turns: list[int]
 
 Paths = Mapping[str, FloatArray]
 
-SAMPLES = 4
-"""Per pixel, so that edges are smooth."""
 STEEP = 0.5
 """Height of the view's axis [unit vector], negative, from which a picture is one from above."""
+SMALLEST_ABOVE = 1.0
+"""Geoms of a smaller radius [pixels] are not drawn in a picture from above, which has many."""
 RELIEF = 5.0
 """How much more the slopes of waves shade a sea that is seen from above, where little of the sky mirrors in it."""
 LIGHTER = 0.14
 """Share of the sky by which a sea that is seen from above is lighter."""
-TRIANGLES = 4
-"""Triangles of foam per piece: two between two pieces, and as many to spare."""
 
 
 class Stage:
@@ -338,22 +323,16 @@ class Stage:
         """
         world = boat_set.world
         parameters = world.parameters
-        self._model = drawing_model(world)
+        spec = drawing_spec(world)
+        wakes = [Wake(paths[boat], stern) for boat, stern in sterns(parameters) if boat in paths]
+        self._foam = Foam(spec, wakes if spec.skins else ())
+        self._model = compiled_spec(spec, world.name)
         check_columns(boat_set, self._model)
         self._data = mujoco.MjData(self._model)
         self._sea = SeaSkin(self._model, parameters.sea, seed)
         self._displays = displays_of(parameters)
-        self._wakes = [Wake(paths[boat], stern) for boat, stern in sterns(parameters) if boat in paths]
-        self._foam_at = math.nan, (np.zeros((0, 3, 3)), np.zeros(0))
         width, height = size
-        self._canvas = Canvas(
-            self._model,
-            width=width,
-            height=height,
-            fog=parameters.scene.fog,
-            samples=SAMPLES,
-            spare=64 + len(self._wakes) * math.ceil(TRIANGLES * LASTS * PIECES_PER_SECOND),
-        )
+        self._canvas = Canvas(self._model, width=width, height=height, fog=parameters.scene.fog)
         self.level = parameters.sea.level
         """Mean height of the water [m]."""
 
@@ -370,23 +349,15 @@ class Stage:
         view = view_of(eye, width, height)
         with announced(draw_surface, "the sea's pictures", 8):
             self._move_sea(view, moment.time)
-        out = np.empty((height, width, 3), np.uint8)
-        foam = self._foam(moment.time)
-        self._canvas.draw(data, view, self._sea, out, lambda scene: add_triangles(scene, *foam))
-        return out[::-1]
+        drawn = np.empty((height, width, 3), np.uint8)
+        self._foam.move(moment.time, self._sea.height)
+        self._canvas.draw(data, view, (self._sea, self._foam), drawn)
+        with announced(smooth, "the smoothing of edges", 3):
+            return antialias(drawn)
 
     def close(self) -> None:
         """Free the drawing context."""
         self._canvas.close()
-
-    def _foam(self, time: float) -> tuple[FloatArray, FloatArray]:
-        """The triangles of foam behind all hulls at a time [s]; the same for several pictures of it."""
-        if self._foam_at[0] != time:
-            wakes = self._wakes if self._sea.wet else ()
-            found = [(np.zeros((0, 3, 3)), np.zeros(0)), *(wake.triangles(time, self._sea.height) for wake in wakes)]
-            corners, shades = zip(*found, strict=True)
-            self._foam_at = time, (np.concatenate(corners), np.concatenate(shades))
-        return self._foam_at[1]
 
     def _move_sea(self, view: View, time: float) -> None:
         """The sea as it is seen; from above waves are shaded more, and do not glitter."""
@@ -394,11 +365,13 @@ class Stage:
         if self._model.nlight:
             sun = np.asarray(-self._data.light_xdir[0], np.float64)
         above = view.rotation[2, 0] < -STEEP
-        self._sea.move(view.position, RELIEF * sun if above else sun, *view.horizontal_range(), time)
+        floats = self._sea.floats(self._data, view.position, time)
+        light = RELIEF * sun if above else sun
+        self._sea.move(view.position, light, *view.horizontal_range(), time, view.elevations(), floats)
         if above:
             mirrored, glitter = self._sea.palette.T
             np.clip(mirrored + LIGHTER, EDGE, 1.0 - EDGE, out=mirrored)
-            glitter[:] = EDGE
+            np.minimum(glitter, PLAIN, out=glitter)
 
 
 def sterns(parameters: Parameters) -> Sequence[tuple[str, tuple[float, float]]]:
@@ -407,20 +380,23 @@ def sterns(parameters: Parameters) -> Sequence[tuple[str, tuple[float, float]]]:
     return list(dict.fromkeys((boat, place) for boat, place in found if place[0] < 0.0))
 
 
-Triangles = tuple[FloatArray, FloatArray]
+Strip = tuple[FloatArray, FloatArray]
+"""Edges (n, 2, 3) [m] and opacities (n,) of foam, the freshest first; the first edge is on the right of the way."""
 Height = Callable[[FloatArray, FloatArray, float], npt.ArrayLike]
 
 LASTS = 14.0
 """How long foam is seen [s]."""
 PIECES_PER_SECOND = 5.0
+PIECES = math.floor(LASTS * PIECES_PER_SECOND) + 2
+"""Pieces of a wake at most."""
+FOAM = "vrx_mj/foam"
+"""Name of the skin that is the foam, and of its material and texture."""
 FULL_SPEED = 2.0
 """Speed from which foam is as white as it gets [m/s]."""
 SLOWEST = 0.25
 """Speed below which a hull leaves no foam [m/s]."""
 WHITE = 0.38
 """Opacity of fresh foam."""
-FAINT = 0.01
-"""Opacity below which foam is not drawn."""
 WIDTH, SPREAD = 0.28, 0.09
 """Width of fresh foam [m], and by how much it grows [m/s]."""
 OVER = 0.05
@@ -439,20 +415,18 @@ class Wake:
         steps = np.hypot(*np.diff(self._place, axis=0).T) / np.maximum(np.diff(self._time), 1e-9)
         self._speed = np.concatenate([steps[:1], steps]) if len(steps) else np.zeros(len(path))
 
-    def triangles(self, now: float, height: Height) -> Triangles:
-        """The foam at a time [s] on a sea of a height: corners (m, 3, 3) [m] and opacities (m,)."""
-        return triangles_of(*strip_of(self._time, self._place, self._speed, now, height))
+    def strip(self, now: float, height: Height) -> Strip:
+        """The foam at a time [s] on a sea of a height."""
+        return strip_of(self._time, self._place, self._speed, now, height)
 
 
-def strip_of(
-    time: FloatArray, place: FloatArray, speed: FloatArray, now: float, height: Height
-) -> tuple[FloatArray, FloatArray]:
-    """Edges (n, 2, 3) and opacities (n,) of foam left at times (m,) [s] at places (m, 2) [m] at speeds (m,) [m/s]."""
+def strip_of(time: FloatArray, place: FloatArray, speed: FloatArray, now: float, height: Height) -> Strip:
+    """The foam left at times (m,) [s] at places (m, 2) [m] at speeds (m,) [m/s]."""
     first = max(time[0], now - LASTS)
     if len(time) < 2 or first >= min(now, time[-1]):
         return np.zeros((0, 2, 3)), np.zeros(0)
     # pieces keep their places on the water while the boat goes on: their times are whole steps of a clock
-    left = np.arange(np.ceil(first * PIECES_PER_SECOND), np.floor(now * PIECES_PER_SECOND) + 1) / PIECES_PER_SECOND
+    left = np.arange(np.ceil(first * PIECES_PER_SECOND), np.ceil(now * PIECES_PER_SECOND)) / PIECES_PER_SECOND
     left = np.concatenate([[min(now, time[-1])], left[::-1]])
     spots = np.column_stack([np.interp(left, time, place[:, axis]) for axis in (0, 1)])
     fast = np.interp(left, time, speed)
@@ -466,37 +440,32 @@ def strip_of(
     return np.concatenate([edges, z[..., None]], axis=-1), opacity
 
 
-def triangles_of(edges: FloatArray, opacity: FloatArray) -> Triangles:
-    """Corners (m, 3, 3) and opacities (m,) of the triangles of a strip, two between two pieces."""
-    shade = 0.5 * (opacity[1:] + opacity[:-1])
-    near, far = edges[:-1], edges[1:]
-    corners = np.stack(
-        [np.stack([near[:, 0], near[:, 1], far[:, 0]], axis=1), np.stack([far[:, 1], far[:, 0], near[:, 1]], axis=1)]
-    ).reshape(-1, 3, 3)
-    shades = np.tile(shade, 2)
-    seen = (shades > FAINT) & (np.linalg.norm(normals_of(corners), axis=1) > 1e-9)
-    return corners[seen], shades[seen]
+class Foam(Skin):
+    """The foam of all wakes: a skin of strips, each with as many pieces as a wake can have."""
 
+    def __init__(self, spec: mujoco.MjSpec, wakes: Sequence[Wake]) -> None:
+        """Add the skin to the spec of a drawing model, which stays without it where there are no wakes."""
+        super().__init__(2 * PIECES * len(wakes))
+        self._wakes, self._time = wakes, math.nan
+        self.normals[:, 2] = 1.0
+        self.palette[:] = 0.5
+        if wakes:
+            left = (np.arange(len(wakes))[:, None] * 2 * PIECES + 2 * np.arange(PIECES - 1)).reshape(-1, 1)
+            triangles = np.concatenate([left + np.array(corners) for corners in ((0, 1, 2), (1, 3, 2))]).astype(
+                np.int32
+            )
+            white = np.full((2, 256, 4), 255, np.uint8)
+            white[..., 3] = np.arange(256)
+            add_skin(spec, FOAM, white, self.vertices, self.palette, triangles, opacity=0.99)
 
-def normals_of(corners: FloatArray) -> FloatArray:
-    """Normals of triangles (m, 3, 3), as long as twice their areas."""
-    normals: FloatArray = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return normals
-
-
-def add_triangles(scene: mujoco.MjvScene, corners: FloatArray, shades: FloatArray) -> None:
-    """Add white triangles, while the scene has room.
-
-    MuJoCo has their corners at the origin of their frames and on two of the axes, at the distances in their sizes.
-    """
-    sides = np.stack([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], normals_of(corners)], axis=-1)
-    lengths = np.linalg.norm(sides, axis=1, keepdims=True)
-    axes, sizes = (sides / lengths).reshape(-1, 9), lengths[:, 0] * (1.0, 1.0, 0.0)
-    colors = np.ones((len(corners), 4), np.float32)
-    colors[:, 3] = shades
-    for k in range(min(len(corners), scene.maxgeom - scene.ngeom)):
-        geom = scene.geoms[scene.ngeom]
-        mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_TRIANGLE, sizes[k], corners[k, 0], axes[k], colors[k])
-        geom.emission, geom.specular = 0.8, 0.0
-        geom.category = mujoco.mjtCatBit.mjCAT_DECOR
-        scene.ngeom += 1
+    def move(self, time: float, height: Height) -> None:
+        """Lay the foam of a time [s] on a sea of a height; several pictures of one time share it."""
+        if time == self._time:
+            return
+        self._time = time
+        places, shades = self.vertices.reshape(-1, PIECES, 2, 3), self.palette.reshape(-1, PIECES, 2, 2)
+        for number, wake in enumerate(self._wakes):
+            edges, opacity = wake.strip(time, height)
+            count = len(opacity)
+            places[number, :count], places[number, count:] = edges, edges[-1:, :1] if count else 0.0
+            shades[number, :count, :, 0], shades[number, count:, :, 0] = opacity[:, None], 0.0

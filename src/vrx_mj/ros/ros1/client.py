@@ -12,8 +12,6 @@ from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.ros.messages import Message, decode, encode, service_md5sum
 from vrx_mj.ros.ros1.connection import LARGEST_HEADER, decode_header, encode_header, framed
 
-__all__ = ["MASTER", "Client"]
-
 MASTER = "http://localhost:11311"
 LARGEST_RESPONSE = 1 << 24
 """Bytes of a response, at most."""

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.limits import Intake, Place
 
-__all__ = ["LARGEST_HEADER", "Splitter", "decode_header", "encode_header", "framed"]
-
 LARGEST_HEADER = 1 << 18
 """Bytes of a header, at most: definitions of messages have up to some 10,000."""
 MOST_FIELDS = 64

@@ -5,15 +5,14 @@ import contextlib
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from typing import Any
+from xmlrpc.client import Fault
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.access import Names
 from vrx_mj.ros.limits import SMALL, CallsPace, ConnectionLimit, Intake, Place
 from vrx_mj.ros.network import Notices
 from vrx_mj.ros.parameters import value_size
-from vrx_mj.ros.ros1.xmlrpc import LARGEST_HEAD, Fault, answer_bytes, checked_size, fault_bytes, read, read_head
-
-__all__ = ["HttpServer"]
+from vrx_mj.ros.ros1.xmlrpc import LARGEST_HEAD, answer_bytes, checked_size, fault_bytes, read, read_head
 
 Answerer = Callable[[str, Sequence[Any], str], Awaitable[Any]]
 """Takes a method, its values and the caller's address; gives a value, or raises CommandError or Fault."""

@@ -6,13 +6,12 @@ import os
 import socket
 from collections.abc import Callable, Sequence
 from typing import Any
+from xmlrpc.client import Fault
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.parameters import LONGEST, is_legal, is_type, joined, resolve, updates
-from vrx_mj.ros.ros1.xmlrpc import BROKEN, LARGEST_REPLY, Fault, Proxy, address
-
-__all__ = ["Master", "Reply"]
+from vrx_mj.ros.ros1.xmlrpc import BROKEN, LARGEST_REPLY, Proxy, address
 
 NODE_TIMEOUT = 5.0
 """Wall time that a node may take for an answer [s]."""

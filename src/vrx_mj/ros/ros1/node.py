@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Callable, Coroutine, Mapping, Sequence
 from typing import Any
+from xmlrpc.client import Fault
 
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.ros.access import addresses, announced, bound, is_local, own_names
@@ -21,9 +22,7 @@ from vrx_mj.ros.ros1.master import Reply
 from vrx_mj.ros.ros1.publication import Caller, Provided, Publication, Reader, Role, Stream, TcprosListener
 from vrx_mj.ros.ros1.registrar import Link, MasterAccess, Registrar, SystemState, is_ours, open_master
 from vrx_mj.ros.ros1.subscription import MOST_PUBLISHERS, Subscription, call_service
-from vrx_mj.ros.ros1.xmlrpc import BROKEN, LARGEST_REPLY, Fault, Proxy, address
-
-__all__ = ["Node", "Ros1", "Slave", "Watch"]
+from vrx_mj.ros.ros1.xmlrpc import BROKEN, LARGEST_REPLY, Proxy, address
 
 RESTRICTED = {"shutdown", "publisherUpdate", "paramUpdate"}
 """Only for programs on this machine and the master's."""

@@ -25,17 +25,6 @@ from vrx_mj.ros.network import Network, Notices
 from vrx_mj.ros.parameters import LONGEST
 from vrx_mj.ros.ros1.connection import LARGEST_HEADER, Splitter, decode_header, encode_header, framed
 
-__all__ = [
-    "Caller",
-    "Provided",
-    "Publication",
-    "Reader",
-    "Role",
-    "Stream",
-    "TcprosListener",
-    "keep_alive",
-]
-
 HIGH_WATER = 1 << 18
 """Bytes that asyncio holds of a connection before its outbox fills."""
 PIECE = 1 << 18

@@ -6,6 +6,7 @@ import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
+from xmlrpc.client import Fault
 
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.ros.access import Names, addresses, announced, bound, is_local, is_loopback
@@ -14,9 +15,7 @@ from vrx_mj.ros.limits import ConnectionLimit
 from vrx_mj.ros.network import Notices, shown_process, who_listens
 from vrx_mj.ros.ros1.http_server import HttpServer
 from vrx_mj.ros.ros1.master import Master
-from vrx_mj.ros.ros1.xmlrpc import ANSWER_TIMEOUT, BROKEN, LARGEST_REPLY, Fault, Proxy, address
-
-__all__ = ["Link", "MasterAccess", "Registrar", "SystemState", "is_ours", "open_master"]
+from vrx_mj.ros.ros1.xmlrpc import ANSWER_TIMEOUT, BROKEN, LARGEST_REPLY, Proxy, address
 
 MOST_AT_ONCE = 100
 """Calls that are sent together."""

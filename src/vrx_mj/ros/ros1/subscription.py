@@ -3,6 +3,7 @@
 import asyncio
 import socket
 from collections.abc import Callable, Iterable, Mapping
+from xmlrpc.client import Fault
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.limits import Intake, Place, Stall
@@ -11,9 +12,7 @@ from vrx_mj.ros.network import Notices
 from vrx_mj.ros.parameters import LONGEST
 from vrx_mj.ros.ros1.connection import LARGEST_HEADER, Splitter, decode_header, encode_header, framed
 from vrx_mj.ros.ros1.publication import keep_alive
-from vrx_mj.ros.ros1.xmlrpc import BROKEN, LARGEST_REPLY, Fault, Proxy, address
-
-__all__ = ["MOST_PUBLISHERS", "Subscription", "call_service"]
+from vrx_mj.ros.ros1.xmlrpc import BROKEN, LARGEST_REPLY, Proxy, address
 
 MOST_PUBLISHERS = 64
 LARGEST_MESSAGE = 1 << 22

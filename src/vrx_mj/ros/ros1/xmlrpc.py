@@ -13,20 +13,6 @@ from xmlrpc.client import Fault
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.access import host_of
 
-__all__ = [
-    "BROKEN",
-    "LARGEST_REPLY",
-    "Fault",
-    "Proxy",
-    "RequestError",
-    "address",
-    "answer_bytes",
-    "checked_size",
-    "fault_bytes",
-    "read",
-    "read_head",
-]
-
 DEEPEST = 128
 """Elements within each other: some forty levels of lists or structures."""
 MOST_ELEMENTS = 400_000

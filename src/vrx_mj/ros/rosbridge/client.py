@@ -31,8 +31,6 @@ from vrx_mj.ros.rosbridge.protocol import (
 from vrx_mj.ros.rosbridge.rosapi import Rosapi
 from vrx_mj.ros.rosbridge.topics import Offered, Services, Subscription, Topics, node_name, respond
 
-__all__ = ["Client", "Fragments", "Hub"]
-
 MOST_FRAGMENTS = 1 << 25
 """Characters of all clients' fragments that wait for the rest of their messages, at most."""
 

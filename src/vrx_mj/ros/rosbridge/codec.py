@@ -22,8 +22,6 @@ from vrx_mj.ros import messages
 from vrx_mj.ros.limits import Frame, pieces
 from vrx_mj.ros.messages import INTEGERS, MOMENT, SPAN, Field, Message, fields
 
-__all__ = ["Parcel", "from_png", "json_bytes", "plain", "png", "reply_frames", "request", "taken"]
-
 Numbers = npt.NDArray[Any]
 EFFORT = 1
 """zlib's level: a loop that serves everybody has no time for more."""

@@ -8,18 +8,6 @@ from typing import Any, NamedTuple
 
 from vrx_mj.errors import CommandError
 
-__all__ = [
-    "MOST_INCOMING",
-    "Operation",
-    "Options",
-    "absolute",
-    "flag",
-    "number",
-    "operation",
-    "options",
-    "text",
-]
-
 MOST_INCOMING = 4 << 20
 """Bytes of a message from a client, at most; put together from its fragments also."""
 MOST_TEXT = 256

@@ -24,8 +24,6 @@ from vrx_mj.ros.rosbridge.codec import json_bytes
 from vrx_mj.ros.rosbridge.protocol import absolute
 from vrx_mj.ros.rosbridge.topics import Services
 
-__all__ = ["Rosapi", "typedefs"]
-
 EXAMPLES = dict.fromkeys(INTEGERS, "0") | {"float32": "0.0", "float64": "0.0", "bool": "False", "string": ""}
 MOMENTS = {
     "fieldnames": ["secs", "nsecs"],

@@ -23,8 +23,6 @@ from vrx_mj.ros.network import who_listens
 from vrx_mj.ros.rosbridge.client import Client, Hub
 from vrx_mj.ros.rosbridge.protocol import MOST_INCOMING
 
-__all__ = ["Rosbridge"]
-
 MOST_CLIENTS = 64
 MOST_OF_A_HOST = MOST_CLIENTS * 3 // 4
 """Clients of one host that is not this one."""

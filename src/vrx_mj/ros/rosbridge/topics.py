@@ -17,8 +17,6 @@ from vrx_mj.ros.messages import Message, known_types, ros1_name
 from vrx_mj.ros.rosbridge.codec import Parcel, plain, request, taken
 from vrx_mj.ros.rosbridge.protocol import Options
 
-__all__ = ["LONGEST_CALL", "Caller", "Offered", "Services", "Subscription", "Topics", "node_name", "respond"]
-
 MOST_IDS = 256
 """Subscriptions of one topic by one client, at most."""
 

@@ -12,6 +12,7 @@ from vrx_mj.ros.table.gazebo import gazebo_inputs, gazebo_outputs, gazebo_servic
 from vrx_mj.ros.table.host import Host
 from vrx_mj.ros.table.sensing import sensor_inputs, sensor_outputs
 from vrx_mj.ros.table.tasks import task_inputs, task_outputs, task_services
+from vrx_mj.ros.table.viewers import marker_output
 from vrx_mj.ros.table.world import CLOCK, world_inputs, world_outputs, world_services
 
 __all__ = ["CLOCK", "make_tables"]
@@ -26,6 +27,7 @@ def make_tables(host: Host, *, clock_rate: float, waits: bool = False) -> Mappin
     boat_frames = [BoatFrames(host, boat) for boat in boats]
     outputs = [
         *world_outputs(host, boat_frames, clock_rate, waits=waits),
+        marker_output(host),
         *gazebo_outputs(host),
         *task_outputs(host),
         *chain.from_iterable(own.outputs() for own in boat_frames),

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cached_property, lru_cache, partial
+from functools import cache, cached_property, lru_cache, partial
 from typing import NamedTuple
 
 import mujoco
@@ -21,20 +21,11 @@ from vrx_mj.mjcf.build import boat_urdf
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import RUDDER
-from vrx_mj.ros.interface import BOTH, VRX3, Input, Output
+from vrx_mj.ros.interface import BOTH, VRX, VRX3, Input, Output
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.table.host import Host, header, turned, vector
+from vrx_mj.ros.table.viewers import with_meshes_inside
 from vrx_mj.runtime.hull import Propeller
-
-__all__ = [
-    "BASE",
-    "BoatFrames",
-    "boat_inputs",
-    "boat_joints",
-    "command_topic",
-    "description",
-    "twist_commands",
-]
 
 ORDERED = ("name", "robot", "arguments", "thrusters", "components", "sensors", "pose")
 """What of a boat's entry its URDF depends on."""
@@ -117,6 +108,7 @@ def _urdf(boat: str, order: Order) -> str:
     return boat_urdf(order, boat)
 
 
+WORLD_FRAME = "map"
 BASE = "base_link"
 """What the frame of a boat's root link is called, whatever the link's own name."""
 FIXED = "fixed"
@@ -249,7 +241,8 @@ class BoatFrames:
     def outputs(self) -> Iterator[Output]:
         """`joint_states`: of each thruster the joint that steers it and its propeller's.
 
-        VRX 3 has the boat's frames and its description in topics of the boat, too.
+        VRX 3 has the boat's frames in topics of the boat, too. The description there names files, as RViz 2 needs it;
+        that of bags and rosbridge has its meshes inside.
         """
         stem = f"/{self.boat}"
         joint_states = partial(Output, f"{stem}/joint_states", "sensor_msgs/JointState", self.joints, JOINT_RATE)
@@ -261,8 +254,13 @@ class BoatFrames:
 
             yield Output(f"{stem}/{name}", "tf2_msgs/TFMessage", make, rate, latched=rate == 0.0, dialects=VRX3)
         if self.description is not None:
-            text = new("std_msgs/String", data=self.description)
-            yield Output(f"{stem}/robot_description", "std_msgs/String", lambda: text, latched=True, dialects=VRX3)
+            for dialects, whole in ((VRX3, False), (VRX, True)):
+                text = cache(partial(self._described, whole))
+                yield Output(f"{stem}/robot_description", "std_msgs/String", text, latched=True, dialects=dialects)
+
+    def _described(self, whole: bool) -> Message:
+        text = self.description or ""
+        return new("std_msgs/String", data=with_meshes_inside(text, self._host.sim.world.assets) if whole else text)
 
     @cached_property
     def description(self) -> str | None:
@@ -296,10 +294,10 @@ class BoatFrames:
         for sensor in self._host.sim.mounted(boat):
             link, mount = f"{boat}/{sensor.config.link}", sensor.mount
             if sensor.config.link != BASE:
-                frames[link] = _transform(0.0, f"{boat}/{BASE}", link, mount.position, mount.orientation)
-            if sensor.frame != link:
+                frames[link] = transform(0.0, f"{boat}/{BASE}", link, mount.position, mount.orientation)
+            if sensor.frame not in {link, WORLD_FRAME}:  # a ground truth is in the world's
                 optical = (0.5, -0.5, 0.5, -0.5) if sensor.config.type == "camera" else (1.0, 0.0, 0.0, 0.0)
-                frames[sensor.frame] = _transform(0.0, link, sensor.frame, (0.0, 0.0, 0.0), optical)
+                frames[sensor.frame] = transform(0.0, link, sensor.frame, (0.0, 0.0, 0.0), optical)
         moving = {
             joint.child
             for thruster in self._thruster_joints
@@ -308,7 +306,7 @@ class BoatFrames:
         }
         for joint in self._joints:
             if joint.child not in frames and joint.child not in moving:
-                frames[joint.child] = _transform(0.0, joint.parent, joint.child, joint.position, joint.quaternion)
+                frames[joint.child] = transform(0.0, joint.parent, joint.child, joint.position, joint.quaternion)
         return list(frames.values())
 
     def moving(self) -> list[Message]:
@@ -323,7 +321,7 @@ class BoatFrames:
                 frames.append(_joint_frame(host.sim.time, thruster.shaft, spins[thruster.name].angle))
         if host.truth:
             placed = host.bodies.model(boat)
-            frames.append(_transform(host.sim.time, "map", f"{boat}/{BASE}", placed.position, placed.quaternion))
+            frames.append(transform(host.sim.time, WORLD_FRAME, f"{boat}/{BASE}", placed.position, placed.quaternion))
         return frames
 
     # Inside
@@ -395,12 +393,13 @@ def _joint_frame(time: float, joint: BoatJoint, angle: float) -> Message:
     turn, result = np.empty(4), np.empty(4)
     mujoco.mju_axisAngle2Quat(turn, joint.axis, angle)
     mujoco.mju_mulQuat(result, joint.quaternion, turn)
-    return _transform(time, joint.parent, joint.child, joint.position, result)
+    return transform(time, joint.parent, joint.child, joint.position, result)
 
 
-def _transform(
+def transform(
     time: float, parent: str, child: str, position: Sequence[float] | FloatArray, turn: Sequence[float] | FloatArray
 ) -> Message:
+    """geometry_msgs/TransformStamped of a moment [s]: a position [m], and a quaternion (w, x, y, z)."""
     return new(
         "geometry_msgs/TransformStamped",
         header=header(time, parent),

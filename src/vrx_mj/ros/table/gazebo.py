@@ -13,8 +13,6 @@ from vrx_mj.ros.interface import Input, Output, Service
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.table.host import Host, JointAxis, Placed, header, pose_message, twist_message
 
-__all__ = ["gazebo_inputs", "gazebo_outputs", "gazebo_services"]
-
 STATE_RATE = 100.0
 """[Hz]; Gazebo's is that of its physics, at most 1000."""
 REVOLUTE, CONTINUOUS, PRISMATIC, BALL, UNIVERSAL = 0, 1, 2, 4, 5

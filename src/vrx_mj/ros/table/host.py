@@ -13,21 +13,6 @@ from vrx_mj.ros.messages import Message, kind, new, stamp
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.simulation import Simulation
 
-__all__ = [
-    "Bodies",
-    "CmdVel",
-    "Host",
-    "JointAxis",
-    "Placed",
-    "collision_name",
-    "header",
-    "link_name",
-    "pose_message",
-    "turned",
-    "twist_message",
-    "vector",
-]
-
 AXES = frozenset({"axis", "axis2", "ball"})
 """What the names of MuJoCo's joints of an object have after that of the joint."""
 WORLD_FRAMES = frozenset({"", "world", "map", "/map"})

@@ -18,8 +18,6 @@ from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.sensors.readings import CameraInfo, Fix, Image, Inertia, PointCloud, Reading, Scan, Sound, Truth
 from vrx_mj.sensors.view import intrinsics
 
-__all__ = ["TOPICS", "middle_ring", "sensor_inputs", "sensor_outputs"]
-
 JPEG_QUALITY = 80
 """As image_transport's default."""
 FLOAT32, UINT16 = 7, 4

@@ -16,8 +16,6 @@ from vrx_mj.ros.messages import Message, duration, fields, new, stamp
 from vrx_mj.ros.table.host import Host, collision_name, header, turned
 from vrx_mj.ros.table.vrx3 import in_vrx3, parameters, with_vrx3
 
-__all__ = ["TASK_INFO", "TASK_TOPICS", "task_inputs", "task_outputs", "task_services"]
-
 RATE = 1.0
 """Of a task's info and errors [Hz]."""
 CONTACT_RATE = 10.0

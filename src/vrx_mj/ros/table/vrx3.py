@@ -11,8 +11,6 @@ from vrx_mj.ros.cdr import kind
 from vrx_mj.ros.interface import VRX3, Output
 from vrx_mj.ros.messages import Message, new
 
-__all__ = ["CONVERSIONS", "PACKAGES", "in_vrx3", "parameters", "with_vrx3"]
-
 PACKAGES = (
     "geometry_msgs",
     "nav_msgs",

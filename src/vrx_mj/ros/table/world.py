@@ -16,12 +16,11 @@ from vrx_mj.drive.pilot import engines_of
 from vrx_mj.ros.cdr import kind
 from vrx_mj.ros.interface import BOTH, VRX3, Input, Output, Service
 from vrx_mj.ros.messages import Message, new, stamp
-from vrx_mj.ros.table.boats import BoatFrames
+from vrx_mj.ros.table.boats import WORLD_FRAME, BoatFrames, transform
 from vrx_mj.ros.table.host import Host, collision_name, header, vector
+from vrx_mj.ros.table.viewers import START, start_of
 from vrx_mj.ros.table.vrx3 import with_vrx3
 from vrx_mj.runtime.simulation import Simulation
-
-__all__ = ["CLOCK", "WORLD", "chart_output", "world_inputs", "world_outputs", "world_services"]
 
 WORLD = "/vrx_mj/world"
 Row = dict[str, Any]
@@ -96,7 +95,8 @@ def world_outputs(host: Host, boat_frames: Sequence[BoatFrames], clock_rate: flo
 
     @cache
     def still() -> Message:
-        return new("tf2_msgs/TFMessage", transforms=[frame for one in boat_frames for frame in one.still()])
+        near = transform(0.0, WORLD_FRAME, START, start_of(host.sim), (1.0, 0.0, 0.0, 0.0))
+        return new("tf2_msgs/TFMessage", transforms=[near, *(frame for one in boat_frames for frame in one.still())])
 
     rows = partial(Output, dialects=BOTH, recorded="rows")
     yield rows(CLOCK, "rosgraph_msgs/Clock", clock, clock_rate, latched=waits)

@@ -19,8 +19,6 @@ from vrx_mj.frames import compass
 from vrx_mj.runtime.timing import Pause
 from vrx_mj.signals import ended_by_signals
 
-__all__ = ["Bridge", "Helmsman", "Motion", "Scene", "drive", "topics"]
-
 Values = Mapping[str, Any]
 MOST_INCOMING = 32 << 20
 """Bytes of a message, at most: a world with a long shore takes some 100 kB."""

@@ -15,8 +15,6 @@ from vrx_mj.errors import NetworkError
 from vrx_mj.ros.access import host_of, is_loopback
 from vrx_mj.ros.network import who_listens
 
-__all__ = ["PAGE_PORT", "PageServer", "reaches"]
-
 PAGE_PORT = 8090
 LOOPBACK = "127.0.0.1"
 FILES = {

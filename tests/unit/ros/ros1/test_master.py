@@ -1,12 +1,12 @@
 """The master's methods, without a network."""
 
 import asyncio
+from xmlrpc.client import Fault
 
 import pytest
 
 from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.ros1.master import Master
-from vrx_mj.ros.ros1.xmlrpc import Fault
 
 A, B = "http://127.0.0.1:1/", "http://127.0.0.1:2/"
 

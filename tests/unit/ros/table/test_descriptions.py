@@ -3,6 +3,7 @@
 import shutil
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from urllib.parse import unquote, urlsplit
 
 import pytest
 
@@ -11,9 +12,12 @@ import vrx_mj
 import workspaces
 from ros_scene import served
 from urdf_boats import joint, link, robot, thruster
+from vrx_mj.config.fleet import Order
+from vrx_mj.config.search import catalogue
 from vrx_mj.errors import StateError
 from vrx_mj.formats.gazebo.opening import opened
 from vrx_mj.mjcf import robots
+from vrx_mj.mjcf.build import boat_urdf
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.kinds import LONGEST_DESCRIPTION
 from vrx_mj.ros.table.boats import description
@@ -154,3 +158,22 @@ def test_a_saved_description_beyond_the_limit_is_refused(boats, tmp_path):
         StateError, match=rf"boats\[0\]\.description: string should have at most {LONGEST_DESCRIPTION} characters"
     ):
         World.load(tmp_path / "saved")
+
+
+def rgb(rgba):
+    return [float(value) for value in rgba.split()[:3]]
+
+
+@pytest.mark.parametrize("robot", sorted(catalogue("robots")))
+def test_meshes_have_the_colours_of_the_description(robot):
+    """RViz takes those of an OBJ file from its MTL file, and none from the URDF."""
+    text = ET.fromstring(boat_urdf(Order(robot), "wamv"))
+    named = {one.get("name"): one.find("color").get("rgba") for one in text.iter("material") if len(one)}
+    for visual in text.iter("visual"):
+        if visual.find("geometry/mesh") is None:
+            continue
+        file = Path(unquote(urlsplit(visual.find("geometry/mesh").get("filename")).path))
+        library, used = (line.split()[1] for line in file.read_text(encoding="utf-8").splitlines()[:2])
+        materials = (file.parent / library).read_text(encoding="utf-8").split("newmtl ")
+        colours = dict(one.split("\nKd ") for one in materials if one)
+        assert rgb(colours[used]) == rgb(named[visual.find("material").get("name")]), file

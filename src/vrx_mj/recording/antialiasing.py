@@ -1,0 +1,62 @@
+"""Smooth edges in a picture that was drawn with one sample per pixel, in a tenth of the time of four samples."""
+
+import numpy as np
+
+from vrx_mj.arrays import ByteArray, IntArray
+from vrx_mj.physics.kernel import kernel
+
+CONTRAST = 12
+"""Range of green around a pixel, of 255, from which there is an edge."""
+REACH = 8.0
+"""Pixels along an edge over which it is smoothed, at most."""
+
+
+def antialias(drawn: ByteArray) -> ByteArray:
+    """The picture (height, width, 3) with smooth edges, first row highest; the first row of `drawn` is the lowest.
+
+    FXAA (Lottes, 2009): where brightness, here green, changes much, two or four places along the edge are averaged.
+    """
+    out, green = drawn[::-1].copy(), np.ascontiguousarray(drawn[..., 1])
+    rows = np.maximum(green[:-2], green[2:]), np.minimum(green[:-2], green[2:])
+    high = np.maximum(np.maximum(rows[0][:, :-2], rows[0][:, 2:]), green[1:-1, 1:-1])
+    low = np.minimum(np.minimum(rows[1][:, :-2], rows[1][:, 2:]), green[1:-1, 1:-1])
+    edges = np.flatnonzero(high - low > CONTRAST)
+    smooth(drawn, green, low.reshape(-1), high.reshape(-1), edges, out)
+    return out
+
+
+@kernel
+def smooth(
+    drawn: ByteArray, green: ByteArray, low: ByteArray, high: ByteArray, edges: IntArray, out: ByteArray
+) -> None:
+    """Write the means along edges into `out`; `edges` are numbers of pixels without the border, as `low`, `high`."""
+    height, width = green.shape
+    for i in edges:
+        row, column = 1 + i // (width - 2), 1 + i % (width - 2)
+        a, b = float(green[row - 1, column - 1]), float(green[row - 1, column + 1])
+        c, d = float(green[row + 1, column - 1]), float(green[row + 1, column + 1])
+        along, across = a + b - c - d, b + d - a - c
+        scale = max(min(abs(along), abs(across)) + (abs(along) + abs(across)) / 32.0, 0.25)
+        x, y = min(max(along / scale, -REACH), REACH), min(max(across / scale, -REACH), REACH)
+        target = out[height - 1 - row, column]
+        for share in (2.0, 6.0):  # of four places, or of the near two if that leaves the range around the pixel
+            for channel in range(3):
+                near = _at(drawn, row - y / 6.0, column - x / 6.0, channel)
+                near += _at(drawn, row + y / 6.0, column + x / 6.0, channel)
+                far = _at(drawn, row - y / share, column - x / share, channel)
+                far += _at(drawn, row + y / share, column + x / share, channel)
+                target[channel] = np.uint8(0.25 * (near + far) + 0.5)
+            if low[i] <= target[1] <= high[i]:
+                break
+
+
+@kernel
+def _at(drawn: ByteArray, row: float, column: float, channel: int) -> float:
+    """Return a channel of a picture between its pixels, bilinearly."""
+    row = min(max(row, 0.0), drawn.shape[0] - 1.001)
+    column = min(max(column, 0.0), drawn.shape[1] - 1.001)
+    i, j = int(row), int(column)
+    s, t = row - i, column - j
+    first = (1.0 - t) * drawn[i, j, channel] + t * drawn[i, j + 1, channel]
+    second = (1.0 - t) * drawn[i + 1, j, channel] + t * drawn[i + 1, j + 1, channel]
+    return float((1.0 - s) * first + s * second)

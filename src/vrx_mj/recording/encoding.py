@@ -1,0 +1,206 @@
+"""From the parts of a run, as it appended them, to a rerun file: what was recorded, its views, a table of contents.
+
+The parts are read from the file once, some at a time, and go as chunks into another, which takes its place at the end.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import subprocess
+import tempfile
+import uuid
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import rerun as rr
+from rerun.chunk import Chunk, LazyChunkStream
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.errors import RecordError
+from vrx_mj.outputs import written
+from vrx_mj.recording.blueprint import blueprint_bytes
+from vrx_mj.recording.boat_sets import sent_messages
+from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk, part_chunk
+from vrx_mj.recording.packing import pack_rows, row_count, unpack_rows
+from vrx_mj.recording.parts import APPLICATION, COMPANIES, EVENTS, FRAMES, ROWS, STATES, Part
+from vrx_mj.recording.raw_file import raw_parts
+from vrx_mj.recording.reader import all_events
+from vrx_mj.recording.record_scene import RecordScene
+from vrx_mj.recording.sensor_chunks import SensedChunks, sensor_chunks
+from vrx_mj.recording.static_chunks import boat_chunks, change_chunks, still_chunks
+from vrx_mj.recording.task_chunks import TaskChunks, WrittenFrame, frame_chunk, task_chunks
+from vrx_mj.recording.timeline import times
+from vrx_mj.recording.touch_chunks import touch_chunks
+from vrx_mj.recording.viewer import viewer_binary, viewer_environment
+from vrx_mj.recording.weather_chunks import plan_chunks
+
+SMALL = 200
+"""Rows of a block under which it takes more space: its first rows are not differences."""
+
+JOIN_SECONDS = 600.0
+"""Longest that rerun may take to join files."""
+MOST_ROWS, MOST_BYTES = 1200, 64 << 20
+"""Rows, and bytes, that become chunks at once: a minute, as each chunk takes 1 kB besides what is in it."""
+
+
+class UnwrittenError(RecordError):
+    """There is no room for a file."""
+
+
+def encode(raw: Path, scenes: Iterable[RecordScene], target: Path) -> None:
+    """Write the run in a file to another, or to the same.
+
+    Args:
+        raw: the file, as `RecordWriter` appended to it.
+        scenes: what was recorded, and one more whenever boats or objects had come or gone.
+        target: is written whole or not at all.
+
+    Raises:
+        UnwrittenError: it cannot be written.
+        RecordError: what is in the file is damaged.
+    """
+    encoder = Encoder(iter(scenes))
+    with written(target, "the recording", UnwrittenError) as draft, beside(target) as folder:
+        stream, bare = LazyChunkStream.from_iter(encoder.chunks(raw_parts(raw))), folder / "bare.rrd"
+        try:
+            stream.write_rrd(bare, application_id=APPLICATION, recording_id=str(uuid.uuid4()))
+        except RuntimeError as error:
+            if encoder.error is None:
+                raise OSError(str(error)) from error
+            raise RecordError(f"cannot write the recording '{raw}': {encoder.error}") from encoder.error
+        join_views(bare, encoder.views(), draft)
+
+
+@contextlib.contextmanager
+def beside(target: Path) -> Iterator[Path]:
+    """A folder beside a file, on the same disk, that is removed at the end."""
+    with tempfile.TemporaryDirectory(dir=target.absolute().parent, prefix=".record-") as folder:
+        yield Path(folder)
+
+
+def join_views(recording: Path, views: bytes, output: Path) -> None:
+    """Write a file with its blueprint, the bytes of an `.rbl` file, before it, and a table of contents of both.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    blueprint = recording.with_name("views.rbl")
+    blueprint.write_bytes(views)
+    command = [str(viewer_binary()), "rrd", "merge", str(recording), str(blueprint), "-o", str(output)]
+    done = subprocess.run(command, capture_output=True, timeout=JOIN_SECONDS, check=False, env=viewer_environment())
+    if done.returncode != 0:
+        errors = done.stderr.decode("utf-8", "replace").strip().splitlines()
+        raise OSError(f"rerun cannot finish it: {errors[-1] if errors else done.returncode}")
+
+
+class Encoder:
+    """Turns parts into chunks."""
+
+    def __init__(self, scenes: Iterator[RecordScene]) -> None:
+        self._scenes = scenes
+        self._first = self._scene = next(scenes)
+        self._boat_set = 0
+        self._moving, self._sensed = MovingChunks(self._first), SensedChunks(self._first)
+        self._task = TaskChunks(self._first.parameters)
+        self.error: Exception | None = None
+        """What went wrong while chunks were made."""
+
+    def views(self) -> bytes:
+        """The blueprint, with the trails of who joined later."""
+        scene = dataclasses.replace(self._first, earlier=self._scene.roster())
+        return blueprint_bytes(scene, APPLICATION, track=self._moving.track, result=self._task.result)
+
+    def chunks(self, parts: Iterator[Part]) -> Iterator[Chunk]:
+        """Every chunk of a file; its writer asks for the next when it wrote the last."""
+        try:
+            yield from self._still(next(parts))
+            for batch in batches(parts):
+                yield from self._going(batch)
+            yield from self._task.rest()
+            if self._moving.track is not None:
+                yield from plan_chunks(self._first, self._moving.track)
+        except Exception as error:
+            self.error = error  # rerun's own error has less detail
+            raise
+
+    def _still(self, run: Part) -> Iterator[Chunk]:
+        """What does not change with time."""
+        yield part_chunk([run])
+        yield from still_chunks(self._first)
+        yield from boat_chunks(self._first)
+        yield from sensor_chunks(self._first)
+        yield from task_chunks(self._first.parameters)
+
+    def _going(self, batch: Batch) -> Iterator[Chunk]:
+        """What has come in a while, then the boats that have come and gone at its end."""
+        found = {entity: batch.pop(entity, []) for entity in (STATES, ROWS, EVENTS, FRAMES, COMPANIES)}
+        states = [state for part in found[STATES] for state in written_states(part)]
+        frames = [frame for part in found[FRAMES] for frame in written_frames(part)]
+        if states:
+            yield part_chunk(found[STATES])
+        if blobs := [blob for part in found[ROWS] for blob in part.blobs("block")]:
+            blocks = [unpack_rows(blob) for blob in blobs]
+            yield exact_rows(blobs, blocks, self._boat_set)
+            yield from self._moving(np.concatenate(blocks))
+        if events := sorted(event for part in found[EVENTS] for event in written_events(part)):
+            yield event_chunk(events)
+            yield from touch_chunks([event.touch for event in all_events(found[EVENTS]) if event.touch])
+        if frames:
+            yield frame_chunk(frames, self._boat_set)
+        yield from self._task(states, frames)
+        for parts in batch.values():
+            yield from self._sensed(parts)
+        for part in found[COMPANIES]:
+            before, self._scene = self._scene, next(self._scenes)
+            self._boat_set += 1
+            self._moving.go_on(self._scene)
+            self._task.go_on(self._scene.parameters)
+            yield part_chunk([part])
+            yield from change_chunks(self._scene, before, self._first)
+
+
+Batch = dict[str, list[Part]]
+"""Parts by entity, in the order of time."""
+
+
+def batches(parts: Iterable[Part]) -> Iterator[Batch]:
+    """Parts that become chunks together: those of some rows, bytes, or until boats or objects come or go."""
+    batch, rows, size = Batch(), 0, 0
+    for part in parts:
+        batch.setdefault(part.entity, []).append(part)
+        rows += row_count(part.blobs("block")[0]) if part.entity == ROWS else 0
+        size += part.size
+        if part.entity == COMPANIES or size >= MOST_BYTES or rows >= MOST_ROWS:
+            yield batch
+            batch, rows, size = Batch(), 0, 0
+    yield batch
+
+
+def exact_rows(blobs: Sequence[bytes], blocks: Sequence[FloatArray], boat_set: int) -> Chunk:
+    """Blocks of rows as they are, to the last bit, with the number of their boat set; small ones become one."""
+    if sum(map(len, blocks)) < SMALL * len(blocks):
+        rows = np.concatenate(blocks)
+        blobs, blocks = [pack_rows(rows)], [rows]
+    columns = rr.AnyValues.columns(block=blobs, company=[boat_set] * len(blobs))
+    return Chunk.from_columns(ROWS, [times([block[0, 0] for block in blocks])], columns)
+
+
+def written_states(part: Part) -> Iterator[tuple[float, bytes]]:
+    """Times [s] and bytes of saved states."""
+    return zip(part.times("time"), part.blobs("blob"), strict=True)
+
+
+def written_events(part: Part) -> Iterator[tuple[float, str, str, str]]:
+    """Times [s], texts, levels, and the JSON of touches, of events."""
+    times = (time / 1e9 for time in part.numbers("sim_time", "i"))
+    return zip(times, *map(part.texts, ("TextLog:text", "TextLog:level", "touch")), strict=True)
+
+
+def written_frames(part: Part) -> Iterator[WrittenFrame]:
+    """Times [s], rows and messages of frames."""
+    for blob, text in zip(part.blobs("block"), part.texts("sent"), strict=True):
+        sent = dict(sent_messages(text))
+        for number, row in enumerate(unpack_rows(blob)):
+            yield float(row[0]), row, [[topic, content] for topic, content in sent.get(number, ())]

@@ -1,0 +1,169 @@
+"""The parts of a recording, by entity and column, and their form as blocks of bytes: a header of JSON, then the cells.
+
+Both the parser of rerun's files and the file of a run that goes on have this form. What is read is checked.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+
+from vrx_mj.errors import RecordError
+from vrx_mj.recording import rrd_parser
+
+APPLICATION = "vrx_mj"
+"""What rerun's files are of."""
+RUN, ROWS, STATES, EVENTS = "/record/run", "/record/rows", "/record/states", "/events"
+FRAMES, COMPANIES = "/record/frames", "/record/companies"
+"""Entities that are read, besides those of sensors."""
+
+LONGEST = 1e9
+"""Latest time in a recording [s]."""
+
+Cell = str | bytes | npt.NDArray[Any] | None
+"""A text, bytes, or numbers (n,); None where there is nothing."""
+CellType = TypeVar("CellType", bound=object)
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A chunk of an entity."""
+
+    entity: str
+    static: bool
+    """Whether it is without time."""
+    columns: Mapping[str, Sequence[Cell]]
+    """Columns by name, with a cell for every row."""
+
+    @property
+    def size(self) -> int:
+        """Bytes of its cells, about."""
+        cells = [cell for column in self.columns.values() for cell in column if cell is not None]
+        return sum(cell.nbytes if isinstance(cell, np.ndarray) else len(cell) for cell in cells)
+
+    def only(self, columns: Sequence[str]) -> Part:
+        """It with some of its columns."""
+        return Part(self.entity, self.static, {name: self.columns[name] for name in columns if name in self.columns})
+
+    def texts(self, name: str) -> list[str]:
+        """A column of texts.
+
+        Raises:
+            RecordError: it is missing, or of another kind.
+        """
+        return [self._checked(name, cell, str, "a text") for cell in self._column(name)]
+
+    def blobs(self, name: str) -> list[bytes]:
+        """A column of bytes.
+
+        Raises:
+            RecordError: it is missing, or of another kind.
+        """
+        return [self._checked(name, cell, bytes, "a block of bytes") for cell in self._column(name)]
+
+    def numbers(self, name: str, kind: str = "f") -> list[Any]:
+        """A column of finite numbers, one in a row, of numpy's kind `f` or `i`.
+
+        Raises:
+            RecordError: it is missing, or of another kind.
+        """
+        return [self._number(name, cell, kind) for cell in self._column(name)]
+
+    def times(self, name: str) -> list[float]:
+        """A column of simulated times [s].
+
+        Raises:
+            RecordError: it is missing, or of another kind.
+        """
+        found = self.numbers(name)
+        if not all(0.0 <= time <= LONGEST for time in found):
+            raise RecordError(f"{self.entity}: {name}: a time from 0 to {LONGEST:g} s is needed")
+        return found
+
+    def arrays(self, name: str, kind: str) -> list[npt.NDArray[Any]]:
+        """A column of arrays (n,) of numpy's kind, in which bytes are `|u1`; an empty cell is an empty array.
+
+        Raises:
+            RecordError: it is missing, or of another kind.
+        """
+        found = [np.frombuffer(cell, np.uint8) if isinstance(cell, bytes) else cell for cell in self._column(name)]
+        return [self._array(name, cell, np.dtype(kind)) for cell in found]
+
+    def _array(self, name: str, cell: Cell, kind: np.dtype[np.generic]) -> npt.NDArray[Any]:
+        if isinstance(cell, np.ndarray) and not len(cell):
+            return np.zeros(0, kind)
+        if not isinstance(cell, np.ndarray) or cell.dtype != kind:
+            raise RecordError(f"{self.entity}: {name}: expected numbers of type {kind.name}")
+        return cell
+
+    def _column(self, name: str) -> Sequence[Cell]:
+        if name not in self.columns:
+            raise RecordError(f"{self.entity}: {name}: missing")
+        return self.columns[name]
+
+    def _number(self, name: str, cell: Cell, kind: str) -> Any:
+        one = self._checked(name, cell, np.ndarray, "a number")
+        if one.shape != (1,) or one.dtype.kind != kind or not np.isfinite(one[0]):
+            raise RecordError(f"{self.entity}: {name}: expected one {'whole ' * (kind == 'i')}number")
+        return one[0].item()
+
+    def _checked(self, name: str, cell: Cell, kind: type[CellType], wanted: str) -> CellType:
+        if not isinstance(cell, kind):
+            raise RecordError(f"{self.entity}: {name}: expected {wanted}")
+        return cell
+
+
+@dataclass(frozen=True)
+class Lengths:
+    """Header of a part: the kind and length [bytes] of every cell."""
+
+    entity: str
+    static: bool
+    columns: dict[str, list[tuple[str, Annotated[int, Field(ge=0)]]]]
+
+
+def cell_of(kind: str, content: memoryview) -> Cell:
+    """A cell of a kind."""
+    if kind in rrd_parser.NUMBERS:
+        return np.frombuffer(content, kind)
+    if kind == "text":
+        return bytes(content).decode()
+    return bytes(content) if kind == "bytes" else None
+
+
+def columns_of(lengths: Lengths, content: memoryview) -> dict[str, list[Cell]]:
+    """The cells that come after a header, by column.
+
+    Raises:
+        ValueError: they are not those of the header.
+    """
+    columns, place = dict[str, list[Cell]](), 0
+    for name, cells in lengths.columns.items():
+        columns[name] = []
+        for kind, size in cells:
+            columns[name].append(cell_of(kind, content[place : place + size]))
+            place += size
+    if place != len(content):
+        raise ValueError(f"{lengths.entity}: {len(content)} bytes instead of {place}")
+    return columns
+
+
+def block_of(entity: str, columns: Mapping[str, Sequence[Cell]]) -> list[bytes]:
+    """The pieces of a block of a part with time."""
+    found = {name: [content_of(cell) for cell in cells] for name, cells in columns.items()}
+    lengths = {name: [(kind, len(content)) for kind, content in cells] for name, cells in found.items()}
+    text = json.dumps({"entity": entity, "static": False, "columns": lengths}).encode()
+    return [rrd_parser.LENGTH.pack(len(text)), text, *(content for cells in found.values() for _, content in cells)]
+
+
+def content_of(cell: Cell) -> tuple[str, bytes]:
+    """Kind and bytes of a cell."""
+    if isinstance(cell, np.ndarray):
+        return cell.dtype.str, cell.tobytes()
+    return ("text", cell.encode("utf-8", "replace")) if isinstance(cell, str) else ("bytes", cell or b"")

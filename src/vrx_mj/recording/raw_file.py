@@ -1,0 +1,113 @@
+"""The file of a run that goes on: blocks with a checksum each, appended as they come, read up to the first bad one.
+
+Nothing in it is encoded for a viewer yet; `encoding` does that when the run is over.
+"""
+
+from __future__ import annotations
+
+import functools
+import struct
+import time
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from pydantic import TypeAdapter
+
+from vrx_mj.errors import RecordError
+from vrx_mj.recording import rrd_parser
+from vrx_mj.recording.parts import Cell, Lengths, Part, block_of, columns_of
+
+MAGIC = b"VRXMJRAW"
+"""How such a file begins; the version comes next."""
+VERSION = 1
+HEAD, FRAME = struct.Struct("<8sI"), struct.Struct("<QI")
+"""Beginning of the file: mark and version. Before each block: its length [bytes] and its CRC-32."""
+FLUSH = 1.0
+"""Wall time between flushes [s]."""
+
+LENGTHS: TypeAdapter[Lengths] = TypeAdapter(Lengths)
+
+
+class RawFile:
+    """A file to which parts are appended."""
+
+    def __init__(self, path: Path) -> None:
+        """Begin it, in place of what is there.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        self._stream = path.open("wb")
+        self._stream.write(HEAD.pack(MAGIC, VERSION))
+        self._due = 0.0
+
+    def append(self, entity: str, columns: Mapping[str, Sequence[Cell]]) -> None:
+        """Append a part.
+
+        Raises:
+            OSError: it cannot be written; then the file is closed.
+        """
+        pieces = block_of(entity, columns)
+        checksum = functools.reduce(lambda total, piece: zlib.crc32(piece, total), pieces, 0)
+        try:
+            self._stream.writelines([FRAME.pack(sum(map(len, pieces)), checksum), *pieces])
+            if (now := time.monotonic()) >= self._due:
+                self._due = now + FLUSH
+                self._stream.flush()
+        except OSError:
+            with suppress(OSError):
+                self.close()
+            raise
+
+    def close(self) -> None:
+        """Write what is left.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        self._stream.close()
+
+
+def is_raw(path: Path) -> bool:
+    """Whether a file begins as these do."""
+    with path.open("rb") as stream:
+        return stream.read(len(MAGIC)) == MAGIC
+
+
+def raw_parts(path: Path) -> Iterator[Part]:
+    """The parts of a file, one after another, up to where it was cut or is damaged.
+
+    Raises:
+        RecordError: it is of another version, or nothing of it is whole.
+    """
+    count, left = 0, path.stat().st_size
+    with path.open("rb") as stream:
+        mark, version = HEAD.unpack(stream.read(HEAD.size).ljust(HEAD.size, b"\0"))
+        if (mark, version) != (MAGIC, VERSION):
+            found = f"version {version}; this version reads {VERSION}"
+            raise RecordError(f"'{path}' is the recording of a run that was not closed, {found}")
+        while len(frame := stream.read(FRAME.size)) == FRAME.size:
+            length, checksum = FRAME.unpack(frame)
+            if length > left or zlib.crc32(block := stream.read(length)) != checksum:
+                break
+            try:
+                yield part_of(memoryview(block))
+            except (ValueError, struct.error) as error:
+                raise RecordError(f"'{path}' is damaged: {str(error).splitlines()[0]}") from error
+            count += 1
+    if not count:
+        raise RecordError(f"'{path}' is damaged: nothing of the run is in it")
+
+
+def part_of(block: memoryview) -> Part:
+    """The part in a block.
+
+    Raises:
+        ValueError: the block is damaged.
+    """
+    (length,) = rrd_parser.LENGTH.unpack_from(block)
+    start = rrd_parser.LENGTH.size + length
+    lengths = LENGTHS.validate_json(bytes(block[rrd_parser.LENGTH.size : start]))
+    return Part(lengths.entity, lengths.static, columns_of(lengths, block[start:]))

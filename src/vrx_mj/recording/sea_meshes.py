@@ -1,0 +1,233 @@
+"""The drawn sea as meshes: one around the fleet, with small cells near boats, and a fine patch in each boat's frame.
+
+The fleet's mesh is shown for a while and boats move on meanwhile; a patch is made for every shown pose. Under a patch
+the fleet's mesh lies a little lower, so that the water at a hull is the patch's.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.arrays import BoolArray, FloatArray
+from vrx_mj.frames import in_world_axes
+from vrx_mj.recording.record_scene import RecordedBody, SeaHeight
+
+STEP = 1.0 / 64.0
+"""Heights are rounded to this [m]: they compress twice as well, and nobody sees it."""
+CELL, CORE = 3.0, 7.0
+"""Size of the smallest cells, and how far from a boat they reach [m]."""
+GROWTH, REACH = (0.6, 0.9), (40.0, 500.0)
+"""Growth of a cell per metre from there on, up to distances [m]; beyond the last there is one cell to the horizon."""
+STRIDE, MOST_STRIDES = 2.0, 4000
+"""Steps in which cells are added up to lines [m], and their number at most: a run may diverge."""
+MOST_LINES = 72
+"""Lines of one axis, at most."""
+HORIZON = 2500.0
+"""Distance of the outermost vertices [m]."""
+CALM = (5.0, 13.0)
+"""Size of cells from which waves fade, and of those that show none [m]."""
+
+
+def rounded(z: FloatArray) -> FloatArray:
+    """Heights [m] in whole steps."""
+    steps: FloatArray = np.round(z / STEP) * STEP
+    return steps
+
+
+class Swell(NamedTuple):
+    """The sea that is drawn."""
+
+    height: SeaHeight
+    level: float
+    """Mean height [m]."""
+    deviation: float
+    """Standard deviation of the surface once it has grown [m]."""
+
+
+def swell_of(height: SeaHeight) -> Swell:
+    """A sea, its level and deviation from heights all over it."""
+    x, y, t = 1e3 * np.random.default_rng(0).random((3, 4000))
+    sample = np.asarray(height(x, y, t + 1e4))
+    return Swell(height, float(sample.mean()), float(sample.std()))
+
+
+class Grid(NamedTuple):
+    """Lines of the fleet's mesh."""
+
+    x: FloatArray
+    """Coordinates (columns,) [m]."""
+    y: FloatArray
+    """Coordinates (rows,) [m]."""
+    cells: FloatArray
+    """Sizes of the cells around each vertex (rows, columns) [m]."""
+    haze: FloatArray
+    """How much of the horizon's colour each vertex has, 0 to 1."""
+
+    def heights(self, sea: Swell, time: FloatArray) -> FloatArray:
+        """Heights (n, rows, columns) [m] at times (n,) [s]: waves as far as cells resolve them."""
+        shown = np.clip((CALM[1] - self.cells) / (CALM[1] - CALM[0]), 0.0, 1.0)
+        row, column = np.nonzero(shown)
+        z = np.full((len(time), *shown.shape), sea.level)
+        waves = np.asarray(sea.height(self.x[column], self.y[row], time[:, None])) - sea.level
+        z[:, row, column] += waves * shown[row, column]
+        return z
+
+    def toward(self, z: FloatArray) -> FloatArray:
+        """Slopes toward the light of heights (n, rows, columns) [m]."""
+        slopes = np.zeros_like(z)
+        slopes[:, :, 1:-1] = (z[:, :, 2:] - z[:, :, :-2]) * (SUN[0] / (self.x[2:] - self.x[:-2]))
+        slopes[:, 1:-1] += (z[:, 2:] - z[:, :-2]) * (SUN[1] / (self.y[2:] - self.y[:-2]))[:, None]
+        return slopes
+
+    def near(self, places: FloatArray, reach: FloatArray) -> BoolArray:
+        """Which vertices (n, rows, columns) are within `reach` (boats,) [m] and a cell of places (n, boats, 2) [m]."""
+        inside = [
+            (np.abs(line - places[..., axis, None]) < reach[:, None] + np.gradient(line)).astype(np.float32)
+            for axis, line in enumerate((self.x, self.y))
+        ]
+        found: BoolArray = np.swapaxes(inside[1], 1, 2) @ inside[0] > 0.0
+        return found
+
+    def sampled(self, z: FloatArray, points: FloatArray) -> FloatArray:
+        """Heights (n, ...) [m] of the mesh at points (n, ..., 2) [m], for those of its vertices (n, rows, columns)."""
+        x, y = points[..., 0], points[..., 1]
+        column, row = (
+            np.clip(np.searchsorted(line, at) - 1, 0, len(line) - 2) for line, at in ((self.x, x), (self.y, y))
+        )
+        u = (x - self.x[column]) / (self.x[column + 1] - self.x[column])
+        v = (y - self.y[row]) / (self.y[row + 1] - self.y[row])
+        frame = np.arange(len(z)).reshape(-1, *[1] * (x.ndim - 1))
+        first, last = z[frame, row, column], z[frame, row + 1, column + 1]
+        other = np.where(u > v, z[frame, row, column + 1], z[frame, row + 1, column])
+        large, small = np.maximum(u, v), np.minimum(u, v)
+        sampled: FloatArray = first + (other - first) * large + (last - other) * small
+        return sampled
+
+
+def grid_around(places: FloatArray) -> Grid:
+    """The grid for boats at places (n, 2) [m]."""
+    x, y = _lines(places[:, 0]), _lines(places[:, 1])
+    cells = np.maximum(np.gradient(y)[:, None], np.gradient(x))
+    low, high = places.min(axis=0), places.max(axis=0)
+    east, north = (np.maximum(np.maximum(low[i] - line, line - high[i]), 0.0) for i, line in enumerate((x, y)))
+    return Grid(x, y, cells, 1.0 - np.exp(-np.hypot(north[:, None], east) / 600.0))
+
+
+def _lines(places: FloatArray) -> FloatArray:
+    """Lines along one axis: even near boats, wider and wider away from them; a multiple of eight of them."""
+    low, high = places.min() - REACH[1], places.max() + REACH[1]
+    way, stride = np.linspace(low, high, min(math.ceil((high - low) / STRIDE), MOST_STRIDES), retstep=True)
+    away = np.maximum(np.abs(way - places[:, None]).min(axis=0) - CORE, 0.0)
+    density = stride / (CELL + GROWTH[0] * away + GROWTH[1] * np.maximum(away - REACH[0], 0.0))
+    index = np.cumsum(density) - density[0]
+    count = min(8 * math.ceil((index[-1] + 3.0) / 8.0), MOST_LINES)
+    inner = np.interp(np.linspace(0.0, index[-1], count - 2), index, way)
+    return np.concatenate([[way[0] - HORIZON], inner, [way[-1] + HORIZON]])
+
+
+def triangles(rows: int, columns: int) -> npt.NDArray[np.uint32]:
+    """Triangles (2 (rows - 1) (columns - 1), 3) of a grid, counter-clockwise from above."""
+    corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).reshape(-1, 1)
+    first = corner + np.array([0, 1, columns + 1])
+    second = corner + np.array([0, columns + 1, columns])
+    return np.concatenate([first, second]).astype(np.uint32)
+
+
+HULL_CELL = 0.6
+"""Largest cell of a patch [m]; up to `HULL_CELLS` of them along a side."""
+HULL_CELLS = 24
+HULL_MARGIN, RIM = 0.25, 1.2
+"""Water around a hull's bounding box, and around that a rim that goes down under the fleet's mesh [m]."""
+RIM_STEP = 1.0 / 16.0
+"""Heights of the rim are rounded to this [m]."""
+WAMV = np.array([[-2.5, -1.25], [2.5, 1.25]])
+"""Corners of a hull that has no looks [m]."""
+
+
+Lines = tuple[FloatArray, FloatArray]
+"""Lines of a patch along x and y of its boat's frame [m]."""
+
+
+def hull_lines(boat: RecordedBody) -> Lines:
+    """Lines of a boat's patch along x and y of its frame [m]: around its looks."""
+    vertices = np.concatenate([part.vertices[:, :2] for part in boat.surfaces] or [WAMV])
+    low, high = vertices.min(axis=0) - HULL_MARGIN, vertices.max(axis=0) + HULL_MARGIN
+    count = np.minimum(np.ceil((high - low) / HULL_CELL), HULL_CELLS).astype(int) + 1
+    x, y = (np.concatenate([[low[i] - RIM], np.linspace(low[i], high[i], count[i]), [high[i] + RIM]]) for i in range(2))
+    return x, y
+
+
+def with_low_rim(z: FloatArray, drop: float) -> FloatArray:
+    """Rounded heights (n, rows, columns) [m] of a patch whose rim is lower by more than `drop` [m]."""
+    low = np.ones(z.shape[1:], bool)
+    low[1:-1, 1:-1] = False
+    return np.where(low, np.round((z - 1.5 * drop) / RIM_STEP) * RIM_STEP, rounded(z))
+
+
+def patch_heights(sea: Swell, lines: Lines, time: FloatArray, pose: FloatArray) -> FloatArray:
+    """Heights (n, rows, columns) [m] of a patch in a boat's frame: of times (n,) [s] and poses (n, 7).
+
+    At every second time the surface is met along the vertical from the frame's plane, and how far that leans in the
+    frame is made good with the slope; between them heights are means. A boat upside down has no patch.
+    """
+    last = len(time) - 1
+    some = np.append(np.arange(0, last, 2), last)
+    points = patch_points(lines, pose[some])
+    over = np.asarray(sea.height(points[0], points[1], time[some, None, None])) - points[2]
+    across, along = np.gradient(over, *lines[::-1], axis=(1, 2))
+    ahead, aside, upright = np.moveaxis(_axes(pose[some])[:, :, 2], 1, 0)[..., None, None]
+    z = over * upright * (1.0 - along * ahead - across * aside)
+    z = np.where(upright > 0.3, z, -1e4 * np.sign(upright))
+    before, after = np.arange(last + 1) // 2, np.arange(1, last + 2) // 2
+    before[-1] = after[-1] = len(some) - 1
+    heights: FloatArray = 0.5 * (z[before] + z[after])
+    return heights
+
+
+def patch_points(lines: Lines, pose: FloatArray) -> FloatArray:
+    """Coordinates (3, n, rows, columns) [m] of a patch's vertices, were all in the frame's plane."""
+    place, bow, port = (each.T[..., None, None] for each in (pose[:, :3], *np.moveaxis(_axes(pose)[:, :2], 1, 0)))
+    points: FloatArray = place + bow * lines[0] + port * lines[1][:, None]
+    return points
+
+
+def _axes(pose: FloatArray) -> FloatArray:
+    """The three axes (n, 3, 3) of frames with poses (n, 7)."""
+    return in_world_axes(pose[:, None, 3:], np.broadcast_to(np.eye(3), (len(pose), 3, 3)))
+
+
+SUN = (0.55, 0.35)
+"""Direction from which the light comes, east and north."""
+DEEP, CREST, HAZE = np.array([[9.0, 48.0, 79.0], [112.0, 178.0, 196.0], [150.0, 182.0, 204.0]])
+SHADES, HAZES = 32, 16
+
+
+def light(z: FloatArray, toward: FloatArray) -> FloatArray:
+    """Light, 0 to 1, of heights over the mean [m] with slopes toward the sun: crests and what faces it are bright.
+
+    tanh: a calm sea shows, a steep one is not cut off.
+    """
+    return np.clip(0.38 - 0.36 * np.tanh(12.0 * toward) + 0.4 * z, 0.0, 1.0)
+
+
+def colors(bright: FloatArray, haze: FloatArray | float = 0.0) -> npt.NDArray[np.uint32]:
+    """Colours 0xRRGGBBAA of light, from deep water to crest, with a share of the horizon's colour."""
+    far = np.round(np.asarray(haze) * (HAZES - 1)).astype(np.intp)
+    return PALETTE[far, (bright * (SHADES - 1)).astype(np.uint8)]
+
+
+def _palette() -> npt.NDArray[np.uint32]:
+    """Colours of each haze and shade."""
+    share = np.linspace(0.0, 1.0, SHADES)[:, None]
+    far = np.linspace(0.0, 1.0, HAZES)[:, None, None]
+    mixed = (DEEP + (CREST - DEEP) * share) * (1.0 - far) + HAZE * far
+    red, green, blue = np.moveaxis(np.round(mixed).astype(np.uint32), -1, 0)
+    palette: npt.NDArray[np.uint32] = (red << 24) | (green << 16) | (blue << 8) | np.uint32(255)
+    return palette
+
+
+PALETTE = _palette()

@@ -1,0 +1,42 @@
+"""Touches of boats in a recording: an arrow of the force at its point, and marks in the plots."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import rerun as rr
+from rerun.chunk import Chunk
+
+from vrx_mj.draw.colors import shade, text_color
+from vrx_mj.recording.task_chunks import STEPS, mark_chunks
+from vrx_mj.recording.timeline import static, times
+from vrx_mj.runtime.subscriptions import Touch
+
+COLOR = shade((1.0, 0.0, 0.45))
+LONGEST, TYPICAL = 5.0, 1000.0
+"""Length of an arrow [m] that no force reaches, and the force [N] whose arrow has half of it."""
+SHORTEST = 1.0
+"""Simulated time for which an arrow is seen, at least [s]."""
+
+
+def touch_chunks(touches: Sequence[Touch]) -> Iterator[Chunk]:
+    """Touches, each seen from its begin to its end: where the largest force acts, with names and force."""
+    yield from mark_chunks([(touch.time, "contacts") for touch in touches])
+    for touch in touches:
+        if touch.point is None or touch.vector is None:
+            continue
+        path = f"/world/touches/{touch.boat}/{touch.other}"
+        time = times([touch.time, touch.time + max(touch.duration, SHORTEST)])
+        vector = np.array(touch.vector) * LONGEST / (touch.force + TYPICAL)
+        yield static(path, rr.Arrows3D.from_fields(colors=[COLOR], radii=[0.16]))
+        arrow = rr.Arrows3D.columns(vectors=[vector], origins=[touch.point]).partition([1, 0])
+        yield Chunk.from_columns(path, [time], arrow)
+        yield static(
+            f"{path}/force", rr.Points3D.from_fields(colors=[text_color(COLOR)], radii=[0.0], show_labels=True)
+        )
+        label = f"{touch.boat} touches {touch.other}, {touch.force:.0f} N"
+        words = rr.Points3D.columns(positions=[touch.point + vector], labels=[label]).partition([1, 0])
+        yield Chunk.from_columns(f"{path}/force", [time], words)
+        states = rr.StateChange.columns(state=[f"{touch.force:.0f} N"]).partition([1, 0])
+        yield Chunk.from_columns(f"{STEPS}/{touch.boat}/{touch.other}", [time], states)

@@ -1,0 +1,131 @@
+"""What viewers draw: shore, docks and objects as markers, meshes of boats inside URDFs, and a frame near the boats."""
+
+import base64
+import re
+from collections.abc import Collection, Iterator, Mapping
+from functools import lru_cache
+from pathlib import Path
+from urllib.parse import unquote
+from weakref import WeakKeyDictionary
+from xml.sax.saxutils import unescape
+
+import mujoco
+import numpy as np
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.errors import VrxError
+from vrx_mj.formats.urdf.meshes import read_mesh
+from vrx_mj.mjcf.templates import mesh_of_file
+from vrx_mj.mjcf.world import World
+from vrx_mj.ros.interface import Output
+from vrx_mj.ros.messages import Message, kind, new
+from vrx_mj.ros.table.host import Host, header, turned, vector
+from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.sensors.displays import displays_of
+
+MARKERS, START = "/vrx_mj/markers", "start"
+ROUND = 10.0
+"""Of the coordinates of the frame `start` [m]."""
+CUBE, SPHERE, CYLINDER, TRIANGLES, DELETE_ALL = 1, 2, 3, 11, 3
+"""Types of visualization_msgs/Marker, and an action."""
+SHAPES: Mapping[int, int] = {
+    mujoco.mjtGeom.mjGEOM_BOX: CUBE,
+    mujoco.mjtGeom.mjGEOM_SPHERE: SPHERE,
+    mujoco.mjtGeom.mjGEOM_ELLIPSOID: SPHERE,
+    mujoco.mjtGeom.mjGEOM_CYLINDER: CYLINDER,
+    mujoco.mjtGeom.mjGEOM_CAPSULE: CYLINDER,
+    mujoco.mjtGeom.mjGEOM_MESH: TRIANGLES,
+}
+_FILE = re.compile(r'"file://(/[^"<]*)"')
+_starts: WeakKeyDictionary[Simulation, FloatArray] = WeakKeyDictionary()
+_drawn: WeakKeyDictionary[Simulation, tuple[object, Message]] = WeakKeyDictionary()
+
+
+def start_of(sim: Simulation) -> FloatArray:
+    """(3,): where the frame `start` is in `map` [m]: amid the boats that the simulation has when it is first asked."""
+    if sim not in _starts:
+        places = [(*boat.pose[:2], 0.0) for boat in sim.world.parameters.boats] or [(0.0, 0.0, 0.0)]
+        _starts[sim] = ROUND * np.round(np.mean(places, axis=0) / ROUND)
+    return _starts[sim]
+
+
+def marker_output(host: Host) -> Output:
+    """`/vrx_mj/markers`: shore, docks and objects where they start, in the frame `start`.
+
+    Published again when objects or docks come or go. What lights and placards show is for cameras, and not in it.
+    """
+
+    def make() -> Message:
+        values = host.sim.world.parameters
+        there = [*(item.name for item in values.objects), *(dock.name for dock in values.docks)]
+        if host.sim not in _drawn or _drawn[host.sim][0] != there:
+            clear = new("visualization_msgs/Marker", action=DELETE_ALL)
+            shapes = _markers(host.sim.world, start_of(host.sim))
+            _drawn[host.sim] = there, new("visualization_msgs/MarkerArray", markers=[clear, *shapes])
+        return _drawn[host.sim][1]
+
+    return Output(MARKERS, "visualization_msgs/MarkerArray", make, latched=True)
+
+
+def _markers(world: World, start: FloatArray) -> Iterator[Message]:
+    model = mujoco.MjModel.from_xml_string(world.mjcf, assets=dict(world.assets))
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    shown = {name for one in displays_of(world.parameters) for names in one.parts.values() for name in names}
+    docks, boats = tuple(f"{dock.name}/" for dock in world.parameters.docks), tuple(f"{boat}/" for boat in world.boats)
+    for geom in range(model.ngeom):
+        name, body = model.geom(geom).name, model.body(model.geom_bodyid[geom]).name
+        touches = model.geom_contype[geom] or model.geom_conaffinity[geom]
+        if touches or name in shown or body.startswith(boats) or int(model.geom_type[geom]) not in SHAPES:
+            continue
+        space = "docks" if body.startswith(docks) else "objects" if model.geom_bodyid[geom] else "shore"
+        shape, quaternion = SHAPES[int(model.geom_type[geom])], np.empty(4)
+        mujoco.mju_mat2Quat(quaternion, data.geom_xmat[geom])
+        x, y, z = (2.0 * float(value) for value in model.geom_size[geom])
+        sizes = {TRIANGLES: (1.0, 1.0, 1.0), CYLINDER: (x, x, y)}
+        yield new(
+            "visualization_msgs/Marker",
+            header=header(0.0, START),
+            ns=space,
+            id=geom,
+            type=shape,
+            pose={"position": vector(data.geom_xpos[geom] - start), "orientation": turned(quaternion)},
+            scale=vector(sizes.get(shape, (x, y or x, z or x))),
+            color=dict(zip("rgba", map(float, model.geom_rgba[geom]), strict=True)),
+            points=_corners(model, int(model.geom_dataid[geom])) if shape == TRIANGLES else [],
+            frame_locked=True,
+        )
+
+
+def _corners(model: mujoco.MjModel, number: int) -> list[Message]:
+    """Three points for each triangle of a mesh, in its own frame."""
+    mesh, point = model.mesh(number), kind("geometry_msgs/Point")
+    faces = model.mesh_face[int(mesh.faceadr[0]) :][: int(mesh.facenum[0])]
+    return [point(*xyz) for xyz in model.mesh_vert[faces.ravel() + int(mesh.vertadr[0])].tolist()]
+
+
+def with_meshes_inside(text: str, assets: Collection[str]) -> str:
+    """A URDF's text with meshes in it in the place of their `file://`, as `data:` URLs of glTF.
+
+    Only those that are among a world's `assets`, names of files: a URDF from a stranger can name any file.
+    """
+
+    def inside(found: re.Match[str]) -> str:
+        try:
+            asset, url = _embedded(Path(unquote(unescape(found[1]))))
+        except VrxError:
+            return found[0]
+        return f'"{url}"' if asset in assets else found[0]
+
+    return _FILE.sub(inside, text)
+
+
+@lru_cache(maxsize=256)
+def _embedded(file: Path) -> tuple[str, str]:
+    """The name of a mesh among the assets of a world, and its URL."""
+    import trimesh
+
+    mesh = read_mesh(file)
+    upright = mesh.points[:, [0, 2, 1]] * [1.0, 1.0, -1.0]  # glTF has y up
+    content = trimesh.Trimesh(upright, mesh.triangles).export(file_type="glb")
+    return mesh_of_file(file).file, f"data:model/gltf-binary;base64,{base64.b64encode(content).decode()}"

@@ -1,0 +1,77 @@
+"""Colours are seen on light and on dark, and differ."""
+
+import numpy as np
+import pytest
+
+from vrx_mj.config.bays import RGB as LIGHTS
+from vrx_mj.draw import colors
+from vrx_mj.draw.colors import boat_color, boat_colors, text_color
+from vrx_mj.recording import blueprint, sensor_chunks, static_chunks, task_chunks, touch_chunks
+
+
+def luminance(color):
+    """Relative luminance of red, green and blue, 0 to 255, by WCAG 2."""
+    shares = [share / 255.0 for share in color]
+    linear = [share / 12.92 if share <= 0.03928 else ((share + 0.055) / 1.055) ** 2.4 for share in shares]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def contrast(one, other):
+    """Contrast of two colours, by WCAG 2."""
+    dark, light = sorted((luminance(one), luminance(other)))
+    return (light + 0.05) / (dark + 0.05)
+
+
+def lab(color):
+    """CIE 1976 L*, a* and b* of a colour under D65."""
+    linear = [luminance((share, 0, 0)) / 0.2126 for share in color]
+    xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]) @ linear
+    x, y, z = np.cbrt(np.maximum(xyz / [0.9505, 1.0, 1.089], 0.008856))
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
+LINES = {
+    "wind": colors.WIND_COLOR, "waves": colors.WAVE_COLOR, "current": colors.CURRENT_COLOR,
+    "shore": static_chunks.SHORE_COLOR, "waypoints": static_chunks.WAYPOINT_COLOR,
+    "thrust": static_chunks.THRUST_COLOR, "touches": touch_chunks.COLOR,
+    **task_chunks.FATES, **task_chunks.STATUS, **{kind: color for kind, (color, _) in task_chunks.KINDS.items()},
+    "right": task_chunks.RIGHT, "wrong": task_chunks.WRONG, "inside": task_chunks.INSIDE, "docked": task_chunks.DOCKED,
+    "lost": task_chunks.LOST, "avoid": task_chunks.AVOID, "path": task_chunks.PATH, "beacon": task_chunks.BEACON,
+    "score": task_chunks.SCORE_COLOR, "hits": task_chunks.HITS_COLOR, "sound": sensor_chunks.SOUND_COLOR,
+    **dict(zip("xyz", sensor_chunks.AXIS_COLORS, strict=True)),
+    **{f"boat {number}": boat_color(number) for number in range(100)},
+    **{f"hull of {name}": boat_color(0, rgb) for name, rgb in LIGHTS.items()}, "black hull": boat_color(0, (0, 0, 0)),
+    **{f"engine {i}": rgb for i, rgb in enumerate(static_chunks.shaded([boat_color(0)] * 4))},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LINES)
+def test_lines_are_seen_on_white_and_on_black(name):
+    assert contrast(LINES[name], (255, 255, 255)) >= 3.0
+    assert contrast(LINES[name], (0, 0, 0)) >= 3.0
+
+
+@pytest.mark.parametrize("plate", [44, 225])
+def test_names_are_read_on_the_plan_in_both_themes(plate):
+    """A viewer (rerun 0.41) writes them on a plate: half this grey of its dark or light theme, half what is behind."""
+    behind = [(share + plate) / 2.0 for share in blueprint.PLAN_WATER]
+    assert min(contrast(text_color(color), behind) for color in LINES.values()) >= 3.0
+
+
+@pytest.mark.parametrize(("boats", "apart"), [(3, 40.0), (12, 15.0), (20, 12.0), (100, 4.0)])
+def test_no_two_boats_look_alike(boats, apart):
+    """By the distance in L*a*b*, of which 2.3 is just noticed."""
+    shades = np.array([lab(boat_color(number)) for number in range(boats)])
+    distance = np.linalg.norm(shades[:, None] - shades[None], axis=2) + 1e3 * np.eye(boats)
+    assert distance.min() > apart
+
+
+def test_a_boat_that_joins_later_leaves_the_colours_of_others():
+    assert boat_colors(["a", "b", "c"]) == {**boat_colors(["a", "b"]), "c": boat_color(2)}
+
+
+def test_the_hue_of_a_hull_is_kept():
+    red, green, blue = boat_color(0, (0.3, 0.0, 0.0))
+    assert red > 200
+    assert green == pytest.approx(blue, abs=1)
+    assert green < red / 2

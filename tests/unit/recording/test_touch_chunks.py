@@ -1,0 +1,40 @@
+"""Touches in a recording: an arrow from begin to end, with names and force."""
+
+import numpy as np
+import pytest
+
+from vrx_mj.recording.touch_chunks import touch_chunks
+from vrx_mj.runtime.subscriptions import Touch
+
+TOUCH = Touch("a", "quay", 4.0, 1000.0, duration=3.0, point=(6.0, 1.0, 0.25), vector=(-1000.0, 0.0, 0.0))
+
+
+def values(chunks, path, component):
+    """Times [s] and values of a component that changes."""
+    for chunk in chunks:
+        batch = chunk.to_record_batch()
+        if chunk.entity_path == path and {component, "sim_time"} <= set(batch.schema.names):
+            return batch.column("sim_time").to_numpy().astype(float) / 1e9, batch.column(component).to_pylist()
+    return None
+
+
+def test_a_touch_is_an_arrow_of_its_force_at_its_point_while_it_lasts():
+    chunks = list(touch_chunks([TOUCH]))
+    times, vectors = values(chunks, "/world/touches/a/quay", "Arrows3D:vectors")
+    assert times == pytest.approx([4.0, 7.0])
+    assert np.array(vectors[0]) / np.linalg.norm(vectors[0]) == pytest.approx(np.array([[-1.0, 0.0, 0.0]]))
+    assert vectors[1] == []
+    assert values(chunks, "/world/touches/a/quay", "Arrows3D:origins")[1] == [[[6.0, 1.0, 0.25]], []]
+    assert values(chunks, "/world/touches/a/quay/force", "Points3D:labels")[1] == [["a touches quay, 1000 N"], []]
+    assert values(chunks, "/timeline/a/quay", "StateChange:state")[1] == [["1000 N"], []]
+    assert values(chunks, "/marks/contacts", "Scalars:scalars")[0] == pytest.approx([4.0])
+
+
+def test_a_larger_force_has_a_longer_arrow_that_stays_in_the_picture():
+    lengths = [
+        np.linalg.norm(values(touch_chunks([touch]), "/world/touches/a/b", "Arrows3D:vectors")[1][0])
+        for touch in (Touch("a", "b", 0.0, force, point=(0, 0, 0), vector=(force, 0, 0)) for force in (10.0, 1e3, 1e6))
+    ]
+    assert lengths == sorted(lengths)
+    assert 0.0 < lengths[0] < 0.1
+    assert 4.9 < lengths[-1] < 5.0
