@@ -8,8 +8,8 @@ for where they matter: not in comments, and not in the free text of a `descripti
 """
 
 import contextlib
-import heapq
 import re
+import unicodedata
 from collections.abc import Iterator, Sequence
 from itertools import islice
 from pathlib import Path
@@ -33,67 +33,20 @@ class Odd(NamedTuple):
     message: str
 
 
-PUNCTUATION = {
-    "!": "exclamation mark", '"': "quotation mark", "#": "hash sign", "%": "percent sign", "&": "ampersand",
-    "'": "apostrophe", "(": "parenthesis", ")": "parenthesis", "*": "asterisk", "+": "plus sign",
-    ",": "comma", "-": "hyphen", ".": "full stop", "/": "slash", ":": "colon", ";": "semicolon",
-    "<": "less-than sign",
-    "=": "equals sign", ">": "greater-than sign", "?": "question mark", "@": "at sign", "[": "bracket",
-    "\\": "backslash", "]": "bracket", "_": "underscore", "{": "brace", "|": "bar", "}": "brace",
-    "~": "tilde",
-}  # fmt: skip
+PLAIN = {
+    **{chr(0xFEE0 + code): chr(code) for code in range(0x21, 0x7F)},
+    **dict(zip("、。︰【】〔〕「」“”„‘’‐‑–—−×", ",.:[][]\"\"\"\"\"''-----X", strict=True)),
+    "…": "...",
+}
+"""What to type for full-width forms and punctuation."""
+LATIN = dict(zip(
+    "АВЕЅІЈКМНОРСТУХаеорсухѕіј" "ΑΒΕΖΗΙΚΜΝΟΡΤΥΧο", "ABESIJKMHOPCTYXaeopcyxsij" "ABEZHIKMNOPTYXo", strict=True
+))  # fmt: skip
+"""What to type for Cyrillic and Greek letters that look Latin."""
+_UNSEEN = {"Zs": "type a space", "Cf": "delete it"}
+"""What to do about spaces and invisible characters, by their category in Unicode."""
 
-WIDE = {
-    chr(code + 0xFEE0): (f"full-width {PUNCTUATION.get(chr(code), chr(code))}", chr(code))
-    for code in range(0x21, 0x7F)
-    if chr(code) not in "$^`"
-}
-LIKE = {
-    "、": ("ideographic comma", ","),
-    "。": ("ideographic full stop", "."),
-    "︰": ("vertical colon", ":"),
-    "【": ("Chinese bracket", "["),
-    "】": ("Chinese bracket", "]"),
-    "〔": ("Chinese bracket", "["),
-    "〕": ("Chinese bracket", "]"),
-    "「": ("corner quote", '"'),
-    "」": ("corner quote", '"'),
-    "“": ("curly quote", '"'),
-    "”": ("curly quote", '"'),
-    "„": ("low quote", '"'),
-    "‘": ("curly quote", "'"),
-    "’": ("curly quote", "'"),
-    "‐": ("hyphen", "-"),
-    "‑": ("non-breaking hyphen", "-"),
-    "–": ("dash", "-"),
-    "—": ("long dash", "-"),
-    "−": ("minus sign", "-"),
-    "×": ("multiplication sign", "X"),
-    "…": ("ellipsis", "..."),
-}
-SPACES = {chr(code): "wide or narrow space" for code in range(0x2000, 0x200B)} | {
-    "\u00a0": "non-breaking space",
-    "\u202f": "narrow non-breaking space",
-    "\u205f": "mathematical space",
-    "\u3000": "ideographic space",
-    "\t": "tab",
-}
-_MARKS = (0x200E, 0x200F, *range(0x202A, 0x202F), *range(0x2066, 0x206A))
-INVISIBLE = {chr(code): "invisible character" for code in _MARKS} | {
-    "\u00ad": "soft hyphen",
-    "\u200b": "zero-width space",
-    "\u200c": "zero-width character",
-    "\u200d": "zero-width character",
-    "\u2060": "zero-width character",
-    "\ufeff": "byte-order mark",
-}  # fmt: skip
-_CYRILLIC = dict(zip("АВЕЅІЈКМНОРСТУХаеорсухѕіј", "ABESIJKMHOPCTYXaeopcyxsij", strict=True))
-_GREEK = dict(zip("ΑΒΕΖΗΙΚΜΝΟΡΤΥΧο", "ABEZHIKMNOPTYXo", strict=True))
-LETTERS = {odd: ("Cyrillic letter", plain) for odd, plain in _CYRILLIC.items()} | {
-    odd: ("Greek letter", plain) for odd, plain in _GREEK.items()
-}
-
-_SINGLE = re.compile(f"[{re.escape(''.join([*WIDE, *LIKE, *SPACES, *INVISIBLE]))}]")
+_ODD = re.compile(r"[^\x00-\x7f]|\t")
 _WORD = re.compile(r"\w+")
 _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]")
 _QUOTE_OR_COMMENT = re.compile(r"""(?:(?<=[\s\[{,:(])|^)["']|(?:(?<=\s)|^)#""")
@@ -142,33 +95,26 @@ def _without_comment(line: str) -> str:
 def _in_code(code: str) -> Iterator[tuple[int, str]]:
     if code.isascii() and "\t" not in code:
         return
-    single = ((hit.start(), _advice(hit[0])) for hit in _SINGLE.finditer(code))
-    letters = (
-        (word.start() + index, _advice(letter))
-        for word in _WORD.finditer(code)
-        if _mixed(word[0])
-        for index, letter in enumerate(word[0])
-        if letter in LETTERS
-    )
-    yield from heapq.merge(single, letters)
+    mixed = {index for word in _WORD.finditer(code) if _mixed(word[0]) for index in range(*word.span())}
+    for hit in _ODD.finditer(code):
+        if (hit[0] not in LATIN or hit.start() in mixed) and (advice := _advice(hit[0])):
+            yield hit.start(), advice
 
 
 def _mixed(word: str) -> bool:
     """Foreign letters are fine in foreign words, not next to Latin ones nor where all look Latin."""
     letters = [letter for letter in word if letter.isalpha()]
-    return any(letter.isascii() for letter in letters) or all(letter in LETTERS for letter in letters)
+    return any(letter.isascii() for letter in letters) or all(letter in LATIN for letter in letters)
 
 
-def _advice(character: str) -> str:
-    code = f"U+{ord(character):04X}"
+def _advice(character: str) -> str | None:
+    """What to do about a character, by its name in Unicode; None: it may stay."""
     if character == "\t":
         return "tab; type spaces"
-    if character in SPACES:
-        return f"{SPACES[character]} {code}; type a space"
-    if character in INVISIBLE:
-        return f"{INVISIBLE[character]} {code}; delete it"
-    name, plain = WIDE.get(character) or LIKE.get(character) or LETTERS[character]
-    return f"{name} {code}; type " + (f"'{plain}'" if plain != "'" else '"\'"')
+    plain = PLAIN.get(character) or LATIN.get(character)
+    quoted = f"'{plain}'" if plain != "'" else '"\'"'
+    do = f"type {quoted}" if plain else _UNSEEN.get(unicodedata.category(character))
+    return do and f"{unicodedata.name(character).lower()} U+{ord(character):04X}; {do}"
 
 
 MAX_BYTES = 4_000_000
