@@ -4,7 +4,7 @@ import ast
 import inspect
 import itertools
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeVar, get_args, get_origin
@@ -21,7 +21,7 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from vrx_mj.config.tree import Section
+from vrx_mj.config.tree import Entry, Section
 from vrx_mj.config.wording import one_of, shown, unknown_key
 from vrx_mj.errors import UnknownNameError
 
@@ -125,8 +125,7 @@ class Config(BaseModel):
             if value is not None or key not in sections
         }
         if isinstance(data, Section):
-            plain = without_ignored_keys(cls, plain, data.depth)
-        if isinstance(data, Section):
+            plain = without_ignored_keys(cls, plain, data.entries)
             for own in (name for name, field in fields.items() if field.exclude):
                 if own in data:
                     raise faults(((own,), unknown_key(own, keys_of(cls))))
@@ -187,20 +186,24 @@ def limited_keys(model: type[Config]) -> Mapping[str, Only]:
 
 
 def without_ignored_keys(
-    model: type[Config], content: Mapping[str, Any], depth: Callable[[str], float] | None = None
+    model: type[Config], content: Mapping[str, Any], entries: Mapping[str, Entry] | None = None
 ) -> dict[str, Any]:
     """The keys of a model without those that do nothing with the values of others.
 
-    With the `depth` of each key in the chain of `extends` only those stay away that a file has put such a value on.
+    With the `entries` of a file only those stay away whose selector's value is further down the chain of `extends`.
     """
-    default = {key: field.default for key, field in model.model_fields.items()}
     ignored = {
         key
         for key, only in limited_keys(model).items()
-        if (depth is None or depth(only.selector) < depth(key))
-        and not only.allows(content.get(only.selector, default[only.selector]))
+        if key in content
+        and (entries is None or _overruled(entries.get(only.selector), entries.get(key)))
+        and not only.allows(content.get(only.selector, model.model_fields[only.selector].default))
     }
     return {key: value for key, value in content.items() if key not in ignored}
+
+
+def _overruled(selector: Entry | None, key: Entry | None) -> bool:
+    return selector is not None and (key is None or selector.depth < key.depth)
 
 
 @cache

@@ -47,56 +47,42 @@ def fault_text(error: ValidationError) -> str:
 
 def problem_at(section: Section, loc: tuple[str | int, ...], message: str) -> Problem:
     """A problem with the value at `loc`."""
-    place, path = locate(section, loc)
-    return Problem(place.file.name, place.line, place.column, _shown_key(place, path), message)
+    spot = locate(section, loc)
+    return _problem_in(spot.place, spot.path, message)
 
 
 _TAG = re.compile(r"<(?:xacro:)?([A-Za-z_][\w.-]*)")
 
 
-def _shown_key(place: Place, path: tuple[str | int, ...]) -> str:
-    """The key of a value as its file has it: in XML the element that it comes from, and the last key."""
-    name, line = place.file.name.lower(), place.line or 0
-    if name.endswith((".yaml", ".yml")) or not 0 < line <= len(place.file.lines):
-        return key_path(path)
-    tag = _TAG.match(place.file.lines[line - 1], (place.column or 1) - 1)
-    if tag is None:
-        return key_path(path)
-    key = next((step for step in reversed(path) if isinstance(step, str)), tag[1])
-    return f"<{tag[1]}>" if key == tag[1] else f"<{tag[1]}> / {key}"
+def _problem_in(place: Place, path: tuple[str | int, ...], message: str) -> Problem:
+    """A problem with a key as its file has it: in XML the element that it comes from, and the last key."""
+    file, line, column = place
+    key, tag = key_path(path), None
+    if line and line <= len(file.lines) and not file.name.lower().endswith((".yaml", ".yml")):
+        tag = _TAG.match(file.lines[line - 1], (column or 1) - 1)
+    if tag:
+        last = next((step for step in reversed(path) if isinstance(step, str)), tag[1])
+        key = f"<{tag[1]}>" if last == tag[1] else f"<{tag[1]}> / {last}"
+    return Problem(file.name, line, column, key, message)
 
 
 def _problem(details: ErrorDetails, model: type[Config], section: Section) -> Problem:
     loc, inside = details["loc"], details.get("ctx", {})
-    place, path = locate(section, loc)
+    place, path, owner = locate(section, loc)
     message = _message(details)
     if "row" in inside:
         place = _inside(place, inside["row"], inside["column"])
-    if "selector" in inside:
-        message += _inherited(_owner(section, loc), place, inside["selector"])
+    if (
+        owner is not None
+        and (chosen := owner.entries.get(inside.get("selector", "")))
+        and chosen.value.file != place.file
+    ):
+        message += f"; {inside['selector']} is from {chosen.value.file.name}:{chosen.value.line}"
     if details["type"] == "extra_forbidden":
-        key = str(loc[-1])
-        message = unknown_key(key, _keys(model, section, loc[:-1]))
-        place = _owner(section, loc).entries[key].key
-    return Problem(place.file.name, place.line, place.column, _shown_key(place, path), message)
-
-
-def _inherited(owner: Section, place: Place, selector: str) -> str:
-    """Where the value of a key is from, if it is from a file that the one of a place extends."""
-    entry = owner.entries.get(selector)
-    if entry is None or entry.value.file == place.file:
-        return ""
-    return f"; {selector} is from {entry.value.file.name}:{entry.value.line}"
-
-
-def _owner(section: Section, loc: tuple[str | int, ...]) -> Section:
-    """The section that holds the key that `loc` ends with."""
-    node: Any = section
-    for step in loc[:-1]:
-        if isinstance(step, int) or step in node:
-            node = node[step]
-    assert isinstance(node, Section), f"{loc} does not lead to a key"
-    return node
+        assert owner is not None, f"{loc} does not lead to a key"
+        message = unknown_key(str(loc[-1]), _keys(model, section, loc[:-1]))
+        place = owner.entries[str(loc[-1])].key
+    return _problem_in(place, path, message)
 
 
 def _inside(place: Place, row: int, column: int) -> Place:
@@ -113,21 +99,17 @@ def _inside(place: Place, row: int, column: int) -> Place:
 
 
 def _keys(model: type[Config], section: Section, path: tuple[str | int, ...]) -> list[str]:
-    """The keys that a file may write at `path`."""
+    """The keys that a file may write at `path`: those of the model of its `type`, or else of the first there."""
     owner, node = model, cast("Any", section)
     for step in path:
         node = node[step] if isinstance(step, int) or step in node else node
         if isinstance(step, str) and step in owner.model_fields:
-            owner = _model_in(owner.model_fields[step].annotation, node) or owner
+            models = list(_models(owner.model_fields[step].annotation)) or [owner]
+            kind = node.get("type") if isinstance(node, Mapping) else None
+            types = ((each, each.model_fields.get("type")) for each in models)
+            owner = next((each for each, field in types if field and kind in get_args(field.annotation)), models[0])
     top = ["extends"] if owner is model else []
     return [*top, *keys_of(owner)]
-
-
-def _model_in(annotation: object, value: object) -> type[Config] | None:
-    """The model of a value: of several that of its `type`, or else the first."""
-    models = list(_models(annotation))
-    kind = value.get("type") if isinstance(value, Mapping) else None
-    return next((model for model in models if _is_of_type(model, kind)), models[0] if models else None)
 
 
 def _models(annotation: object) -> Iterator[type[Config]]:
@@ -135,10 +117,6 @@ def _models(annotation: object) -> Iterator[type[Config]]:
         yield annotation
     for part in get_args(annotation):
         yield from _models(part)
-
-
-def _is_of_type(model: type[Config], kind: object) -> bool:
-    return "type" in model.model_fields and kind in get_args(model.model_fields["type"].annotation)
 
 
 def _message(details: ErrorDetails) -> str:
@@ -281,19 +259,13 @@ def _of_format(kind: str, text: str, file: Path, folder: Path) -> Path:
 
 def read_source(kind: str, source: Path | Mapping[str, object]) -> Section:
     """The keys and values of a YAML file, of a dict or of a section, on top of those of the files that it extends."""
-    if isinstance(source, Path):
-        section = _read(source)
-        if said := other_kind(kind, section):
-            raise ConfigError([Problem(display(source), None, None, "", said)])
-        return _extended(kind, section, source, (source.resolve(),))
-    if isinstance(source, Section):
-        return _extended(kind, source, None, ())
-    file = File(f"<{KINDS[kind]}>", None)
-    try:
-        section = of_python(source, file)
-    except RecursionError:
-        raise ConfigError([Problem(file.name, None, None, "", "nested too deeply, or inside itself")]) from None
-    return _extended(kind, section, None, ())
+    if not isinstance(source, Path):
+        section = source if isinstance(source, Section) else of_python(source, File(f"<{KINDS[kind]}>", None))
+        return _extended(kind, section, None, ())
+    section = _read(source)
+    if said := other_kind(kind, section):
+        raise ConfigError([Problem(display(source), None, None, "", said)])
+    return _extended(kind, section, source, (source.resolve(),))
 
 
 def _read(file: Path) -> Section:
@@ -321,7 +293,7 @@ def _extended(kind: str, section: Section, file: Path | None, chain: tuple[Path,
     below = _extended(kind, _read(base), base, (*chain, base.resolve()))
     own = {key: value for key, value in below.items() if key not in {"name", "description"}}
     over = {key: value for key, value in section.items() if key != "extends"}
-    return merged(Section(own, below.place, below.entries), Section(over, section.place, section.entries))
+    return merged(below.holding(own), section.holding(over))
 
 
 def _base(kind: str, section: Section, file: Path | None, chain: tuple[Path, ...]) -> Path:
@@ -339,7 +311,7 @@ def _base(kind: str, section: Section, file: Path | None, chain: tuple[Path, ...
 def validated(model: type[ConfigT], section: Section, loading: Loading, *, name: str | None = None) -> ConfigT:
     """The model of a section; `name` is for a model that has one and whose file gives none."""
     if name is not None and "name" not in section:
-        section = Section({**section, "name": name}, section.place, section.entries)
+        section = section.holding({**section, "name": name})
     result, found = None, []
     try:
         result = model.model_validate(section, context=loading)
@@ -357,9 +329,5 @@ def joining(model: type[ConfigT], what: str, entry: Mapping[str, object]) -> Con
     Raises:
         ConfigError: a value is wrong or missing.
     """
-    file = File(f"<{what}>", None)
-    try:
-        section = of_python({key: value for key, value in entry.items() if value is not None}, file)
-    except RecursionError:
-        raise ConfigError([Problem(file.name, None, None, "", "nested too deeply, or inside itself")]) from None
-    return validated(model, section, Loading())
+    given = {key: value for key, value in entry.items() if value is not None}
+    return validated(model, of_python(given, File(f"<{what}>", None)), Loading())

@@ -48,4 +48,4 @@ def _on_top(
 
 def _with_places(data: Mapping[str, object], values: Mapping[str, object]) -> Mapping[str, object]:
     """Other values at the places that a file's have."""
-    return Section(values, data.place, data.entries) if isinstance(data, Section) else values
+    return data.holding(values) if isinstance(data, Section) else values

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from vrx_mj.errors import ConfigError, Problem
+
 Loc = tuple[str | int, ...]
 
 APPENDED = ("objects", "docks")
@@ -49,10 +51,15 @@ class Entry(NamedTuple):
 class Section(dict[str, Any]):
     """A mapping that knows its place, the places of its entries, and its file's folder."""
 
-    def __init__(self, values: Mapping[str, object], place: Place, entries: Mapping[str, Entry]) -> None:
+    def __init__(self, values: Mapping[str, object], place: Place, entries: Mapping[str, Entry] | None = None) -> None:
+        """`entries` are by default all at the place of the mapping."""
         super().__init__(values)
         self.place = place
-        self.entries = entries
+        self.entries = dict.fromkeys(values, Entry(place, place)) if entries is None else entries
+
+    def holding(self, values: Mapping[str, object]) -> "Section":
+        """Other values at these places."""
+        return Section(values, self.place, self.entries)
 
     @property
     def folder(self) -> Path | None:
@@ -72,30 +79,37 @@ class Items(tuple[Any, ...]):  # noqa: SLOT001 - a tuple of any length has no sl
     """A list that knows the places of its entries."""
 
     places: tuple[Place, ...]
-    numbers: tuple[int, ...]
-    """Number of each entry in its own file; with `extends` it differs from that in the list."""
 
     @classmethod
-    def of(cls, values: Iterable[object], places: Iterable[Place], numbers: Iterable[int] | None = None) -> "Items":
+    def of(cls, values: Iterable[object], places: Iterable[Place]) -> "Items":
         """A list of `values`, each at its place."""
         items = cls(values)
         items.places = tuple(places)
-        items.numbers = tuple(range(len(items)) if numbers is None else numbers)
         return items
 
+    def number(self, index: int) -> int:
+        """Number of an entry in its own file; with `extends` it differs from that in the list."""
+        return sum(place.file == self.places[index].file for place in self.places[:index])
 
-def of_python(value: object, file: File, depth: int = 0) -> Any:
-    """A plain value (dicts, lists, NumPy scalars and arrays among them) as sections and items."""
-    place = Place(file)
-    if depth > DEEPEST:
-        raise RecursionError
+
+def of_python(value: object, file: File) -> Any:
+    """A plain value (dicts, lists, NumPy scalars and arrays among them) as sections and items.
+
+    Raises:
+        ConfigError: it is nested too deeply.
+    """
+    return _of_python(value, Place(file), DEEPEST)
+
+
+def _of_python(value: object, place: Place, levels: int) -> Any:
+    if levels < 0:
+        raise ConfigError([Problem(place.file.name, None, None, "", "nested too deeply, or inside itself")])
     if isinstance(value, Mapping):
-        content = {str(key): of_python(item, file, depth + 1) for key, item in value.items()}
-        return Section(content, place, {key: Entry(place, place) for key in content})
+        return Section({str(key): _of_python(item, place, levels - 1) for key, item in value.items()}, place)
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, Sequence) and not isinstance(value, str | bytes):
-        return Items.of((of_python(item, file, depth + 1) for item in value), [place] * len(value))
+        return Items.of((_of_python(item, place, levels - 1) for item in value), [place] * len(value))
     return str(value) if isinstance(value, Path) else value
 
 
@@ -110,42 +124,48 @@ def merged(base: Section, over: Section, appended: Sequence[str] = APPENDED) -> 
         if owner in over and over[owner] != base.get(owner, USUAL[owner])
         for key in keys
     }
-    base = Section({key: value for key, value in base.items() if key not in gone}, base.place, base.entries)
+    base = base.holding({key: value for key, value in base.items() if key not in gone})
     inherited = {key: entry._replace(depth=entry.depth + 1) for key, entry in base.entries.items()}
-    values, entries = {**base, **over}, {**inherited, **over.entries}
+    values: dict[str, Any] = {**base, **over}
     for key in base.keys() & over.keys():
         old, new = base[key], over[key]
         if isinstance(old, Section) and isinstance(new, Section):
-            values[key] = new if key in REPLACED and _differ(old, new) else merged(old, new, ())
+            other = key in REPLACED and new.get("type", old.get("type")) != old.get("type")
+            values[key] = new if other else merged(old, new, ())
         elif key in appended and new is None:
             values[key] = old
         elif key in appended and isinstance(old, Items) and isinstance(new, Items):
-            values[key] = Items.of((*old, *new), (*old.places, *new.places), (*old.numbers, *new.numbers))
-    return Section(values, over.place, entries)
+            values[key] = Items.of((*old, *new), (*old.places, *new.places))
+    return Section(values, over.place, {**inherited, **over.entries})
 
 
-def _differ(old: Section, new: Section) -> bool:
-    """Whether the new section names another type than the old one."""
-    return bool(new.get("type", old.get("type")) != old.get("type"))
+class Spot(NamedTuple):
+    """Where a value is: its place, its path in its own file, and, if that ends in a key, the section with this key."""
+
+    place: Place
+    path: Loc
+    owner: Section | None
 
 
-def locate(root: Section, loc: Loc) -> tuple[Place, Loc]:
-    """The place of the value at `loc`, and its path in its own file.
+def locate(root: Section, loc: Loc) -> Spot:
+    """Where the value at `loc` is.
 
     A step that the file does not have is skipped, unless it is the last and a key: that is one missing there.
     """
     node: Any = root
-    place, path = root.place, list[str | int]()
+    owner, place, path = None, root.place, list[str | int]()
     for index, step in enumerate(loc):
+        last = index == len(loc) - 1
+        owner = node if last and isinstance(node, Section) else None
         if isinstance(node, Section) and step in node:
+            path.append(step)
             place, node = node.entries[str(step)].value, node[str(step)]
-            path.append(step)
         elif isinstance(node, Items) and isinstance(step, int) and step < len(node):
-            path.append(node.numbers[step])
+            path.append(node.number(step))
             place, node = node.places[step], node[step]
-        elif index == len(loc) - 1 and isinstance(node, Section):
+        elif owner is not None:
             path.append(step)
-    return place, tuple(path)
+    return Spot(place, tuple(path), owner)
 
 
 def key_path(loc: Loc) -> str:

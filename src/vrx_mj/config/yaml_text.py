@@ -10,17 +10,17 @@ for where they matter: not in comments, and not in the free text of a `descripti
 import contextlib
 import re
 import unicodedata
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
 from yaml.composer import Composer
-from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from yaml.nodes import MappingNode, Node, ScalarNode
 
 from vrx_mj.config.search import ReadingError, display, read_limited
-from vrx_mj.config.tree import DEEPEST, Entry, File, Items, Place, Section, key_path
+from vrx_mj.config.tree import DEEPEST, Entry, File, Items, Loc, Place, Section, key_path
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem
 
@@ -35,12 +35,12 @@ class Odd(NamedTuple):
 
 PLAIN = {
     **{chr(0xFEE0 + code): chr(code) for code in range(0x21, 0x7F)},
-    **dict(zip("、。︰【】〔〕「」“”„‘’‐‑–—−×", ",.:[][]\"\"\"\"\"''-----X", strict=True)),
+    **dict(zip("、。︰【】〔〕「」“”„‘’‐‑–—−×", ',.:[][]"""""\'\'-----X', strict=True)),
     "…": "...",
 }
 """What to type for full-width forms and punctuation."""
 LATIN = dict(zip(
-    "АВЕЅІЈКМНОРСТУХаеорсухѕіј" "ΑΒΕΖΗΙΚΜΝΟΡΤΥΧο", "ABESIJKMHOPCTYXaeopcyxsij" "ABEZHIKMNOPTYXo", strict=True
+    "АВЕЅІЈКМНОРСТУХаеорсухѕіјΑΒΕΖΗΙΚΜΝΟΡΤΥΧο", "ABESIJKMHOPCTYXaeopcyxsijABEZHIKMNOPTYXo", strict=True
 ))  # fmt: skip
 """What to type for Cyrillic and Greek letters that look Latin."""
 _UNSEEN = {"Zs": "type a space", "Cf": "delete it"}
@@ -119,8 +119,6 @@ def _advice(character: str) -> str | None:
 
 MAX_BYTES = 4_000_000
 """Longest file that is read."""
-LONGEST_INT = 300
-"""Digits of a whole number; any longer one does not fit a float either."""
 MAX_LINES = 200_000
 """Most lines of a file."""
 MAX_ODD = 1000
@@ -180,7 +178,7 @@ def read_lines(path: Path) -> tuple[str, ...]:
     lines = tuple(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
     if len(lines) > MAX_LINES:
         raise ConfigError([Problem(name, None, None, "", f"more than {MAX_LINES} lines")])
-    _refuse([Problem(name, *odd[:2], "", odd.message) for odd in islice(find_controls(lines), MAX_ODD)])
+    _refuse_odd(name, find_controls(lines))
     return lines
 
 
@@ -204,7 +202,7 @@ def parse_loosely(file: File) -> tuple[Section, list[Repeat]]:
 
 
 def _parsed(file: File, builder: "_Builder") -> Section:
-    _refuse([Problem(file.name, *odd[:2], "", odd.message) for odd in islice(find_lookalikes(file.lines), MAX_ODD)])
+    _refuse_odd(file.name, find_lookalikes(file.lines))
     if next(filter(str.strip, file.lines), "").lstrip().startswith("<"):
         raise ConfigError([Problem(file.name, 1, 1, "", "XML; expected YAML, keys and values")])
     try:
@@ -216,12 +214,14 @@ def _parsed(file: File, builder: "_Builder") -> Section:
     tree = builder.value(node, ())
     if not isinstance(tree, Section):
         builder.problem(node, (), f"expected keys and values, got {shown(tree)}")
-    _refuse(builder.problems)
+    if builder.problems:
+        raise ConfigError(builder.problems)
     assert isinstance(tree, Section), "a builder without problems returns a section"
     return tree
 
 
-def _refuse(problems: list[Problem]) -> None:
+def _refuse_odd(name: str, found: Iterable[Odd]) -> None:
+    problems = [Problem(name, odd.line, odd.column, "", odd.message) for odd in islice(found, MAX_ODD)]
     if problems:
         raise ConfigError(problems)
 
@@ -234,17 +234,16 @@ class _Composer(Composer):
 
     def compose_node(self, parent: Node | None, index: Any) -> Node | None:
         event = self.peek_event()  # type: ignore[attr-defined]  # of the parser
+        tag = getattr(event, "tag", None)
         self.count += 1
+        problem = None
         if self.count > MAX_NODES:
             problem = f"more than {MAX_NODES} keys and values"
-            raise yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
-        tag = getattr(event, "tag", None)
-        if tag is not None:
-            raise yaml.MarkedYAMLError(
-                problem=f"{_shown_tag(tag)}: tags are not allowed", problem_mark=event.start_mark
-            )
-        if self.depth > DEEPEST:
+        elif tag is not None:
+            problem = f"{tag.replace('tag:yaml.org,2002:', '!!', 1)}: tags are not allowed"
+        elif self.depth > DEEPEST:
             problem = f"nested deeper than {DEEPEST} levels"
+        if problem:
             raise yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
         self.depth += 1
         node: Node | None = super().compose_node(parent, index)
@@ -285,10 +284,6 @@ def _composed(text: str) -> Node | None:
     return node
 
 
-def _shown_tag(tag: str) -> str:
-    return tag.replace("tag:yaml.org,2002:", "!!", 1)
-
-
 class _Builder:
     """Builds sections and items of YAML nodes, and gathers what is wrong."""
 
@@ -300,17 +295,21 @@ class _Builder:
         self.count = 0
         self.open: set[int] = set()
 
-    def problem(self, node: Node, path: tuple[str | int, ...], message: str) -> None:
-        place = self.place(node)
-        self.problems.append(Problem(self.file.name, place.line, place.column, key_path(path), message))
+    def problem(self, node: Node, path: Loc, message: str) -> None:
+        _, line, column = self.place(node)
+        self.problems.append(Problem(self.file.name, line, column, key_path(path), message))
 
     def place(self, node: Node) -> Place:
-        return Place(self.file, node.start_mark.line + 1, node.start_mark.column + 1)
+        mark = node.start_mark
+        return Place(self.file, mark.line + 1, mark.column + 1)
 
-    def value(self, node: Node, path: tuple[str | int, ...]) -> object:
+    def value(self, node: Node, path: Loc) -> object:
         self.count += 1
-        if self.count > MAX_VALUES:
-            self.problem(node, (), f"more than {MAX_VALUES} values, including aliases")
+        if self.count > MAX_VALUES or len(path) > DEEPEST:
+            limit = (
+                f"more than {MAX_VALUES} values" if self.count > MAX_VALUES else f"nested deeper than {DEEPEST} levels"
+            )
+            self.problem(node, path[: len(path) > DEEPEST], f"{limit}, including aliases")
             raise ConfigError(self.problems)
         if isinstance(node, ScalarNode):
             return _scalar(node)
@@ -318,19 +317,15 @@ class _Builder:
             self.problem(node, path, "this anchor contains itself")
             return None
         self.open.add(id(node))
-        try:
-            if isinstance(node, MappingNode):
-                return self.section(node, path)
-            assert isinstance(node, SequenceNode), "YAML has scalars, mappings and sequences"
-            return self.items(node, path)
-        finally:
-            self.open.discard(id(node))
+        found = self.section(node, path) if isinstance(node, MappingNode) else self.items(node, path)
+        self.open.discard(id(node))
+        return found
 
-    def items(self, node: SequenceNode, path: tuple[str | int, ...]) -> Items:
+    def items(self, node: Node, path: Loc) -> Items:
         values = [self.value(item, (*path, index)) for index, item in enumerate(node.value)]
-        return Items.of(values, map(self.place, node.value))
+        return Items.of(values, [self.place(item) for item in node.value])
 
-    def section(self, node: MappingNode, path: tuple[str | int, ...]) -> Section:
+    def section(self, node: MappingNode, path: Loc) -> Section:
         values: dict[str, Any] = {}
         entries: dict[str, Entry] = {}
         for key_node, value_node in node.value:
@@ -347,7 +342,7 @@ class _Builder:
             values[key] = self.value(value_node, (*path, key))
         return Section(values, self.place(node), entries)
 
-    def key(self, node: Node, path: tuple[str | int, ...]) -> str | None:
+    def key(self, node: Node, path: Loc) -> str | None:
         key = _scalar(node) if isinstance(node, ScalarNode) else None
         if key == "<<" and isinstance(node, ScalarNode) and not node.style:
             self.problem(node, path, "merge keys '<<' are not allowed: write the keys out (a world may use 'extends')")
@@ -369,7 +364,7 @@ def _scalar(node: ScalarNode) -> object:
         return text
     if text in _SPECIAL:
         return _SPECIAL[text]
-    return int(text) if _INT.fullmatch(text) and len(text) <= LONGEST_INT else float(text)
+    return int(text) if _INT.fullmatch(text) and len(text) <= 300 else float(text)  # a longer one is infinite
 
 
 def _worded(file: File, error: yaml.MarkedYAMLError) -> Problem:

@@ -130,6 +130,12 @@ def test_an_alias_repeats_its_anchor():
     assert section("a: &x [1, 2]\nb: *x") == {"a": (1, 2), "b": (1, 2)}
 
 
+def test_aliases_nest_no_deeper_than_lists():
+    text = "a0: &a0 [1]\n" + "\n".join(f"a{i}: &a{i} [*a{i - 1}]" for i in range(1, 900))
+    with pytest.raises(ConfigError, match="^t.yaml:1:10: a39: nested deeper than 40 levels, including aliases$"):
+        section(text)
+
+
 @pytest.mark.parametrize("data", [b"\xef\xbb\xbfsea:\r\n  gain: 0.2\r\n", b"sea:\r  gain: 0.2", b"sea: {gain: 0.2}"])
 def test_byte_order_mark_and_line_ends_do_not_matter(data, tmp_path):
     file = tmp_path / "测试 boats.yaml"
