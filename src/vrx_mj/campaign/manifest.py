@@ -18,10 +18,10 @@ import vrx_mj
 from vrx_mj.campaign.plan import Cell, Plan, Serving
 from vrx_mj.campaign.results import FORMAT, WHAT, Result, read_json, read_results, write_json
 from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.readers import opener
 from vrx_mj.config.search import find, is_path
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import CommandError, RecordError, UnknownNameError, VrxError, VrxWarning
-from vrx_mj.formats.gazebo.opening import opened
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.outputs import check_inside
 from vrx_mj.resources import root
@@ -272,7 +272,8 @@ def check_files(plan: Plan) -> None:
         if (own_fleet and index == 0) or not is_ours("worlds", world):
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", VrxWarning)  # in the logs of the trials
-                source, fleet = opened(world, plan.fleet, {})
+                opened = opener(world, {})
+                source, fleet = opened(world, plan.fleet, {}) if opened else (world, plan.fleet)
                 load_fleet(fleet, load_world(source))
 
 

@@ -4,7 +4,8 @@ A file of ours is YAML, or a name without a suffix: for those nothing is asked a
 """
 
 import functools
-from collections.abc import Callable, Sequence
+import os.path
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -24,7 +25,7 @@ class Reader:
     """What turns files of others into documents of ours; functions are named as `module:name` below the package."""
 
     kind: str
-    """What is read: `worlds`, `fleets`, `objects`, `robots`, `series`, `parts` or `meshes`."""
+    """What is read: `sources`, `worlds`, `fleets`, `objects`, `robots`, `series`, `parts` or `meshes`."""
     marks: tuple[str, ...]
     """How a path ends before a '#', or begins; '#' is any path with one, '/' any with one."""
     read: str = ""
@@ -53,16 +54,31 @@ def file_of_others(kind: str, text: object, near: Path | None) -> Path | None:
     return found
 
 
+def opener(world: object, arguments: Mapping[str, str]) -> Callable[..., Any] | None:
+    """The function of a world, a fleet and arguments that gives what others' files open; None: world and fleet stay."""
+    ours = not isinstance(world, str | Path) or (
+        _is_ours(world) and not os.path.isdir(world)  # noqa: PTH112 - Path.is_dir raises an OSError for a long name
+    )
+    if ours and not arguments:
+        return None
+    return _loaded(next(reader.read for reader in _readers() if reader.kind == "sources"))
+
+
 def function_of(kind: str, source: object, *, find: bool = False) -> Callable[..., Any] | None:
     """The function that reads, or finds, files of this kind with the suffix of a path; None without one."""
     if not isinstance(source, str | Path):
         return None
-    text = str(source).lower()
-    if kind in DOCUMENTS and (text.endswith(OURS) or not any(mark in text for mark in "./#")):
+    if kind in DOCUMENTS and _is_ours(source):
         return None
-    own = (reader for reader in _readers() if reader.kind == kind and reader.claims(text))
+    own = (reader for reader in _readers() if reader.kind == kind and reader.claims(str(source).lower()))
     name = next(filter(None, (reader.find if find else reader.read for reader in own)), None)
     return None if name is None else _loaded(name)
+
+
+def _is_ours(source: str | Path) -> bool:
+    """Whether a source is a YAML file, or a name."""
+    text = str(source).lower()
+    return text.endswith(OURS) or not any(mark in text for mark in "./#")
 
 
 @functools.cache

@@ -7,6 +7,7 @@ __all__ = ["READERS"]
 
 MODELS = (*MODEL_SUFFIXES, SCHEME)
 READERS = (
+    Reader("sources", ("",), "gazebo.opening:opened"),
     Reader("worlds", WORLD_SUFFIXES, "gazebo.worlds:world_document"),
     Reader("worlds", ("#",), "series.worlds:world_document"),
     Reader("series", (".yaml", ".yml"), "series.worlds:refuse_axes"),

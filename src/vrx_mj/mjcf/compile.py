@@ -13,11 +13,11 @@ from vrx_mj.arguments import as_flag, as_seed, check_kind
 from vrx_mj.config.fleet import BoatConfig, FleetConfig, Order
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.loading import fault_text, problem_at
+from vrx_mj.config.readers import opener
 from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError, VrxWarning
 from vrx_mj.exits import awaited
-from vrx_mj.formats.gazebo.opening import opened
 from vrx_mj.frames import Pose
 from vrx_mj.mjcf.afloat import boats_afloat
 from vrx_mj.mjcf.boats import Boat
@@ -79,7 +79,8 @@ def compile_world(
     given = {} if arguments is None else arguments
     check_kind("arguments", given, Mapping, "a mapping of text, as {'name': 'value'}")
     nudged = as_flag("nudge", nudge)
-    world, fleet = opened(world, fleet, given)
+    if opened := opener(world, given):
+        world, fleet = opened(world, fleet, given)
     config = load_world(world)
     assembly = _Assembly(config, load_fleet(fleet, config), nudge=nudged)
     return assembly.world(config.seed if own is None else own)

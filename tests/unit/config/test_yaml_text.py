@@ -132,7 +132,7 @@ def test_an_alias_repeats_its_anchor():
 
 def test_aliases_nest_no_deeper_than_lists():
     text = "a0: &a0 [1]\n" + "\n".join(f"a{i}: &a{i} [*a{i - 1}]" for i in range(1, 900))
-    with pytest.raises(ConfigError, match="^t.yaml:1:10: a39: nested deeper than 40 levels, including aliases$"):
+    with pytest.raises(ConfigError, match=r"^t.yaml:1:10: a39: nested deeper than 40 levels, including aliases$"):
         section(text)
 
 
