@@ -47,6 +47,9 @@ BELOW = (
 """Plots under the sea, as many to a place as have room for their titles in a window of 1280 pixels."""
 PICTURES = 4
 """Cameras whose pictures are shown at first."""
+END = rr.TimeRangeBoundary.infinite()
+WHOLE_RUN = rrb.TimeAxis(link="Independent", view_range=rr.TimeRange(start=END, end=END))
+"""From the first moment to the last: an axis that is linked to others shows a minute around the cursor."""
 
 
 def blueprint_bytes(
@@ -230,13 +233,13 @@ def plot_view(plot: tuple[str, str], *, legend: bool = False, marked: bool = Fal
         origin=f"/plots/{quantity}",
         contents=[f"+ /plots/{quantity}/**", *([f"+ {MARKS}/**"] if marked else [])],
         plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=legend),
-        axis_x=rrb.TimeAxis(link="LinkToGlobal"),
+        axis_x=WHOLE_RUN,
     )
 
 
 def steps_view() -> rrb.StateTimelineView:
     """Phases, scores and touches over time."""
-    return rrb.StateTimelineView(name="Timeline", origin=STEPS, contents=[f"+ {STEPS}/**"])
+    return rrb.StateTimelineView(name="Timeline", origin=STEPS, contents=[f"+ {STEPS}/**"], time_view=WHOLE_RUN)
 
 
 def log_view() -> rrb.TextLogView:

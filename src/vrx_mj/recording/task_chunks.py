@@ -297,6 +297,10 @@ class TaskChunks:
         """Chunks of what still waits, and of the last score."""
         if self._begun is not None and self._waiting:
             self._write_status(self._now, at_once=True)
+        since, score = self._last.get(PLOT, (self._now, None))
+        if since < self._now:  # a line that does not change goes on to the end
+            self._last[PLOT] = (self._now, score)
+            self._add(PLOT, scalar_columns, self._now, score)
         for path, (maker, rows) in self._waiting.items():
             at, values = zip(*rows, strict=True)
             yield Chunk.from_columns(path, [times(at)], maker(values))

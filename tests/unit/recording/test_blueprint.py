@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rerun.blueprint import View
+from rerun.blueprint.components import LinkAxis
 from rerun.chunk import RrdReader
 
 import recorded_run
@@ -87,11 +88,14 @@ def test_the_camera_begins_at_the_boat_that_it_follows():
     assert followed_circle(scene)[1] == pytest.approx(recorded_run.RADIUS)
 
 
+def views_in(part):
+    """A view, or all views in a container."""
+    return [part] if isinstance(part, View) else [view for one in part.contents for view in views_in(one)]
+
+
 def names_of(part):
     """Names of a view, or of all views in a container."""
-    if isinstance(part, View):
-        return [part.name]
-    return [name for one in part.contents for name in names_of(one)]
+    return [view.name for view in views_in(part)]
 
 
 @pytest.mark.parametrize(("boats", "heights"), [(1, []), (3, [0.22]), (20, [0.66]), (100, [3.0])])
@@ -106,3 +110,17 @@ def test_a_wind_that_never_blows_has_no_plot():
     calm = replace(recorded_run.scene(), parameters=partial({**CALM, "georeference": None}))
     for scene, there in ((calm, False), (recorded_run.scene(), True)):
         assert ("Wind [m/s]" in names_of(layout(scene).root_container)) is there
+
+
+def test_plots_and_the_timeline_show_the_whole_run():
+    """An axis that is linked to others shows a minute around the cursor (rerun 0.41), whatever its own range is."""
+    timed = [
+        view
+        for view in views_in(layout(recorded_run.scene()).root_container)
+        if view.class_identifier in {"TimeSeries", "StateTimeline"}
+    ]
+    assert len(timed) > 5
+    for view in timed:
+        axis = view.properties["TimeAxis"]
+        assert axis.link.as_arrow_array().to_pylist() == [LinkAxis.Independent.value], view.name
+        assert axis.view_range.as_arrow_array().to_pylist() == [{"start": None, "end": None}], view.name  # infinite
