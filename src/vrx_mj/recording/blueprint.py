@@ -47,6 +47,8 @@ BELOW = (
 """Plots under the sea, as many to a place as have room for their titles in a window of 1280 pixels."""
 PICTURES = 4
 """Cameras whose pictures are shown at first."""
+UNDER_WAVES = "- /world/trails/**", "- /world/tracks/**"
+"""What lies flat over the mean water: a drawn sea would cover it in part."""
 END = rr.TimeRangeBoundary.infinite()
 WHOLE_RUN = rrb.TimeAxis(link="Independent", view_range=rr.TimeRange(start=END, end=END))
 """From the first moment to the last: an axis that is linked to others shows a minute around the cursor."""
@@ -158,7 +160,7 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
     return rrb.Spatial3DView(
         name="Sea",
         origin="/world",
-        contents=["+ /world/**", f"- {PLAN}/**", *(["- /world/trails/**"] if scene.sea_height else [])],
+        contents=["+ /world/**", f"- {PLAN}/**", *(UNDER_WAVES if scene.sea_height else [])],
         background=rrb.Background(color=SKY),
         line_grid=rrb.LineGrid3D(visible=False),
         spatial_information=bare(),
