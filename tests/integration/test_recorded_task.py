@@ -63,7 +63,12 @@ def views(path):
 
     reader = RrdReader(path)
     batches = [chunk.to_record_batch() for chunk in reader.stream(store=reader.blueprints()[0])]
-    names = "ViewBlueprint:display_name", "ViewContents:query", "EyeControls3D:tracking_entity", "EyeControls3D:position"
+    names = (
+        "ViewBlueprint:display_name",
+        "ViewContents:query",
+        "EyeControls3D:tracking_entity",
+        "EyeControls3D:position",
+    )
     return {
         name: sorted(str(value) for batch in batches if name in batch.schema.names for value in batch[name].to_pylist())
         for name in names

@@ -16,6 +16,7 @@ from vrx_mj.recording.eyes import (
     FLEET,
     PLAN,
     PLANNED,
+    PLAN_SLOPE,
     east_and_north,
     followed_circle,
     followed_path,
@@ -47,6 +48,8 @@ BELOW = (
 """Plots under the sea, as many to a place as have room for their titles in a window of 1280 pixels."""
 PICTURES = 4
 """Cameras whose pictures are shown at first."""
+PLAN_LINES, LETTER = 18.0, 0.5
+"""Lines of text as high as the plan in a window of 1280 pixels, and the width of a letter in lines."""
 UNDER_WAVES = "- /world/trails/**", "- /world/tracks/**"
 """What lies flat over the mean water: a drawn sea would cover it in part."""
 END = rr.TimeRangeBoundary.infinite()
@@ -201,13 +204,21 @@ def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatia
             eye_up=(*north, 0.0),
             tracking_entity=PLANNED if track is None else None,
         ),
-        overrides=trails(scene) | unnamed(scene),
+        overrides=trails(scene) | unnamed(scene, height),
     )
 
 
-def unnamed(scene: RecordScene) -> dict[str, Any]:
-    """Names of many boats hidden, which would cover the plan: dots in their colours stay."""
-    names = scene.roster() if len(scene.roster()) > FEW_NAMES else ()
+def unnamed(scene: RecordScene, height: float) -> dict[str, Any]:
+    """Names of boats hidden where they would cover each other, as the fleet starts, from a `height` [m].
+
+    Dots in their colours stay, and the legend beside the plots.
+    """
+    line = 2.0 * PLAN_SLOPE * height / PLAN_LINES
+    places = np.array([boat.pose[:2] for boat in scene.boats()]).reshape(-1, 2) @ east_and_north(scene).T
+    halves = 0.5 * line * LETTER * np.array([len(boat.name) + 1.0 for boat in scene.boats()])
+    east, north = np.moveaxis(np.abs(places[:, None] - places), -1, 0)
+    covered = (east < halves[:, None] + halves) & (north < line)
+    names = scene.roster() if covered.sum() > len(places) or len(scene.roster()) > FEW_NAMES else ()
     return {f"/world/boats/{name}/label": rr.Points3D.from_fields(show_labels=False) for name in names}
 
 

@@ -11,7 +11,7 @@ from rerun.chunk import RrdReader
 
 import recorded_run
 from trees import partial
-from vrx_mj.recording.blueprint import layout, plan_view, sea_view
+from vrx_mj.recording.blueprint import LETTER, PLAN_LINES, layout, plan_view, sea_view, unnamed
 from vrx_mj.recording.eyes import PLAN_ASPECT, PLAN_LINE, PLAN_MARGIN, PLAN_SLOPE, followed_circle
 from vrx_mj.recording.static_chunks import boat_chunks, still_chunks
 
@@ -124,3 +124,18 @@ def test_plots_and_the_timeline_show_the_whole_run():
         axis = view.properties["TimeAxis"]
         assert axis.link.as_arrow_array().to_pylist() == [LinkAxis.Independent.value], view.name
         assert axis.view_range.as_arrow_array().to_pylist() == [{"start": None, "end": None}], view.name  # infinite
+
+
+@pytest.mark.parametrize("way", [(20.0, 0.0), (0.0, 20.0)])
+def test_names_that_would_cover_each_other_are_not_in_the_plan(way):
+    """From a height at which names of `wamv1` and `wamv2` are as wide, or as high, as the boats are apart."""
+    full = recorded_run.scene(boats=2)
+    places = iter([(0.0, 0.0), way])
+    bodies = tuple(
+        replace(body, pose=(*next(places), *body.pose[2:])) if body.kind == "boat" else body for body in full.bodies
+    )
+    scene = replace(full, bodies=bodies)
+    size = LETTER * (len("wamv1") + 1) if way[0] else 1.0
+    height = 20.0 / size * PLAN_LINES / (2.0 * PLAN_SLOPE)
+    assert unnamed(scene, 0.99 * height) == {}
+    assert list(unnamed(scene, 1.01 * height)) == [f"/world/boats/{name}/label" for name in scene.roster()]
