@@ -15,8 +15,8 @@ from vrx_mj.draw.plan import nice_length
 from vrx_mj.recording.eyes import (
     FLEET,
     PLAN,
-    PLANNED,
     PLAN_SLOPE,
+    PLANNED,
     east_and_north,
     followed_circle,
     followed_path,
