@@ -74,7 +74,7 @@ def decode(raw: bytes, type_name: str) -> Message:
 
 @cache
 def _differs(name: str) -> bool:
-    """Whether ROS 1 has a type with other fields, or other names of them, than ROS 2: `visualization_msgs/msg/Marker`."""
+    """Whether ROS 1 has other fields in a type than ROS 2, or other names: `visualization_msgs/msg/Marker`."""
     before, now = (store.fielddefs.get(name) for store in (messages.typestore(), typestore()))
     if before is None or now is None or name.endswith("/Header"):
         return False

@@ -286,7 +286,7 @@ def test_the_map_shows_what_the_task_tells_a_team(task, course):
 def test_a_boat_has_one_colour_on_the_page_in_maps_and_in_recordings():
     """Of 14 boats, one with a hull of its own colour; the others keep theirs when the first leaves and one joins."""
     boats = [{"name": f"b{i}", "pose": [10.0 * i, 0, 0.1, 0, 0, 0]} for i in range(14)]
-    boats[3]["color"] = "0 0 1 1"
+    boats[3]["color"] = [0, 0, 1]
     world = compile_world({"extends": "ocean"}, fleet={"boats": boats, "sensors": "none"})
     sim = Simulation(world)
     host = SimpleNamespace(sim=sim, cmd_vel="thrust", scenery=Scenery(world.parameters))
