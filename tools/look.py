@@ -109,11 +109,12 @@ def dark(file: Path, size: tuple[int, int]) -> Iterator[Path]:
 
 
 def connected(url: str, seconds: float = 60.0) -> ViewerClient:
-    """A viewer that shows its views."""
+    """A viewer that shows its views, paused at the first moment."""
     until = time.monotonic() + seconds
     while True:
         with contextlib.suppress(Exception):
             viewer = ViewerClient.connect(url)
+            viewer.set_time("sim_time", duration=0.0, play_state="paused")
             if viewer.get_state().views:
                 return viewer
         if time.monotonic() > until:

@@ -114,7 +114,7 @@ def test_fixes_are_shown_along_the_boats_way(recorded):
     times, places = displayed(record, "/world/tracks/a/gps", "Points3D:positions")
     assert len(times) == 46
     rows = np.searchsorted(record.time, np.array(times)[::3] - 1e-6)
-    way = record.boats["a"].position[rows] + (0.0, 0.0, 0.6)
+    way = record.boats["a"].position[rows] * (1.0, 1.0, 0.0)  # at the mean water
     np.testing.assert_allclose(np.squeeze(places)[::3], way, atol=1e-5)
     _, angles = displayed(record, "/earth/a/gps", "GeoPoints:positions")
     x, y, _ = Georeference(**SYDNEY).to_enu(*angles[-1][0], 0.0)

@@ -8,6 +8,7 @@ import pytest
 import vrx_mj
 from vrx_mj.draw.map_scene import map_of
 from vrx_mj.recording.eyes import plan_eye
+from vrx_mj.recording.session import viewable
 from vrx_mj.recording.simulation_scene import scene_of
 from vrx_mj.recording.task_chunks import PLOT, WORDS
 
@@ -54,6 +55,36 @@ def test_the_plot_of_a_recording_ends_at_the_score_of_the_run(sim, tmp_path, beg
     assert told(tmp_path / "run.rrd", PLOT, "Scalars:scalars")[-1] == [sim.task["score"], sim.task["num_collisions"]]
     assert sim.task["score"] == 11.0
     assert told(tmp_path / "run.rrd", WORDS, "TextDocument:text")[-1][0].endswith("gates 1✓")
+
+
+def views(path):
+    """What the views of a recording have, whatever their order and identifiers."""
+    from rerun.chunk import RrdReader
+
+    reader = RrdReader(path)
+    batches = [chunk.to_record_batch() for chunk in reader.stream(store=reader.blueprints()[0])]
+    names = (
+        "ViewBlueprint:display_name",
+        "ViewContents:query",
+        "EyeControls3D:tracking_entity",
+        "EyeControls3D:position",
+    )
+    return {
+        name: sorted(str(value) for batch in batches if name in batch.schema.names for value in batch[name].to_pylist())
+        for name in names
+    }
+
+
+@pytest.mark.parametrize("sea", [True, False])
+def test_a_boat_that_is_followed_later_is_shown_as_one_that_was_followed_from_the_start(sim, tmp_path, sea):
+    for name, follow in {"then": "wamv", "later": None}.items():
+        sim.reset()
+        with vrx_mj.record(sim, tmp_path / f"{name}.rrd", sea=sea, follow=follow):
+            through_the_gate(sim, 2.0)
+    later = viewable(vrx_mj.read_record(tmp_path / "later.rrd"), "wamv", tmp_path)
+    assert views(later) == views(tmp_path / "then.rrd")
+    assert "['Task: wamv, score 11 points']" in views(later)["ViewBlueprint:display_name"]
+    assert ("- /world/trails/**" in str(views(later)["ViewContents:query"])) is sea
 
 
 def test_the_plan_holds_the_course(sim):

@@ -190,6 +190,7 @@ def test_boats_that_come_and_go_are_in_a_converted_bag_while_they_are_there(tmp_
         sim.advance(50)
     convert(tmp_path / "run.rrd", tmp_path / "out_dir")
     found = read(tmp_path / "out_dir")
+    assert len({str(near) for message in found["/tf_static"].values() for near in message.transforms[:1]}) == 1
     named = {time: list(message.name) for time, message in found["/gazebo/model_states"].items()}
     assert {time for time, names in named.items() if "guest" in names} == {t for t in named if 5e8 <= t < 1e9 - 1}
     assert set(found["/guest/joint_states"]) == {t for t in named if 5e8 <= t < 1e9 - 1}

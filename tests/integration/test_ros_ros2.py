@@ -82,13 +82,14 @@ def test_readings_arrive_as_they_were(told):
     assert told["info"] == [[0.5], [float(number) for number in range(9)]]
 
 
-def test_who_comes_late_gets_the_latched_message(told):
+def test_who_comes_late_gets_the_latched_messages(told):
     assert told["goal"] == [-33.5, 150.5]
+    assert told["markers"] == [[7, "wamv/link", ""]]  # its mesh file is ROS 2's alone
 
 
 def test_only_what_somebody_listens_to_is_wanted(told):
     assert told["wanted at first"] == []
-    assert told["wanted"] == ["/goal", "/image", "/imu", "/info"]
+    assert told["wanted"] == ["/goal", "/image", "/imu", "/info", "/markers"]
 
 
 def test_commands_come_in_order_with_their_sender(told):

@@ -9,14 +9,12 @@ from shapely.geometry.base import BaseGeometry
 
 from vrx_mj.campaign.results import Result
 from vrx_mj.draw.course import Bay, Course
-from vrx_mj.draw.map_scene import ground_of, hex_color, map_of, rounded
+from vrx_mj.draw.map_scene import ground_of, map_of, object_color, rounded
 from vrx_mj.draw.plan import nice_length
 from vrx_mj.mjcf.world import World
 
-__all__ = ["COLORS", "SHAPES", "map_values", "sketch_of"]
+__all__ = ["SHAPES", "map_values", "sketch_of"]
 
-COLORS = ("#d1495b", "#00798c", "#6a4c93", "#c2571a", "#3f7d20", "#30638e", "#a8760b", "#8d5a97")
-"""Colours of the controllers' tracks, in their order."""
 SHAPE = 1.5
 """Width by height of a map."""
 PIXELS = 720.0
@@ -56,7 +54,7 @@ def _track(result: Result, line: Line, stride: int, controllers: Sequence[str]) 
     points = [*line[:-1:stride], line[-1]]
     return {
         "controller": cell.controller, "seed": cell.seed, "failed": result.failed, "points": points,
-        "index": number, "color": number % len(COLORS),
+        "index": number,
     }  # fmt: skip
 
 
@@ -152,7 +150,7 @@ def sketch_of(world: World) -> Row:
         "task": None if task is None else {"type": task.type, "name": task.name},
         **ground_of(scene),
         "objects": [
-            {"name": item.name, "spot": list(spots[item.name]), "color": hex_color(item.color), "size": item.size}
+            {"name": item.name, "spot": list(spots[item.name]), "color": object_color(item), "size": item.size}
             for item in scene.objects
         ],
         "boats": [{"name": boat.name, "x": boat.x, "y": boat.y, "yaw": boat.yaw} for boat in scene.boats],

@@ -11,10 +11,11 @@ from jinja2 import Environment
 from markupsafe import Markup
 
 from vrx_mj.campaign.manifest import Campaign
-from vrx_mj.campaign.maps import COLORS, SHAPES, map_values, path
+from vrx_mj.campaign.maps import SHAPES, map_values, path
 from vrx_mj.campaign.plan import Cell
 from vrx_mj.campaign.results import LOG, Result, read_results, read_sketches, write_csv, write_text
 from vrx_mj.campaign.scores import Comparison, leaderboard, mean_of, seedless_worlds, task_types, tasks_of_worlds
+from vrx_mj.draw.colors import boat_color, hex_color
 from vrx_mj.draw.page import page_environment
 
 __all__ = ["PAGE", "map_svg", "page", "refreshed", "write_report"]
@@ -34,7 +35,7 @@ def page(campaign: Campaign, sketches: Mapping[str, Row], comparison: Comparison
         .render(
             manifest=campaign.manifest,
             plan=plan,
-            colors=[COLORS[number % len(COLORS)] for number in range(len(plan.controllers))],
+            colors=[hex_color(boat_color(number)) for number in range(len(plan.controllers))],
             done=sum(not result.failed for result in results),
             failed=sum(result.failed for result in results),
             hours=sum(result.sim_time for result in results) / 3600.0,
@@ -107,7 +108,7 @@ def _color(score: float, scores: Sequence[float], better: str) -> str:
     share = (score - least) / (most - least)
     share = 1.0 - share if better == "higher" else share
     low, high, part = (BEST, MIDDLE, 2.0 * share) if share < 0.5 else (MIDDLE, WORST, 2.0 * share - 1.0)
-    return "#" + "".join(f"{round(a + (b - a) * part):02x}" for a, b in zip(low, high, strict=True))
+    return hex_color(round(a + (b - a) * part) for a, b in zip(low, high, strict=True))
 
 
 def _maps(campaign: Campaign, sketches: Mapping[str, Row]) -> Iterator[Row]:

@@ -9,12 +9,11 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.draw.colors import boat_color, hex_color
 
 WIDTH, HEIGHT = 640.0, 348.0
 LEFT, RIGHT, TOP, BOTTOM = 78.0, 14.0, 52.0, 46.0
 """Margins of the frame [px]."""
-COLORS = ("#00798c", "#d1495b", "#6a4c93", "#c2571a", "#3f7d20", "#30638e", "#a8760b", "#8d5a97")
-"""Colours of the curves, in their order; references are drawn in the colour of text."""
 INK, SOFT, GRID = "#16232e", "#5d6d7a", "#e3e9ee"
 MOST_POINTS = 1200
 """Points of a curve that are drawn, at most: every so many of those that there are."""
@@ -32,7 +31,7 @@ class Series:
     y: Sequence[float] | FloatArray
     """Ordinates; where one is not finite the curve is cut."""
     reference: bool = False
-    """Whether it is what is compared with: dark, and dashed if it is a curve."""
+    """Whether it is what is compared with: in the colour of text, and dashed if it is a curve."""
     kind: Literal["line", "points"] = "line"
     """How it is drawn."""
 
@@ -135,7 +134,7 @@ def _text(x: float, y: float, text: str, color: str, anchor: str = "middle") -> 
 
 
 def _color(series: Series, number: int) -> str:
-    return INK if series.reference else COLORS[number % len(COLORS)]
+    return INK if series.reference else hex_color(boat_color(number))
 
 
 def _curve(series: Series, number: int, frame: _Frame) -> Iterator[str]:

@@ -26,7 +26,10 @@ PER_SHADE = 12
 
 
 def boat_color(number: int, own: Sequence[float] | None = None) -> Rgb:
-    """The colour of a boat in maps, recordings and plots, by its number in its world; `own` (0 to 1): of its hull."""
+    """The colour of a boat, a controller or a curve by its number in its world, campaign or chart.
+
+    `own`: the colour (0 to 1) of a boat's hull.
+    """
     hue = colorsys.hsv_to_rgb((FIRST_HUE + GOLDEN * number) % 1.0, SATURATIONS[number % 3], 1.0)
     return shade(own[:3] if own else hue, SHADES[number // PER_SHADE % len(SHADES)])
 
@@ -35,6 +38,11 @@ def boat_colors(names: Iterable[str], boats: Iterable[Boat] = ()) -> dict[str, R
     """The colour of every boat by its name, in the order in which they came; `boats` of them may have their own."""
     hulls = {boat.name: boat.color for boat in boats}
     return {name: boat_color(number, hulls.get(name)) for number, name in enumerate(names)}
+
+
+def hex_color(rgb: Iterable[int]) -> str:
+    """A colour (0 to 255) as `#rrggbb`."""
+    return f"#{bytes(rgb).hex()}"
 
 
 def shade(rgb: Sequence[float], luminance: float = SHADES[0]) -> Rgb:

@@ -10,7 +10,7 @@ import numpy as np
 
 from vrx_mj.arguments import check_kind
 from vrx_mj.arrays import FloatArray
-from vrx_mj.draw.colors import boat_color
+from vrx_mj.draw.colors import boat_color, hex_color
 from vrx_mj.draw.course import Course, course_of, symbols_of
 from vrx_mj.mjcf.objects import BALL
 from vrx_mj.mjcf.world import World
@@ -153,8 +153,7 @@ def _dock(dock: Dock) -> MapDock:
 
 def _boat(boat: Boat, index: int) -> MapBoat:
     x, y, *_, yaw = boat.pose
-    color = hex_color([share / 255.0 for share in boat_color(index, boat.color)])
-    return MapBoat(boat_label(boat.name, boat.robot), x, y, yaw, color)
+    return MapBoat(boat_label(boat.name, boat.robot), x, y, yaw, hex_color(boat_color(index, boat.color)))
 
 
 def _placards(world: World, model: "mujoco.MjModel | None") -> Iterator[MapPlacard]:
@@ -194,6 +193,11 @@ def _look(model: "mujoco.MjModel", body: int) -> tuple[Rgb, float]:
     return max(shares, key=lambda color: shares[color], default=(0.5, 0.5, 0.5)), width
 
 
+def object_color(item: MapObject) -> str:
+    """The colour of an object as `#rrggbb`."""
+    return hex_color(round(255 * min(max(share, 0.0), 1.0)) for share in item.color)
+
+
 def ground_of(scene: MapScene) -> dict[str, Any]:
     """The shore and the docks for JSON."""
     docks = [
@@ -205,8 +209,3 @@ def ground_of(scene: MapScene) -> dict[str, Any]:
 def rounded(points: Iterable[Sequence[float]] | FloatArray) -> list[list[float]]:
     """Points [m] to a centimetre."""
     return [[round(float(x), 2), round(float(y), 2)] for x, y in points]
-
-
-def hex_color(color: Sequence[float]) -> str:
-    """A colour as `#rrggbb`."""
-    return "#" + "".join(f"{round(255 * min(max(share, 0.0), 1.0)):02x}" for share in color)

@@ -15,6 +15,7 @@ from vrx_mj.draw.plan import nice_length
 from vrx_mj.recording.eyes import (
     FLEET,
     PLAN,
+    PLAN_SLOPE,
     PLANNED,
     east_and_north,
     followed_circle,
@@ -47,6 +48,13 @@ BELOW = (
 """Plots under the sea, as many to a place as have room for their titles in a window of 1280 pixels."""
 PICTURES = 4
 """Cameras whose pictures are shown at first."""
+PLAN_LINES, LETTER = 18.0, 0.5
+"""Lines of text as high as the plan in a window of 1280 pixels, and the width of a letter in lines."""
+UNDER_WAVES = "- /world/trails/**", "- /world/tracks/**"
+"""What lies flat over the mean water: a drawn sea would cover it in part."""
+END = rr.TimeRangeBoundary.infinite()
+WHOLE_RUN = rrb.TimeAxis(link="Independent", view_range=rr.TimeRange(start=END, end=END))
+"""From the first moment to the last: an axis that is linked to others shows a minute around the cursor."""
 
 
 def blueprint_bytes(
@@ -155,7 +163,7 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
     return rrb.Spatial3DView(
         name="Sea",
         origin="/world",
-        contents=["+ /world/**", f"- {PLAN}/**", *(["- /world/trails/**"] if scene.sea_height else [])],
+        contents=["+ /world/**", f"- {PLAN}/**", *(UNDER_WAVES if scene.sea_height else [])],
         background=rrb.Background(color=SKY),
         line_grid=rrb.LineGrid3D(visible=False),
         spatial_information=bare(),
@@ -196,13 +204,21 @@ def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatia
             eye_up=(*north, 0.0),
             tracking_entity=PLANNED if track is None else None,
         ),
-        overrides=trails(scene) | unnamed(scene),
+        overrides=trails(scene) | unnamed(scene, height),
     )
 
 
-def unnamed(scene: RecordScene) -> dict[str, Any]:
-    """Names of many boats hidden, which would cover the plan: dots in their colours stay."""
-    names = scene.roster() if len(scene.roster()) > FEW_NAMES else ()
+def unnamed(scene: RecordScene, height: float) -> dict[str, Any]:
+    """Names of boats hidden where they would cover each other, as the fleet starts, from a `height` [m].
+
+    Dots in their colours stay, and the legend beside the plots.
+    """
+    line = 2.0 * PLAN_SLOPE * height / PLAN_LINES
+    places = np.array([boat.pose[:2] for boat in scene.boats()]).reshape(-1, 2) @ east_and_north(scene).T
+    halves = 0.5 * line * LETTER * np.array([len(boat.name) + 1.0 for boat in scene.boats()])
+    east, north = np.moveaxis(np.abs(places[:, None] - places), -1, 0)
+    covered = (east < halves[:, None] + halves) & (north < line)
+    names = scene.roster() if covered.sum() > len(places) or len(scene.roster()) > FEW_NAMES else ()
     return {f"/world/boats/{name}/label": rr.Points3D.from_fields(show_labels=False) for name in names}
 
 
@@ -230,13 +246,13 @@ def plot_view(plot: tuple[str, str], *, legend: bool = False, marked: bool = Fal
         origin=f"/plots/{quantity}",
         contents=[f"+ /plots/{quantity}/**", *([f"+ {MARKS}/**"] if marked else [])],
         plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=legend),
-        axis_x=rrb.TimeAxis(link="LinkToGlobal"),
+        axis_x=WHOLE_RUN,
     )
 
 
 def steps_view() -> rrb.StateTimelineView:
     """Phases, scores and touches over time."""
-    return rrb.StateTimelineView(name="Timeline", origin=STEPS, contents=[f"+ {STEPS}/**"])
+    return rrb.StateTimelineView(name="Timeline", origin=STEPS, contents=[f"+ {STEPS}/**"], time_view=WHOLE_RUN)
 
 
 def log_view() -> rrb.TextLogView:

@@ -103,7 +103,7 @@ class Encoder:
         self._first = self._scene = next(scenes)
         self._boat_set = 0
         self._moving, self._sensed = MovingChunks(self._first), SensedChunks(self._first)
-        self._task = TaskChunks(self._first.parameters)
+        self._task, self._end = TaskChunks(self._first.parameters), 0.0
         self.error: Exception | None = None
         """What went wrong while chunks were made."""
 
@@ -118,7 +118,7 @@ class Encoder:
             yield from self._still(next(parts))
             for batch in batches(parts):
                 yield from self._going(batch)
-            yield from self._task.rest()
+            yield from self._task.rest(self._end)
             if self._moving.track is not None:
                 yield from plan_chunks(self._first, self._moving.track)
         except Exception as error:
@@ -142,6 +142,7 @@ class Encoder:
             yield part_chunk(found[STATES])
         if blobs := [blob for part in found[ROWS] for blob in part.blobs("block")]:
             blocks = [unpack_rows(blob) for blob in blobs]
+            self._end = float(blocks[-1][-1, 0])
             yield exact_rows(blobs, blocks, self._boat_set)
             yield from self._moving(np.concatenate(blocks))
         if events := sorted(event for part in found[EVENTS] for event in written_events(part)):

@@ -20,7 +20,6 @@ from vrx_mj.recording.parts import Part
 from vrx_mj.recording.reader import RecordedReadings
 from vrx_mj.recording.record_scene import RecordedSensor, RecordScene
 from vrx_mj.recording.timeline import static, times
-from vrx_mj.recording.water_chunks import TRAIL_HEIGHT
 from vrx_mj.sensors.readings import Reading, Scan
 from vrx_mj.sensors.registry import SENSOR_KINDS
 from vrx_mj.sensors.view import focal_length
@@ -116,7 +115,7 @@ class SensedChunks:
         yield from self._makers.get(sensor.type, plots)(sensor, list(readings))
 
     def _fixes(self, sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:
-        """A receiver's fixes as points of the world, over the waves; on the Earth; and as plots."""
+        """A receiver's fixes as points at the mean water, as trails; on the Earth; and as plots."""
         yield from plots(sensor, readings)
         fixes = [reading.data for reading in readings]
         angles = np.array([(fix.latitude, fix.longitude) for fix in fixes])
@@ -124,7 +123,8 @@ class SensedChunks:
         to_world = self._scene.to_world
         if to_world is not None:
             places = np.array([to_world(fix.latitude, fix.longitude, fix.altitude) for fix in fixes])
-            columns = rr.Points3D.columns(positions=np.add(places, (0.0, 0.0, TRAIL_HEIGHT)).astype(np.float32))
+            places[:, 2] = 0.0
+            columns = rr.Points3D.columns(positions=places.astype(np.float32))
             yield chunk(track_path(sensor), readings, columns)
 
 

@@ -23,6 +23,7 @@ from vrx_mj.recording.parts import APPLICATION
 from vrx_mj.recording.raw_file import is_raw
 from vrx_mj.recording.reader import Record, read_record
 from vrx_mj.recording.record_scene import RecordScene
+from vrx_mj.recording.rescoring import rescore
 from vrx_mj.recording.rrd_file import copy_without_views
 from vrx_mj.recording.simulation_scene import Choice, check_columns, scene_of
 from vrx_mj.recording.viewer import LOOPBACK, Server, viewer_binary, viewer_environment, where_to_look
@@ -307,10 +308,13 @@ def viewable(record: Record, follow: str | None, folder: Path) -> Path:
 def views_following(record: Record, boat: str | None) -> bytes:
     """The blueprint of a recording with a camera that follows a boat, as the bytes of an `.rbl` file."""
     from vrx_mj.recording.blueprint import blueprint_bytes
+    from vrx_mj.recording.task_chunks import result_of
 
     sim = Simulation(record.companies[0].world)
     scene = scene_of(sim, looks_of=[boat] if boat in sim.boats else [])
-    scene = replace(scene, sensors=record.sensors, earlier=tuple(record.boats), follow=boat)
+    shown = sim.sea.height if record.sea else None
+    scene = replace(scene, sensors=record.sensors, earlier=tuple(record.boats), follow=boat, sea_height=shown)
+    result = result_of(rescore(record).referee) if sim.task else ""
     places = np.concatenate([track.position[:, :2] for track in record.boats.values()])
     ends = np.array([np.nanmin(places, axis=0), np.nanmax(places, axis=0)]) if len(places) else None
-    return blueprint_bytes(scene, APPLICATION, track=ends)
+    return blueprint_bytes(scene, APPLICATION, track=ends, result=result)

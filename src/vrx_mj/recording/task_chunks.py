@@ -293,10 +293,15 @@ class TaskChunks:
         if self._waiting and (self._referee.finished or self._now - oldest >= BLOCK):
             yield from self.rest()
 
-    def rest(self) -> Iterator[Chunk]:
-        """Chunks of what still waits, and of the last score."""
+    def rest(self, end: float = 0.0) -> Iterator[Chunk]:
+        """Chunks of what still waits, and of the last score; `end`: of the run [s], if that has ended."""
         if self._begun is not None and self._waiting:
             self._write_status(self._now, at_once=True)
+        now = max(self._now, end)
+        since, score = self._last.get(PLOT, (now, None))
+        if since < now:  # a line that does not change goes on
+            self._last[PLOT] = (now, score)
+            self._add(PLOT, scalar_columns, now, score)
         for path, (maker, rows) in self._waiting.items():
             at, values = zip(*rows, strict=True)
             yield Chunk.from_columns(path, [times(at)], maker(values))
@@ -307,10 +312,7 @@ class TaskChunks:
     @property
     def result(self) -> str:
         """Who scored what, once the task is finished."""
-        if not self._task or not self._referee.finished:
-            return ""
-        status = self._referee.status
-        return f"{self._referee.boat}, {score_text(status.phase, status.score, TASK_KINDS[self._task.type].unit)}"
+        return result_of(self._referee) if self._task else ""
 
     def _begin(self, states: Sequence[tuple[float, bytes]]) -> None:
         """Go on from the first state, if that is not the beginning of the run."""
@@ -385,6 +387,13 @@ class TaskChunks:
         if rows and rows[-1][0] == time:
             rows.pop()
         rows.append((time, value))
+
+
+def result_of(referee: Referee) -> str:
+    """Who scored what, once the task is finished."""
+    status = referee.status
+    score = score_text(status.phase, status.score, TASK_KINDS[referee.type].unit)
+    return f"{referee.boat}, {score}" if referee.finished else ""
 
 
 def drift(before: Ends, now: Ends) -> float:

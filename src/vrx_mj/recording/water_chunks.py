@@ -19,8 +19,6 @@ from vrx_mj.recording.timeline import Ticker, shown, static, times
 
 TRAIL_RATE = 5.0
 """Pieces of a trail [Hz]."""
-TRAIL_HEIGHT = 0.6
-"""Height of a trail over the mean water [m]."""
 FASTEST = 3.0
 """Speed of the last colour of a trail [m/s]; the first is that of a boat at rest."""
 SPEED_COLORS = np.array([(203, 70, 121), (229, 108, 91), (248, 149, 64), (253, 197, 39), (240, 249, 33)])
@@ -93,7 +91,7 @@ class WaterChunks:
             before = np.concatenate([self._trail_end.get(boat, here[:1]), here[:-1]])
             self._trail_end[boat] = here[-1:]
             strips = np.stack([before, here], axis=1)[..., [1, 2, 0]]
-            strips[..., 2] = TRAIL_HEIGHT
+            strips[..., 2] = 0.0  # the mean water
             way = np.hypot(*(here - before)[:, 1:].T)
             speed = way / np.maximum(here[:, 0] - before[:, 0], 1e-9)
             columns = rr.LineStrips3D.columns(strips=strips.astype(np.float32), colors=speed_colors(speed))

@@ -1,14 +1,15 @@
 """ROS 2's messages: their types, and their bytes as DDS carries them.
 
 What the table makes are ROS 1's messages. Most have the same fields in ROS 2, but for the header's `seq`, which is not
-written, and capital letters; types that only ROS 2 has are made by `kind`. Types are named as in ROS 1,
-`sensor_msgs/Imu`.
+written; the others are converted, and what only ROS 2 has is zero or empty. Types that ROS 1 has not are made by
+`kind`. Types are named as in ROS 1, `sensor_msgs/Imu`.
 """
 
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
+from rosbags.convert.converter import is_same_wireformat, migrate_message
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores
 from rosbags.typesys.store import Typestore
@@ -49,10 +50,10 @@ def fields(type_name: str) -> Sequence[tuple[str, str | None]]:
 
 def encode(message: Message, type_name: str) -> bytes:
     """The message in CDR, with the four bytes before it that name its encoding."""
-    if type_name in _LARGE_LETTERS and not isinstance(message, kind(type_name)):
-        small = {name: getattr(message, _LARGE_LETTERS[type_name].get(name, name)) for name, _ in fields(type_name)}
-        message = kind(type_name)(**small)
-    return bytes(typestore().serialize_cdr(message, full_name(type_name)))
+    name = full_name(type_name)
+    if _differs(name) and not isinstance(message, kind(type_name)):
+        message = migrate_message(messages.typestore(), typestore(), name, name, {}, message)
+    return bytes(typestore().serialize_cdr(message, name))
 
 
 def decode(raw: bytes, type_name: str) -> Message:
@@ -71,8 +72,14 @@ def decode(raw: bytes, type_name: str) -> Message:
         raise CommandError(f"{len(raw)} bytes are not a {type_name}: {error}") from error
 
 
-_LARGE_LETTERS = {"sensor_msgs/CameraInfo": {"d": "D", "k": "K", "r": "R", "p": "P"}}
-"""Fields that ROS 1 calls by other names."""
+@cache
+def _differs(name: str) -> bool:
+    """Whether ROS 1 has other fields in a type than ROS 2, or other names: `visualization_msgs/msg/Marker`."""
+    before, now = (store.fielddefs.get(name) for store in (messages.typestore(), typestore()))
+    if before is None or now is None or name.endswith("/Header"):
+        return False
+    alike = [field for field, _ in before[1]] == [field for field, _ in now[1]]
+    return not (alike and is_same_wireformat(messages.typestore(), typestore(), name, name))
 
 
 def _message_in(field: FieldDesc) -> str | None:

@@ -19,7 +19,7 @@ from vrx_mj.ros.interface import Output
 from vrx_mj.ros.messages import Message, encode, new
 from vrx_mj.ros.table import make_tables
 from vrx_mj.ros.table.boats import command_topic, description
-from vrx_mj.ros.table.host import Bodies, Host, header, turned, vector
+from vrx_mj.ros.table.host import Bodies, Host, Scenery, header, turned, vector
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
 from vrx_mj.runtime.timing import Schedule
@@ -110,8 +110,8 @@ class RecordingHost:
 
     cmd_vel, truth, paused = "thrust", True, True
 
-    def __init__(self, sim: Simulation, bodies: Bodies) -> None:
-        self.sim, self.bodies = sim, bodies
+    def __init__(self, sim: Simulation, bodies: Bodies, scenery: Scenery) -> None:
+        self.sim, self.bodies, self.scenery = sim, bodies, scenery
 
     def __getattr__(self, name: str) -> Any:
         def never(*_arguments: object) -> Any:
@@ -249,7 +249,8 @@ def outputs_of(recorded: Record, boat_set: BoatSet) -> SegmentOutputs:
     moment = Moment(recorded, boat_set)
     sim = cast("Simulation", moment)
     bodies = Bodies(sim)
-    outputs = make_tables(cast("Host", RecordingHost(sim, bodies)), clock_rate=ROW_RATE)["vrx"].outputs.values()
+    host = RecordingHost(sim, bodies, Scenery(recorded.companies[0].parameters, recorded.boats))
+    outputs = make_tables(cast("Host", host), clock_rate=ROW_RATE)["vrx"].outputs.values()
     there = {(boat, sensor.name) for boat in sim.boats for sensor in sim.mounted(boat)}
     recorded_ones = [(one.boat, one.name) for one in recorded.sensors]
     measured: dict[tuple[str, str], list[Output]] = {key: [] for key in recorded_ones if key in there}

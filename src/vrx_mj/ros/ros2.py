@@ -272,7 +272,11 @@ PERIOD = 0.01
 """Wall time after which subscriptions are emptied at the latest [s]."""
 MOST_LINES = 64
 CLOSING = 2.0
-EXAMPLES = {"ros_gz_interfaces": "/vrx/task/info and range_bearing", "tf2_msgs": "/tf and /tf_static"}
+EXAMPLES = {
+    "ros_gz_interfaces": "/vrx/task/info and range_bearing",
+    "tf2_msgs": "/tf and /tf_static",
+    "visualization_msgs": "/vrx_mj/markers",
+}
 
 _logger = logging.getLogger(__name__)
 

@@ -27,7 +27,7 @@ from vrx_mj.ros.interface import Call, Command, Dialect, Inbox, Output, RosInter
 from vrx_mj.ros.messages import Message, encode
 from vrx_mj.ros.table import CLOCK, make_tables
 from vrx_mj.ros.table.boats import description
-from vrx_mj.ros.table.host import Bodies, CmdVel
+from vrx_mj.ros.table.host import Bodies, CmdVel, Scenery
 from vrx_mj.ros.table.tasks import TASK_INFO
 from vrx_mj.runtime.observation import BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
@@ -312,7 +312,7 @@ class RosServer:
         self.sim, self.cmd_vel, self.truth, self.paused, self.pace = sim, cmd_vel, truth, False, 0.0
         self.sensor_load: Mapping[tuple[str, str], float] = {}
         self.lockstep = lockstep
-        self.bodies = Bodies(sim)
+        self.bodies, self.scenery = Bodies(sim), Scenery(sim.world.parameters)
         self.diagnosis = Diagnosis(sim, report)
         self._transports, self._inbox, self._report, self._clock_rate = transports, inbox, report, clock_rate
         self._autopilot, self._initial_poses, self._held = Autopilot(sim, report), InitialPoses(sim), HeldThrust(sim)

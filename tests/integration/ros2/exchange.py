@@ -12,6 +12,7 @@ from geometry_msgs.msg import PoseStamped
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import Bool, Float64, String
+from visualization_msgs.msg import MarkerArray
 
 from vrx_mj.ros.interface import Inbox, Input, Output, RosInterface, Sent
 from vrx_mj.ros.messages import new
@@ -27,6 +28,7 @@ MADE = {
     "/info": new("sensor_msgs/CameraInfo", header=HEAD, D=np.array([0.5]), K=np.arange(9.0)),
     "/goal": new("geometry_msgs/PoseStamped", header=HEAD, pose={"position": {"x": -33.5, "y": 150.5}}),
     "/params": new("std_msgs/String", data="never"),
+    "/markers": new("visualization_msgs/MarkerArray", markers=[new("visualization_msgs/Marker", header=HEAD, id=7)]),
 }
 TYPES = {
     "/imu": "sensor_msgs/Imu",
@@ -34,8 +36,11 @@ TYPES = {
     "/info": "sensor_msgs/CameraInfo",
     "/goal": "geometry_msgs/PoseStamped",
     "/params": "ros_gz_interfaces/ParamVec",
+    "/markers": "visualization_msgs/MarkerArray",
 }
-OUTPUTS = {name: Output(name, kind, lambda: None, latched=name == "/goal") for name, kind in TYPES.items()}
+OUTPUTS = {
+    name: Output(name, kind, lambda: None, latched=name in {"/goal", "/markers"}) for name, kind in TYPES.items()
+}
 INPUTS = {
     "/wamv/thrusters/left/thrust": Input("/wamv/thrusters/left/thrust", "std_msgs/Float64", lambda _: None),
     "/fire": Input("/fire", "std_msgs/Bool", lambda _: None),
@@ -77,7 +82,7 @@ def main():
     ros2 = Ros2(inbox)
     told = {"lines": list(ros2.start())}
     ros2.offer(RosInterface(OUTPUTS, INPUTS))
-    send(ros2, "/goal")  # before anybody listens
+    send(ros2, "/goal", "/markers")  # before anybody listens
     client = Client()
     told |= outputs(client, ros2)
     told["commands"] = commands(client, inbox)
@@ -100,9 +105,10 @@ def outputs(client, ros2):
     client.listen(Imu, "/imu")
     client.listen(Image, "/image", qos_profile_sensor_data)
     client.listen(CameraInfo, "/info", qos_profile_sensor_data)
-    client.listen(PoseStamped, "/goal", QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
-    client.until(lambda: ros2.wanted == {"/imu", "/image", "/info", "/goal"}, f"all are wanted, not {ros2.wanted}")
-    client.until(lambda: "/goal" in got, "the latched message")
+    for kind, topic in ((PoseStamped, "/goal"), (MarkerArray, "/markers")):
+        client.listen(kind, topic, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+    client.until(lambda: ros2.wanted == OUTPUTS.keys() - {"/params"}, f"all are wanted, not {ros2.wanted}")
+    client.until(lambda: {"/goal", "/markers"} <= got.keys(), "the latched messages")
 
     def all_came():
         send(ros2, "/imu", "/image", "/info", "/params")
@@ -116,6 +122,7 @@ def outputs(client, ros2):
         "image": [got["/image"].width, bytes(got["/image"].data).hex()],
         "info": [list(got["/info"].d), got["/info"].k.tolist()],
         "goal": [got["/goal"].pose.position.x, got["/goal"].pose.position.y],
+        "markers": [[one.id, one.header.frame_id, one.mesh_file.filename] for one in got["/markers"].markers],
         "topics": topics(client),
     }
 

@@ -1,12 +1,18 @@
 """Colours are seen on light and on dark, and differ."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from vrx_mj.config.bays import RGB as LIGHTS
 from vrx_mj.draw import colors
-from vrx_mj.draw.colors import boat_color, boat_colors, text_color
+from vrx_mj.draw.chart import Chart, Series, chart_svg
+from vrx_mj.draw.colors import boat_color, boat_colors, hex_color, text_color
 from vrx_mj.recording import blueprint, sensor_chunks, static_chunks, task_chunks, touch_chunks
+
+ROOT = Path(__file__).parents[3]
 
 
 def luminance(color):
@@ -75,3 +81,13 @@ def test_the_hue_of_a_hull_is_kept():
     assert red > 200
     assert green == pytest.approx(blue, abs=1)
     assert green < red / 2
+
+
+def test_curves_and_controllers_have_the_colours_of_boats():
+    """Everywhere else a list of colours would be a second rule."""
+    curves = [Series(f"c{i}", [0.0, 1.0], [0.0, float(i)]) for i in range(14)]
+    drawn = re.findall('stroke="(#[0-9a-f]{6})" stroke-width="1.8"', chart_svg(Chart("t", "x", "y", tuple(curves))))
+    assert drawn == [hex_color(boat_color(i)) for i in range(14)]
+    sources = [file for file in (ROOT / "src").rglob("*") if file.suffix in {".py", ".js", ".j2"}]
+    lists = re.compile(r"""(["']#[0-9a-f]{6}["'],\s*){5}""", re.IGNORECASE)
+    assert [str(file) for file in sources if lists.search(file.read_text(encoding="utf-8"))] == []

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from trees import partial
-from vrx_mj.draw.colors import boat_color
+from vrx_mj.draw.colors import boat_color, hex_color
 from vrx_mj.draw.labels import font_warnings_hidden
 from vrx_mj.draw.map import chart, draw_map
-from vrx_mj.draw.map_scene import MapBoat, MapDock, MapObject, MapScene, MapWave, MapWind, hex_color, map_of
+from vrx_mj.draw.map_scene import MapBoat, MapDock, MapObject, MapScene, MapWave, MapWind, map_of
 from vrx_mj.draw.plan import nice_length, view_of
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.world import World
@@ -146,7 +146,7 @@ def test_a_world_becomes_a_scene():
     assert scene.waypoints == ((1.0, 2.0, 0.5),)
     assert scene.objects == (MapObject("buoy", "round", 3.0, 4.0, pytest.approx((0.9, 0.1, 0.1)), pytest.approx(1.0)),)
     assert [(boat.name, boat.yaw) for boat in scene.boats] == [("wamv1", 0.5), ("wamv2 (skiff)", 1.5)]
-    assert scene.boats[1].color == hex_color([share / 255 for share in boat_color(1, (0.1, 0.2, 0.3))])
+    assert scene.boats[1].color == hex_color(boat_color(1, (0.1, 0.2, 0.3)))
     np.testing.assert_allclose(scene.docks[0].cells, [[10.0, 0.0], [10.0, 2.0]], atol=1e-12)
     np.testing.assert_array_equal(scene.shore[0], [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0]])
 

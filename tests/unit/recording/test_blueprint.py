@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rerun.blueprint import View
+from rerun.blueprint.components import LinkAxis
 from rerun.chunk import RrdReader
 
 import recorded_run
 from trees import partial
-from vrx_mj.recording.blueprint import layout, plan_view, sea_view
+from vrx_mj.recording.blueprint import LETTER, PLAN_LINES, layout, plan_view, sea_view, unnamed
 from vrx_mj.recording.eyes import PLAN_ASPECT, PLAN_LINE, PLAN_MARGIN, PLAN_SLOPE, followed_circle
 from vrx_mj.recording.static_chunks import boat_chunks, still_chunks
 
@@ -87,11 +88,14 @@ def test_the_camera_begins_at_the_boat_that_it_follows():
     assert followed_circle(scene)[1] == pytest.approx(recorded_run.RADIUS)
 
 
+def views_in(part):
+    """A view, or all views in a container."""
+    return [part] if isinstance(part, View) else [view for one in part.contents for view in views_in(one)]
+
+
 def names_of(part):
     """Names of a view, or of all views in a container."""
-    if isinstance(part, View):
-        return [part.name]
-    return [name for one in part.contents for name in names_of(one)]
+    return [view.name for view in views_in(part)]
 
 
 @pytest.mark.parametrize(("boats", "heights"), [(1, []), (3, [0.22]), (20, [0.66]), (100, [3.0])])
@@ -106,3 +110,32 @@ def test_a_wind_that_never_blows_has_no_plot():
     calm = replace(recorded_run.scene(), parameters=partial({**CALM, "georeference": None}))
     for scene, there in ((calm, False), (recorded_run.scene(), True)):
         assert ("Wind [m/s]" in names_of(layout(scene).root_container)) is there
+
+
+def test_plots_and_the_timeline_show_the_whole_run():
+    """An axis that is linked to others shows a minute around the cursor (rerun 0.41), whatever its own range is."""
+    timed = [
+        view
+        for view in views_in(layout(recorded_run.scene()).root_container)
+        if view.class_identifier in {"TimeSeries", "StateTimeline"}
+    ]
+    assert len(timed) > 5
+    for view in timed:
+        axis = view.properties["TimeAxis"]
+        assert axis.link.as_arrow_array().to_pylist() == [LinkAxis.Independent.value], view.name
+        assert axis.view_range.as_arrow_array().to_pylist() == [{"start": None, "end": None}], view.name  # infinite
+
+
+@pytest.mark.parametrize("way", [(20.0, 0.0), (0.0, 20.0)])
+def test_names_that_would_cover_each_other_are_not_in_the_plan(way):
+    """From a height at which names of `wamv1` and `wamv2` are as wide, or as high, as the boats are apart."""
+    full = recorded_run.scene(boats=2)
+    places = iter([(0.0, 0.0), way])
+    bodies = tuple(
+        replace(body, pose=(*next(places), *body.pose[2:])) if body.kind == "boat" else body for body in full.bodies
+    )
+    scene = replace(full, bodies=bodies)
+    size = LETTER * (len("wamv1") + 1) if way[0] else 1.0
+    height = 20.0 / size * PLAN_LINES / (2.0 * PLAN_SLOPE)
+    assert unnamed(scene, 0.99 * height) == {}
+    assert list(unnamed(scene, 1.01 * height)) == [f"/world/boats/{name}/label" for name in scene.roster()]

@@ -112,13 +112,15 @@ def series(chunks, path, component):
     return times, [value for batch in batches for value in batch.column(component).to_pylist()]
 
 
-def test_the_plot_ends_at_the_score_of_the_run():
+def test_the_plot_goes_on_to_the_end_at_the_score_of_the_run():
     rows = frames(0.0, 40.0)
     times, values = series(written(rows), PLOT, "Scalars:scalars")
     referee = judged(rows)
     assert referee.finished
     assert values[-1] == [referee.status.score, referee.status.collisions] == [10.0 - 3.0 + 10.0 + 2.0, 1.0]
-    assert times[-1] == pytest.approx(2.0 + referee.status.elapsed)
+    assert times[values.index(values[-1])] == pytest.approx(2.0 + referee.status.elapsed)
+    assert times[-1] == pytest.approx(rows[-1][0])
+    assert times == sorted(set(times))
 
 
 def test_phases_and_scores_are_states_and_the_result_says_who_scored_what():
@@ -136,9 +138,9 @@ def test_phases_and_scores_are_states_and_the_result_says_who_scored_what():
 def test_points_of_the_plot_are_changes_at_most_two_a_second():
     times, values = series(written(frames(0.0, 15.0)), PLOT, "Scalars:scalars")
     # before the task starts it has no score
-    np.testing.assert_equal(values, [[np.nan, 0.0], [0.0, 0.0], [10.0, 0.0], [7.0, 1.0]])
+    np.testing.assert_equal(values, [[np.nan, 0.0], [0.0, 0.0], [10.0, 0.0], [7.0, 1.0], [7.0, 1.0]])
     assert min(np.diff(times)) >= 0.5 - 1e-6
-    np.testing.assert_allclose(times[1:], [2.0, 7.0, 12.0], atol=0.5)
+    np.testing.assert_allclose(times[1:], [2.0, 7.0, 12.0, 15.0], atol=0.5)
 
 
 def test_gates_change_their_colours_when_they_are_passed():
@@ -173,7 +175,7 @@ def test_a_recording_that_begins_in_a_run_goes_on_from_its_state():
     state = State(STATE_VERSION, "", 0, early[-1][0], np.zeros(0), b"", 0, task).to_bytes()
     chunks = written(late, states=[(early[-1][0], state)])
     times, values = series(chunks, PLOT, "Scalars:scalars")
-    assert values == [[10.0, 0.0], [7.0, 1.0]]
+    assert values == [[10.0, 0.0], [7.0, 1.0], [7.0, 1.0]]
     assert times[0] == pytest.approx(early[-1][0])
     _, colors = series(chunks, "/world/course/gates", "LineStrips3D:colors")
     assert len(colors) == 1

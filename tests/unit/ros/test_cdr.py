@@ -123,3 +123,15 @@ def test_big_endian_bytes_are_read():
 
 def test_ros_1s_own_bytes_stay_as_they_are():
     assert decode(encode(INFO, "sensor_msgs/CameraInfo"), "sensor_msgs/CameraInfo").K.tolist() == list(range(9))
+
+
+def test_what_only_ros_2_has_of_a_message_is_empty():
+    place = {"position": {"x": 1.0, "y": 2.0, "z": 3.0}, "orientation": {"w": 1.0}}
+    points = [new("geometry_msgs/Point", x=float(x)) for x in range(3)]
+    marker = new("visualization_msgs/Marker", header=HEAD, ns="shore", id=4, type=11, pose=place, points=points)
+    raw = cdr.encode(new("visualization_msgs/MarkerArray", markers=[marker]), "visualization_msgs/MarkerArray")
+    (read,) = cdr.decode(raw, "visualization_msgs/MarkerArray").markers
+    assert (read.header.frame_id, read.ns, read.id, read.type) == ("wamv/base_link", "shore", 4, 11)
+    assert [point.x for point in read.points] == [0.0, 1.0, 2.0]
+    assert (read.pose.position.z, read.pose.orientation.w) == (3.0, 1.0)
+    assert (read.uv_coordinates, read.mesh_file.filename) == ([], "")

@@ -23,7 +23,7 @@ from vrx_mj.ros.interface import Inbox
 from vrx_mj.ros.messages import decode
 from vrx_mj.ros.ros_server import RosServer
 from vrx_mj.ros.serve import Wanted
-from vrx_mj.ros.table.viewers import MARKERS, START, start_of
+from vrx_mj.ros.table.viewers import MARKERS, START
 
 PROTOCOL = "foxglove.sdk.v1"
 MESSAGE, TIME = 1, 2
@@ -94,7 +94,7 @@ def test_panels_get_foxgloves_types_and_the_rest_ros_1s(server, wire):
     for name in (START, "shore", "objects"):
         assert name.encode() in got[MARKERS][1]
     assert all(f"{boat}/base_link".encode() in got["/tf"][1] for boat in boats)
-    assert start_of(server.sim).any()
+    assert server.scenery.start.any()
     assert wire.traffic.sent > sum(len(content) for _, content in got.values())
 
 

@@ -9,14 +9,19 @@ import pytest
 
 from bridged import Bridged, nothing
 from vrx_mj import compile_world
+from vrx_mj.draw.colors import boat_color, hex_color
+from vrx_mj.draw.map_scene import map_of
 from vrx_mj.drive.pilot import Engine, Wheel, engines_of
 from vrx_mj.errors import NetworkError, UnknownNameError
 from vrx_mj.model.world import tree_of
+from vrx_mj.recording.simulation_scene import scene_of
 from vrx_mj.ros import messages
 from vrx_mj.ros.interface import Input, Output, RosInterface, Service
+from vrx_mj.ros.table.host import Scenery
 from vrx_mj.ros.table.world import _course, chart_output
 from vrx_mj.ros.teleop import driving
 from vrx_mj.ros.teleop.driving import Helmsman, topics
+from vrx_mj.runtime.simulation import Simulation
 
 TWIN = (Engine("left", 1.0, -1.0, True, 1.5), Engine("right", 1.0, 1.0, True, 1.5))
 EMPTY = ("reset_world", "pause_physics", "unpause_physics")
@@ -278,6 +283,28 @@ def test_the_map_shows_what_the_task_tells_a_team(task, course):
     assert _course(SimpleNamespace(sim=SimpleNamespace(task=task))) == course
 
 
+def test_a_boat_has_one_colour_on_the_page_in_maps_and_in_recordings():
+    """Of 14 boats, one with a hull of its own colour; the others keep theirs when the first leaves and one joins."""
+    boats = [{"name": f"b{i}", "pose": [10.0 * i, 0, 0.1, 0, 0, 0]} for i in range(14)]
+    boats[3]["color"] = [0, 0, 1]
+    world = compile_world({"extends": "ocean"}, fleet={"boats": boats, "sensors": "none"})
+    sim = Simulation(world)
+    host = SimpleNamespace(sim=sim, cmd_vel="thrust", scenery=Scenery(world.parameters))
+    shown = colors_told(host)
+    assert shown == {boat.name: boat.color for boat in map_of(world).boats}
+    assert shown == {name: hex_color(rgb) for name, rgb in scene_of(sim).colors().items()}
+    assert len(set(shown.values())) == 14
+    sim.remove("b0")
+    sim.spawn("guest", pose=(0.0, 0.0, 0.1, 0.0, 0.0, 0.0))
+    del shown["b0"]
+    assert colors_told(host) == shown | {"guest": hex_color(boat_color(14))}
+
+
+def colors_told(host):
+    """Colours of boats in the topic that pages draw."""
+    return {boat: row["color"] for boat, row in json.loads(chart_output(host).make().data)["boats"].items()}
+
+
 class Sailing:
     """What the map looks at of a simulation."""
 
@@ -287,7 +314,7 @@ class Sailing:
 
 def test_the_map_has_the_worlds_shore_docks_objects_and_engines():
     world = compile_world("example_course", fleet={"usv_count": 2, "origin": "spawn", "sensors": "none"})
-    host = SimpleNamespace(sim=Sailing(world), cmd_vel="thrust")
+    host = SimpleNamespace(sim=Sailing(world), cmd_vel="thrust", scenery=Scenery(world.parameters))
     output = chart_output(host)
     told = json.loads(output.make().data)
     assert (output.name, output.type, output.latched) == ("/vrx_mj/world", "std_msgs/String", True)

@@ -1,14 +1,16 @@
 """What the table's functions may do: the simulation, and what serves it."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from typing import Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 import mujoco
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.draw.colors import Rgb, boat_colors
 from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.frames import rotation_vector
+from vrx_mj.model.world import Parameters
 from vrx_mj.ros.messages import Message, kind, new, stamp
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.simulation import Simulation
@@ -239,6 +241,30 @@ def header(time: float, frame: str = "") -> Message:
     return new("std_msgs/Header", stamp=stamp(time), frame_id=frame)
 
 
+ROUND = 10.0
+"""Of the coordinates of the frame `start` [m]."""
+
+
+class Scenery:
+    """What viewers have been shown of a world, kept while boats, objects and docks come and go."""
+
+    def __init__(self, first: Parameters, boats: Collection[str] = ()) -> None:
+        """Begin in a world; `boats`: those that are known already, in the order in which they came."""
+        places = [(*boat.pose[:2], 0.0) for boat in first.boats] or [(0.0, 0.0, 0.0)]
+        self.start: FloatArray = ROUND * np.round(np.mean(places, axis=0) / ROUND)
+        """Position (3,) of the frame `start` in `map` [m]: amid the boats that there were at first."""
+        self.markers: tuple[Sequence[str], Message] | None = None
+        """Names of the objects and docks that were drawn, and what of them."""
+        self.ground: Mapping[str, Any] | None = None
+        """Shore, docks and objects of the chart."""
+        self._roster = dict.fromkeys(boats)
+
+    def colors(self, now: Parameters) -> Mapping[str, Rgb]:
+        """The colours of the boats that there have been until now."""
+        self._roster |= dict.fromkeys(boat.name for boat in now.boats)
+        return boat_colors(self._roster, now.boats)
+
+
 CmdVel = Literal["thrust", "velocity"]
 """What `cmd_vel` commands: shares of full thrust as VRX's twist2thrust, or a velocity that a closed loop keeps."""
 
@@ -248,6 +274,7 @@ class Host(Protocol):
 
     sim: Simulation
     bodies: Bodies
+    scenery: Scenery
     cmd_vel: CmdVel
     truth: bool
     """Whether `/tf` has the true poses of boats."""

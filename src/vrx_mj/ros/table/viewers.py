@@ -6,7 +6,6 @@ from collections.abc import Collection, Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 from urllib.parse import unquote
-from weakref import WeakKeyDictionary
 from xml.sax.saxutils import unescape
 
 import mujoco
@@ -17,15 +16,12 @@ from vrx_mj.errors import VrxError
 from vrx_mj.formats.urdf.meshes import read_mesh
 from vrx_mj.mjcf.templates import mesh_of_file
 from vrx_mj.mjcf.world import World
-from vrx_mj.ros.interface import Output
+from vrx_mj.ros.interface import BOTH, Output
 from vrx_mj.ros.messages import Message, kind, new
 from vrx_mj.ros.table.host import Host, header, turned, vector
-from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.displays import displays_of
 
 MARKERS, START = "/vrx_mj/markers", "start"
-ROUND = 10.0
-"""Of the coordinates of the frame `start` [m]."""
 CUBE, SPHERE, CYLINDER, TRIANGLES, DELETE_ALL = 1, 2, 3, 11, 3
 """Types of visualization_msgs/Marker, and an action."""
 SHAPES: Mapping[int, int] = {
@@ -37,16 +33,6 @@ SHAPES: Mapping[int, int] = {
     mujoco.mjtGeom.mjGEOM_MESH: TRIANGLES,
 }
 _FILE = re.compile(r'"file://(/[^"<]*)"')
-_starts: WeakKeyDictionary[Simulation, FloatArray] = WeakKeyDictionary()
-_drawn: WeakKeyDictionary[Simulation, tuple[object, Message]] = WeakKeyDictionary()
-
-
-def start_of(sim: Simulation) -> FloatArray:
-    """(3,): where the frame `start` is in `map` [m]: amid the boats that the simulation has when it is first asked."""
-    if sim not in _starts:
-        places = [(*boat.pose[:2], 0.0) for boat in sim.world.parameters.boats] or [(0.0, 0.0, 0.0)]
-        _starts[sim] = ROUND * np.round(np.mean(places, axis=0) / ROUND)
-    return _starts[sim]
 
 
 def marker_output(host: Host) -> Output:
@@ -58,13 +44,15 @@ def marker_output(host: Host) -> Output:
     def make() -> Message:
         values = host.sim.world.parameters
         there = [*(item.name for item in values.objects), *(dock.name for dock in values.docks)]
-        if host.sim not in _drawn or _drawn[host.sim][0] != there:
+        drawn = host.scenery.markers
+        if drawn is None or drawn[0] != there:
             clear = new("visualization_msgs/Marker", action=DELETE_ALL)
-            shapes = _markers(host.sim.world, start_of(host.sim))
-            _drawn[host.sim] = there, new("visualization_msgs/MarkerArray", markers=[clear, *shapes])
-        return _drawn[host.sim][1]
+            shapes = _markers(host.sim.world, host.scenery.start)
+            drawn = there, new("visualization_msgs/MarkerArray", markers=[clear, *shapes])
+            host.scenery.markers = drawn
+        return drawn[1]
 
-    return Output(MARKERS, "visualization_msgs/MarkerArray", make, latched=True)
+    return Output(MARKERS, "visualization_msgs/MarkerArray", make, latched=True, dialects=BOTH)
 
 
 def _markers(world: World, start: FloatArray) -> Iterator[Message]:

@@ -20,6 +20,7 @@ PACKAGES = (
     "sensor_msgs",
     "std_msgs",
     "tf2_msgs",
+    "visualization_msgs",
 )
 """Packages of the types that VRX 3's topics have."""
 KINDS = {bool: (1, "bool_value"), int: (2, "integer_value"), float: (3, "double_value"), str: (4, "string_value")}

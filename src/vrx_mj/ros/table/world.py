@@ -7,25 +7,23 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from functools import cache, lru_cache, partial
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from vrx_mj.draw.map_scene import ground_of, hex_color, map_of
+from vrx_mj.draw.colors import hex_color
+from vrx_mj.draw.map_scene import ground_of, map_of, object_color
 from vrx_mj.drive.pilot import engines_of
 from vrx_mj.ros.cdr import kind
 from vrx_mj.ros.interface import BOTH, VRX3, Input, Output, Service
 from vrx_mj.ros.messages import Message, new, stamp
 from vrx_mj.ros.table.boats import WORLD_FRAME, BoatFrames, transform
 from vrx_mj.ros.table.host import Host, collision_name, header, vector
-from vrx_mj.ros.table.viewers import START, start_of
+from vrx_mj.ros.table.viewers import START
 from vrx_mj.ros.table.vrx3 import with_vrx3
-from vrx_mj.runtime.simulation import Simulation
 
 WORLD = "/vrx_mj/world"
 Row = dict[str, Any]
 Place = tuple[float, float, float]
-_grounds: WeakKeyDictionary[Simulation, Row] = WeakKeyDictionary()
 
 
 def chart_output(host: Host) -> Output:
@@ -33,14 +31,18 @@ def chart_output(host: Host) -> Output:
 
     Lengths in m, angles in rad, world frame: `name`, `cmd_vel` (what it commands: thrust or velocity), `x_from_east`
     (direction of the x axis), `shore` (rings, the land on their left), `docks`, `objects`, `course` (places that the
-    task names, x, y and yaw) and `boats`, each with its engines as `drive.pilot` has them. Nothing in it is hidden from
-    a team by its task.
+    task names, x, y and yaw) and `boats`, each with its colour and its engines as `drive.pilot` has them. Nothing in it
+    is hidden from a team by its task.
     """
 
     @lru_cache(maxsize=1)
     def chart(course: tuple[Place, ...]) -> Message:
         world = host.sim.world
-        boats = {boat: {"engines": [asdict(engine) for engine in engines_of(world, boat)]} for boat in host.sim.boats}
+        colors = host.scenery.colors(world.parameters)
+        boats = {
+            boat: {"color": hex_color(colors[boat]), "engines": [asdict(engine) for engine in engines_of(world, boat)]}
+            for boat in host.sim.boats
+        }
         text = json.dumps({**_ground(host), "course": course, "boats": boats}, separators=(",", ":"))
         return new("std_msgs/String", data=text)
 
@@ -58,18 +60,18 @@ def _course(host: Host) -> tuple[Place, ...]:
 
 def _ground(host: Host) -> Row:
     """What boats that come and go do not change; drawn up once for a simulation, which takes a tenth of a second."""
-    if host.sim not in _grounds:
+    if host.scenery.ground is None:
         scene = map_of(host.sim.world)
-        _grounds[host.sim] = {
+        host.scenery.ground = {
             "name": host.sim.world.name,
             "x_from_east": host.sim.world.parameters.x_from_east,
             **ground_of(scene),
             "objects": [
-                {"name": item.name, "x": item.x, "y": item.y, "color": hex_color(item.color), "size": item.size}
+                {"name": item.name, "x": item.x, "y": item.y, "color": object_color(item), "size": item.size}
                 for item in scene.objects
             ],
         }
-    return {"cmd_vel": host.cmd_vel, **_grounds[host.sim]}
+    return {"cmd_vel": host.cmd_vel, **host.scenery.ground}
 
 
 CLOCK = "/clock"
@@ -95,7 +97,7 @@ def world_outputs(host: Host, boat_frames: Sequence[BoatFrames], clock_rate: flo
 
     @cache
     def still() -> Message:
-        near = transform(0.0, WORLD_FRAME, START, start_of(host.sim), (1.0, 0.0, 0.0, 0.0))
+        near = transform(0.0, WORLD_FRAME, START, host.scenery.start, (1.0, 0.0, 0.0, 0.0))
         return new("tf2_msgs/TFMessage", transforms=[near, *(frame for one in boat_frames for frame in one.still())])
 
     rows = partial(Output, dialects=BOTH, recorded="rows")

@@ -19,7 +19,7 @@ from vrx_mj.draw.map_scene import map_of
 from vrx_mj.formats.urdf.meshes import read_mesh
 from vrx_mj.mjcf.templates import mesh_of_file
 from vrx_mj.ros.table.boats import description
-from vrx_mj.ros.table.viewers import CUBE, DELETE_ALL, MARKERS, START, TRIANGLES, start_of, with_meshes_inside
+from vrx_mj.ros.table.viewers import CUBE, DELETE_ALL, MARKERS, START, TRIANGLES, with_meshes_inside
 from vrx_mj.sensors.displays import displays_of
 
 CELL = 0.3
@@ -61,7 +61,7 @@ def split(scene):
 def test_markers_are_the_docks_objects_and_shore_of_the_map(docks):
     scene = served(docks)
     scene.server.announce()
-    found, start, drawn = split(scene), start_of(scene.sim), map_of(docks)
+    found, start, drawn = split(scene), scene.server.scenery.start, map_of(docks)
     cubes = places([one for one in found["docks"] if one.type == CUBE], start)
     for cell in np.concatenate([dock.cells for dock in drawn.docks]):
         assert np.linalg.norm(cubes[:, :2] - cell, axis=1).min() < CELL
@@ -74,6 +74,15 @@ def test_markers_are_the_docks_objects_and_shore_of_the_map(docks):
     for point in np.concatenate(drawn.shore):
         assert np.linalg.norm(corners - point, axis=1).min() < LAND
     assert {one.type for one in found["shore"]} == {TRIANGLES}
+
+
+def test_markers_are_the_same_by_the_names_of_vrx_and_of_vrx_3(docks):
+    ros1, ros2 = served(docks), served(docks, dialect="vrx3")
+    for scene in (ros1, ros2):
+        scene.server.announce()
+    output = ros2.network.table.outputs[MARKERS]
+    assert (output.type, output.latched) == ("visualization_msgs/MarkerArray", True)
+    assert output.make() == latched(ros1, MARKERS) == latched(ros2, MARKERS)
 
 
 def test_what_a_light_or_placard_shows_is_left_to_cameras(docks):
@@ -101,15 +110,16 @@ def test_markers_are_sent_again_when_an_object_comes_and_not_before(bay):
 
 def test_the_frame_start_is_in_map_near_the_boats(scene):
     scene.server.announce()
-    start = start_of(scene.sim)
+    start = scene.server.scenery.start
     near = next(one for one in latched(scene, "/tf_static").transforms if one.child_frame_id == START)
     shift = near.transform.translation
     assert near.header.frame_id == "map"
     assert [shift.x, shift.y, shift.z] == start.tolist()
     for boat in scene.sim.boats:
         assert np.linalg.norm(scene.sim.observe()[boat].position[:2] - start[:2]) < 20.0
-    scene.sim.step({}, duration=1.0)
-    assert start_of(scene.sim) is start
+    scene.sim.spawn("guest", pose=(*start[:2] + 900.0, 0.1, 0.0, 0.0, 0.0))
+    scene.server._changed()
+    assert latched(scene, "/tf_static").transforms[0] == near
 
 
 def meshes(text):

@@ -28,6 +28,7 @@ OUTPUTS = {
     "/tf_static": TF,
     "/vrx/debug/wind/speed": "std_msgs/Float32",
     "/vrx/debug/wind/direction": "std_msgs/Float32",
+    "/vrx_mj/markers": "visualization_msgs/MarkerArray",
     "/vrx/contacts": "ros_gz_interfaces/Contacts",
     "/wamv/joint_states": "sensor_msgs/JointState",
     "/wamv/pose": TF,
@@ -156,7 +157,7 @@ def test_what_is_told_when_it_changes_can_be_compared(table):
 
 def test_every_message_without_a_reading_can_be_sent(table):
     plain = [output for output in table.outputs.values() if output.sensor is None or output.blind]
-    assert len(plain) == 16
+    assert len(plain) == 17
     for output in plain:
         cdr.encode((output.blind or output.make)(), output.type)
 

@@ -1,6 +1,5 @@
 // The map: what does not move, boats with their tracks, and a view that pans, zooms and follows. Lengths in m.
 
-const COLORS = ["#d1495b", "#00798c", "#edae49", "#7d5ab5", "#30638e", "#3f8d20", "#c2571a", "#a05d97"];
 const HULL = 4.9; // length of a WAM-V
 const SHORTEST = 26; // of a boat that is drawn [px]
 const TRACK = { apart: 0.4, most: 4000 };
@@ -12,10 +11,9 @@ export class Chart {
     this.canvas = canvas;
     this.pen = canvas.getContext("2d");
     this.on = { chosen, changed };
-    this.ground = { shore: [], docks: [], objects: [], course: [] };
+    this.ground = { shore: [], docks: [], objects: [], course: [], boats: {} };
     this.boats = new Map(); // name: {x, y, yaw, speed, track}
     this.things = new Map(); // floating objects: name: [x, y]
-    this.colors = new Map();
     this.chosen = "";
     this.follows = true;
     this.view = { x: 0, y: 0, zoom: 4 };
@@ -25,8 +23,7 @@ export class Chart {
   }
 
   color(name) {
-    if (!this.colors.has(name)) this.colors.set(name, COLORS[this.colors.size % COLORS.length]);
-    return this.colors.get(name);
+    return this.ground.boats[name]?.color ?? "gray"; // until the world's next message
   }
 
   setGround(ground) {

@@ -32,6 +32,7 @@ function listen() {
   bridge.subscribe("/vrx_mj/world", "std_msgs/String", 0, ({ data }) => {
     world = JSON.parse(data);
     chart.setGround(world);
+    paint();
     ask();
   });
   bridge.subscribe("/clock", "rosgraph_msgs/Clock", 100, ({ clock }) => {
@@ -137,10 +138,16 @@ function choose(name) {
   if (name) chart.follow(true);
   for (const button of $("boats").children) button.setAttribute("aria-pressed", button.dataset.boat === name);
   show("boat", name || "No boat");
-  $("swatch").style.background = name ? chart.color(name) : "none";
+  paint();
   show("remove", name ? `Remove ${name}` : "Remove");
   $("remove").disabled = !(bridge.isOpen && name);
   showAngle();
+}
+
+// Boats have the colours that their world gives them, as in maps and recordings.
+function paint() {
+  $("swatch").style.background = pilot.boat ? chart.color(pilot.boat) : "none";
+  for (const button of $("boats").children) button.firstChild.style.background = chart.color(button.dataset.boat);
 }
 
 const knobReach = () => $("stick").offsetWidth / 2 - $("knob").offsetWidth / 2 + 6;
@@ -317,7 +324,6 @@ function listBoats() {
     const [swatch, label, speed] = ["i", "span", "small"].map((kind) => document.createElement(kind));
     button.type = "button";
     button.dataset.boat = name;
-    swatch.style.background = chart.color(name);
     label.textContent = name;
     button.append(swatch, label, speed);
     button.addEventListener("click", () => choose(name));
