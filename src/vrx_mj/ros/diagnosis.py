@@ -19,7 +19,8 @@ if TYPE_CHECKING:  # it needs the extra ros1, and `vrx-mj doctor` does not
     from vrx_mj.ros.interface import Input, RosInterface
 
 
-KNOWN = ("/thrusters/", "/cmd_vel", "/shooters/", "/set_pinger_position", "/shuffle", "/swarm/", "/vrx/")
+CMD_VEL = "/cmd_vel"
+KNOWN = ("/thrusters/", CMD_VEL, "/shooters/", "/set_pinger_position", "/shuffle", "/swarm/", "/vrx/")
 """What a topic has in it that is meant for the simulation, however far from its topics it is."""
 MOST_HINTS = 4096
 
@@ -65,6 +66,8 @@ class TopicHints:
 
 def _hint(topic: str, type_name: str, inputs: "Mapping[str, Input]", boats: Sequence[str]) -> str:
     concerns = any(part in topic for part in KNOWN)
+    if topic.endswith(CMD_VEL) and not any(name.endswith(CMD_VEL) for name in inputs):
+        return "cmd_vel is off; with --cmd-vel thrust or velocity it drives a boat"
     meant = meant_topic(topic, type_name, inputs, boats)
     if meant is None and concerns:
         tails = (topic.split("/", 2)[-1], topic.rpartition("/")[2])
@@ -213,6 +216,11 @@ class Diagnosis:
     def refused(self, command: "Command", why: str) -> None:
         """A message could not be taken."""
         self._once(f"{command.topic} refused {command.sender}", f"{command.topic} from {command.sender}: {why}")
+
+    def mixed(self, thruster: "Input", node: str, cmd_vel: str) -> None:
+        """A boat's `cmd_vel` came while a node publishes one of its thrusters' topics."""
+        boat = thruster.boat
+        self._once(f"{boat} mixed", f"{cmd_vel} does not drive {boat}: {node} publishes {thruster.name}")
 
     def taken(self, command: "Command") -> None:
         """A message was taken: see whether it comes often enough."""

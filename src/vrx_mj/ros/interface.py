@@ -140,6 +140,12 @@ def dialect_of(transport: Transport) -> Dialect:
     return dialect
 
 
+def publishers_of(transport: Transport, topic: str) -> Sequence[str]:
+    """Who publishes a topic on a transport now: what its method `publishers` gives; without one, as a bag, nobody."""
+    ask: Callable[[str], Sequence[str]] | None = getattr(transport, "publishers", None)
+    return ask(topic) if ask else ()
+
+
 MOST_WAITING = 64
 """Messages of one topic and sender that wait, at most: the oldest go first."""
 MOST_CALLS = 256

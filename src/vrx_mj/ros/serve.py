@@ -298,6 +298,13 @@ def _opened(transports: Sequence[Transport]) -> Iterator[list[str]]:
         yield lines
 
 
+CMD_VEL: Mapping[CmdVel, str] = {
+    "thrust": "cmd_vel sets thrust, as VRX's twist2thrust; with --cmd-vel velocity it sets a velocity to hold",
+    "velocity": "cmd_vel sets a velocity [m/s, rad/s] to hold; with --cmd-vel thrust it is VRX's twist2thrust",
+    "off": "cmd_vel is not subscribed to; with --cmd-vel thrust it is VRX's twist2thrust",
+}
+
+
 def _greet(server: RosServer, wanted: Wanted, report: Report) -> None:
     sim, tables = server.sim, server.tables
     boats = ", ".join(sim.boats) if len(sim.boats) <= 8 else f"{sim.boats[0]} ... {sim.boats[-1]}"
@@ -307,10 +314,7 @@ def _greet(server: RosServer, wanted: Wanted, report: Report) -> None:
         names = " by VRX 3's names" if dialect == "vrx3" else ""
         counts = f"{len(table.outputs)} topics out{names}, {len(table.inputs)} in, {len(table.services)} services"
         report("INFO", f"{counts}; cameras and lidars are rendered only while they have subscribers")
-    if wanted.cmd_vel == "thrust":
-        report("INFO", "cmd_vel sets thrust, as VRX's twist2thrust; with --cmd-vel velocity it sets a velocity to hold")
-    else:
-        report("INFO", "cmd_vel sets a velocity [m/s, rad/s] to hold; with --cmd-vel thrust it is VRX's twist2thrust")
+    report("INFO", CMD_VEL[wanted.cmd_vel])
     if wanted.lockstep is not None:
         topics = ", ".join(wanted.lockstep) or "/vrx_mj/step alone"
         report("INFO", f"lockstep: time waits for {topics}")

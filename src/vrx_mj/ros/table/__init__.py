@@ -7,7 +7,7 @@ from typing import get_args
 
 from vrx_mj.ros.interface import Dialect, Input, RosInterface
 from vrx_mj.ros.messages import Message
-from vrx_mj.ros.table.boats import BoatFrames, boat_inputs, cmd_vel
+from vrx_mj.ros.table.boats import BoatFrames, boat_inputs
 from vrx_mj.ros.table.gazebo import gazebo_inputs, gazebo_outputs, gazebo_services
 from vrx_mj.ros.table.host import Host
 from vrx_mj.ros.table.sensing import sensor_inputs, sensor_outputs
@@ -38,7 +38,6 @@ def make_tables(host: Host, *, clock_rate: float, waits: bool = False) -> Mappin
         *gazebo_inputs(host),
         *task_inputs(host),
         *chain.from_iterable(chain(boat_inputs(host, boat), sensor_inputs(host, boat)) for boat in boats),
-        *([cmd_vel(host, boats[0], "/cmd_vel")] if len(boats) == 1 else []),
     ]
     tables: dict[Dialect, RosInterface] = {
         dialect: RosInterface(

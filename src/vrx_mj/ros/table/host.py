@@ -9,6 +9,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.frames import rotation_vector
+from vrx_mj.ros.interface import Input
 from vrx_mj.ros.messages import Message, kind, new, stamp
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.simulation import Simulation
@@ -239,8 +240,8 @@ def header(time: float, frame: str = "") -> Message:
     return new("std_msgs/Header", stamp=stamp(time), frame_id=frame)
 
 
-CmdVel = Literal["thrust", "velocity"]
-"""What `cmd_vel` commands: shares of full thrust as VRX's twist2thrust, or a velocity that a closed loop keeps."""
+CmdVel = Literal["thrust", "velocity", "off"]
+"""What `cmd_vel` commands: shares of full thrust as VRX's twist2thrust, a velocity that a loop keeps, or nothing."""
 
 
 class Host(Protocol):
@@ -267,6 +268,9 @@ class Host(Protocol):
 
     def description(self, boat: str) -> str:
         """A boat's URDF; a VrxError where the files that it was made of are not here."""
+
+    def is_published(self, thrusters: Sequence[Input], cmd_vel: str) -> bool:
+        """Whether somebody publishes one of a boat's thrusters' topics; told once, as its `cmd_vel` is left alone."""
 
     def command(self, boat: str, commands: Mapping[str, float]) -> None:
         """Command thrusters, as `Simulation.command`."""
