@@ -1,6 +1,7 @@
 """A server that stands still for a while, as a machine makes it: what its clients get on both wires."""
 
 import contextlib
+import itertools
 import re
 import signal
 import subprocess
@@ -147,7 +148,7 @@ def last(wire):
 def check(what, came, frequency, rate, ends):
     """Stamps follow each other as the topic's rate has them, and none is sooner than what is lost is made up for."""
     stamps = [stamp for _, stamp in came]
-    gaps = [later - before for before, later in zip(stamps, stamps[1:], strict=False)]
+    gaps = [later - before for before, later in itertools.pairwise(stamps)]
     assert all(abs(gap - 1.0 / frequency) < TICK - 1e-6 for gap in gaps), f"{what}: {min(gaps)} to {max(gaps)}"
     for begun, before in ends:
         after = [(at - begun, stamp - before) for at, stamp in came if at > begun and stamp > before]

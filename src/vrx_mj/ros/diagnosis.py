@@ -22,6 +22,7 @@ if TYPE_CHECKING:  # it needs the extra ros1, and `vrx-mj doctor` does not
 CMD_VEL = "/cmd_vel"
 KNOWN = ("/thrusters/", CMD_VEL, "/shooters/", "/set_pinger_position", "/shuffle", "/swarm/", "/vrx/")
 """What a topic has in it that is meant for the simulation, however far from its topics it is."""
+OF_WORLDS = ("/vrx/", "/swarm/")
 MOST_HINTS = 4096
 
 MOST_COST = 0.9
@@ -60,7 +61,7 @@ class TopicHints:
             self._table, self._hints = table, {}
         key = (topic, type_name)
         if key not in self._hints:
-            self._hints[key] = _hint(topic, type_name, table.inputs, boats)
+            self._hints[key] = table.elsewhere.get(topic) or _hint(topic, type_name, table.inputs, boats)
         return self._hints[key]
 
 
@@ -75,8 +76,9 @@ def _hint(topic: str, type_name: str, inputs: "Mapping[str, Input]", boats: Sequ
         meant = next((name for name in same if name in inputs), None) or nearest(topic, inputs)
     if meant is not None:
         return f"did you mean {meant}?"
-    begin = f"topics of boats begin with /{boats[0]}/" if boats else "there is no boat now"
-    return begin if concerns else ""
+    if not concerns or topic.startswith(OF_WORLDS):
+        return "this world has no such topic" if concerns else ""
+    return f"topics of boats begin with /{boats[0]}/" if boats else "there is no boat now"
 
 
 def meant_topic(topic: str, type_name: str, inputs: "Mapping[str, Input]", boats: Collection[str]) -> str | None:

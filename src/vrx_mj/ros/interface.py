@@ -79,6 +79,8 @@ class RosInterface:
     services: Mapping[str, Service] = field(default_factory=dict)
     parameters: Mapping[str, Any] = field(default_factory=dict)
     """Numbers, strings, lists and mappings, by absolute name."""
+    elsewhere: Mapping[str, str] = field(default_factory=dict)
+    """Of topics and services that other worlds have, what those are, for people."""
 
 
 class Sent(NamedTuple):
