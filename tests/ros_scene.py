@@ -19,6 +19,7 @@ class Fake:
 
     def __init__(self, wanted=(), dialect="vrx"):
         self.wanted, self.dialect, self.got, self.lines = frozenset(wanted), dialect, {}, []
+        self.published = {}
 
     def start(self):
         return []
@@ -30,6 +31,9 @@ class Fake:
         for sent in batch:
             encode(sent.message, sent.output.type)  # is of its type
             self.got.setdefault(sent.output.name, []).append(sent)
+
+    def publishers(self, topic):
+        return self.published.get(topic, [])
 
     def log(self, level, text):
         self.lines.append((level, text))

@@ -95,6 +95,19 @@ def hear(talk, seconds=10.0):
     raise AssertionError(f"no message within {seconds} s")
 
 
+def test_who_commands_thrusts_is_known_whatever_the_wire(served, talk, master):
+    assert served.wires.publishers(LEFT) == []
+    talk.say("advertise", topic=LEFT, type="std_msgs/Float32")
+    talk.sync()
+    (client,) = served.wires.publishers(LEFT)
+    assert client.startswith("/rosbridge/client_")
+    assert master.registerPublisher("/mixer", LEFT, "std_msgs/Float32", "http://127.0.0.1:4000/")[0] == 1
+    until(lambda: set(served.wires.publishers(LEFT)) == {client, "/mixer"}, "/mixer is known")
+    master.unregisterPublisher("/mixer", LEFT, "http://127.0.0.1:4000/")
+    talk.say("unadvertise", topic=LEFT)
+    until(lambda: served.wires.publishers(LEFT) == [], "nobody is left")
+
+
 def test_a_parameter_is_the_same_for_all(talk, master):
     assert values(talk, "set_param", name="/dock/gains", value='{"p": 1.5, "names": ["a"]}') == {}
     assert master.getParam(ME, "/dock/gains") == [1, "Parameter [/dock/gains]", {"p": 1.5, "names": ["a"]}]

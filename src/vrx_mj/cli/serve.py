@@ -25,6 +25,7 @@ class CmdVel(Enum):
 
     thrust = "thrust"
     velocity = "velocity"
+    off = "off"
 
 
 Rosbridge = Annotated[int | None, typer.Option(help="Serve rosbridge v2; the port may be left out: 9090.")]

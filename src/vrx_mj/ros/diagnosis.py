@@ -19,8 +19,10 @@ if TYPE_CHECKING:  # it needs the extra ros1, and `vrx-mj doctor` does not
     from vrx_mj.ros.interface import Input, RosInterface
 
 
-KNOWN = ("/thrusters/", "/cmd_vel", "/shooters/", "/set_pinger_position", "/shuffle", "/swarm/", "/vrx/")
+CMD_VEL = "/cmd_vel"
+KNOWN = ("/thrusters/", CMD_VEL, "/shooters/", "/set_pinger_position", "/shuffle", "/swarm/", "/vrx/")
 """What a topic has in it that is meant for the simulation, however far from its topics it is."""
+OF_WORLDS = ("/vrx/", "/swarm/")
 MOST_HINTS = 4096
 
 MOST_COST = 0.9
@@ -59,12 +61,14 @@ class TopicHints:
             self._table, self._hints = table, {}
         key = (topic, type_name)
         if key not in self._hints:
-            self._hints[key] = _hint(topic, type_name, table.inputs, boats)
+            self._hints[key] = table.elsewhere.get(topic) or _hint(topic, type_name, table.inputs, boats)
         return self._hints[key]
 
 
 def _hint(topic: str, type_name: str, inputs: "Mapping[str, Input]", boats: Sequence[str]) -> str:
     concerns = any(part in topic for part in KNOWN)
+    if topic.endswith(CMD_VEL) and not any(name.endswith(CMD_VEL) for name in inputs):
+        return "cmd_vel is off; with --cmd-vel thrust or velocity it drives a boat"
     meant = meant_topic(topic, type_name, inputs, boats)
     if meant is None and concerns:
         tails = (topic.split("/", 2)[-1], topic.rpartition("/")[2])
@@ -72,8 +76,9 @@ def _hint(topic: str, type_name: str, inputs: "Mapping[str, Input]", boats: Sequ
         meant = next((name for name in same if name in inputs), None) or nearest(topic, inputs)
     if meant is not None:
         return f"did you mean {meant}?"
-    begin = f"topics of boats begin with /{boats[0]}/" if boats else "there is no boat now"
-    return begin if concerns else ""
+    if not concerns or topic.startswith(OF_WORLDS):
+        return "this world has no such topic" if concerns else ""
+    return f"topics of boats begin with /{boats[0]}/" if boats else "there is no boat now"
 
 
 def meant_topic(topic: str, type_name: str, inputs: "Mapping[str, Input]", boats: Collection[str]) -> str | None:
@@ -213,6 +218,11 @@ class Diagnosis:
     def refused(self, command: "Command", why: str) -> None:
         """A message could not be taken."""
         self._once(f"{command.topic} refused {command.sender}", f"{command.topic} from {command.sender}: {why}")
+
+    def mixed(self, thruster: "Input", node: str, cmd_vel: str) -> None:
+        """A boat's `cmd_vel` came while a node publishes one of its thrusters' topics."""
+        boat = thruster.boat
+        self._once(f"{boat} mixed", f"{cmd_vel} does not drive {boat}: {node} publishes {thruster.name}")
 
     def taken(self, command: "Command") -> None:
         """A message was taken: see whether it comes often enough."""

@@ -103,8 +103,8 @@ class Registrations:
         return list(self._entries[kind])
 
     def holders(self, kind: str, key: str) -> list[tuple[str, str]]:
-        """Nodes and URIs that are registered under a name."""
-        return [(entry.node, entry.api) for entry in self._entries[kind].get(key, ())]
+        """Nodes and URIs that are registered under a name; safe to ask from any thread."""
+        return [(entry.node, entry.api) for entry in list(self._entries[kind].get(key, ()))]
 
     def state(self, kind: str) -> list[list[object]]:
         """Names with their nodes, as `getSystemState` has it."""
@@ -545,6 +545,10 @@ class Wires:
     def wanted(self) -> frozenset[str]:
         """Names of the outputs that somebody listens to now."""
         return self.graph.wanted
+
+    def publishers(self, topic: str) -> Sequence[str]:
+        """Nodes that publish a topic now."""
+        return [node for node, _ in self.graph.registrations.holders("publisher", topic)]
 
     def publish(self, batch: Sequence[Sent]) -> None:
         """Send messages of one moment to who listens."""

@@ -79,6 +79,8 @@ class RosInterface:
     services: Mapping[str, Service] = field(default_factory=dict)
     parameters: Mapping[str, Any] = field(default_factory=dict)
     """Numbers, strings, lists and mappings, by absolute name."""
+    elsewhere: Mapping[str, str] = field(default_factory=dict)
+    """Of topics and services that other worlds have, what those are, for people."""
 
 
 class Sent(NamedTuple):
@@ -138,6 +140,12 @@ def dialect_of(transport: Transport) -> Dialect:
     """The dialect of the table that is offered on a transport: its attribute `dialect`, else VRX's."""
     dialect: Dialect = getattr(transport, "dialect", "vrx")
     return dialect
+
+
+def publishers_of(transport: Transport, topic: str) -> Sequence[str]:
+    """Who publishes a topic on a transport now: what its method `publishers` gives; without one, as a bag, nobody."""
+    ask: Callable[[str], Sequence[str]] | None = getattr(transport, "publishers", None)
+    return ask(topic) if ask else ()
 
 
 MOST_WAITING = 64

@@ -180,12 +180,12 @@ class Node:
             self._senders.clear()
             self.clients = max(0, len(self._node.get_node_names()) - 1)
             if CLOCK in self._out and self._node.count_publishers(CLOCK) > 1:
-                others = ", ".join(self._publishing(CLOCK))
+                others = ", ".join(self.publishers(CLOCK))
                 self._once(f"{CLOCK} has another publisher ({others}): give one of them another ROS_DOMAIN_ID")
             for topic, types in self._node.get_topic_names_and_types():
                 if topic in self._out or topic in self._in or topic in OURS or self._node.count_subscribers(topic):
                     continue
-                for sender in self._publishing(topic):
+                for sender in self.publishers(topic):
                     self._inbox.unknown_publisher(topic, types[0].replace("/msg/", "/"), sender, "vrx3")
 
     def log(self, level: str, text: str) -> None:
@@ -215,11 +215,12 @@ class Node:
     def _sender(self, topic: str) -> str:
         """The node that publishes, if it is the only one: messages do not say whose they are."""
         if topic not in self._senders:
-            names = self._publishing(topic)
+            names = self.publishers(topic)
             self._senders[topic] = names[0] if len(names) == 1 else SOMEBODY
         return self._senders[topic]
 
-    def _publishing(self, topic: str) -> list[str]:
+    def publishers(self, topic: str) -> list[str]:
+        """Nodes that publish a topic; safe to ask from any thread."""
         infos = self._node.get_publishers_info_by_topic(topic)
         return sorted({f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in infos})
 
@@ -330,6 +331,10 @@ class Ros2:
     def wanted(self) -> frozenset[str]:
         """Names of the outputs that somebody subscribes to now."""
         return self._node.wanted if self._node else frozenset()
+
+    def publishers(self, topic: str) -> Sequence[str]:
+        """Nodes that publish a topic now."""
+        return self._node.publishers(topic) if self._node else ()
 
     def publish(self, batch: Sequence[Sent]) -> None:
         """Send messages of one moment to who listens."""

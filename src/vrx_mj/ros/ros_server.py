@@ -23,7 +23,19 @@ from vrx_mj.formats.urdf.xml_text import in_namespace
 from vrx_mj.frames import compose
 from vrx_mj.ros.autopilot import Autopilot, HeldThrust
 from vrx_mj.ros.diagnosis import Diagnosis
-from vrx_mj.ros.interface import Call, Command, Dialect, Inbox, Output, RosInterface, Sent, Transport, dialect_of
+from vrx_mj.ros.interface import (
+    Call,
+    Command,
+    Dialect,
+    Inbox,
+    Input,
+    Output,
+    RosInterface,
+    Sent,
+    Transport,
+    dialect_of,
+    publishers_of,
+)
 from vrx_mj.ros.messages import Message, encode
 from vrx_mj.ros.table import CLOCK, make_tables
 from vrx_mj.ros.table.boats import description
@@ -429,6 +441,16 @@ class RosServer:
             call.answer(service.failure(why) if service.failure else None, why)
         else:
             call.answer(response, "")
+
+    def is_published(self, thrusters: Sequence[Input], cmd_vel: str) -> bool:
+        """Whether somebody publishes one of a boat's thrusters' topics; told once, as its `cmd_vel` is left alone."""
+        for transport in self._transports:
+            for entry in thrusters:
+                nodes = publishers_of(transport, entry.name) if dialect_of(transport) in entry.dialects else ()
+                if nodes:
+                    self.diagnosis.mixed(entry, nodes[0], cmd_vel)
+                    return True
+        return False
 
     def command(self, boat: str, commands: Mapping[str, float]) -> None:
         """Command thrusters, as `Simulation.command`."""

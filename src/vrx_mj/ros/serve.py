@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
-from vrx_mj.drive.session import Pacer
+from vrx_mj.drive.session import LONGEST, Pacer
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.graph import Graph, Server, Wires
 from vrx_mj.ros.interface import Inbox, Transport
@@ -91,6 +91,14 @@ BUDGET = 0.05
 """Wall time [s] of physics after which what came in is looked at again."""
 LONGEST_WAIT = 0.02
 """Wall time [s] that is waited at most before the clock on the wall is looked at again."""
+BURST = 2
+"""Ticks of the clock that follow each other at once, at most, ..."""
+LATENCY = 0.005
+"""... or of so much wall time [s], where ticks are shorter than it takes to be woken."""
+CATCHING_UP = 1.2
+"""Times the pace at which lost time is made up."""
+BEHIND = 0.2
+"""Lost wall time [s] from which on it is reported."""
 STATUS_PERIOD = 1.0
 """Wall time between two lines of status [s]."""
 
@@ -216,7 +224,12 @@ class _Loop:
         self._pacer = Pacer(server.sim.timestep, wanted.rate or 1.0, now)
         self._free = wanted.rate is None or wanted.lockstep is not None
         self._meter = Meter(server, transports, now)
-        self._owed = 0
+        self._per_second = self._pacer.pace / server.sim.timestep
+        self._clock_rate = self._pacer.pace * wanted.clock_rate
+        self._burst = max(BURST, LATENCY * self._clock_rate)
+        self._owed, self._allowed = 0.0, self._burst
+        """Steps that are due, and ticks that may follow now."""
+        self._is_behind = False
 
     def run(self, ending: threading.Event, status: Callable[[str], None], report: Report) -> None:
         """Until the end."""
@@ -227,31 +240,43 @@ class _Loop:
             server.receive()
             if server.paused:
                 self._pacer.restart(time.perf_counter())
+                self._owed = 0.0
                 self._inbox.wait(LONGEST_WAIT)
-            else:
+            elif self._free:
                 self._go()
+            else:
+                self._keep_pace(report)
             if time.perf_counter() > due:
-                due += STATUS_PERIOD
+                due = time.perf_counter() + STATUS_PERIOD
                 status(self._meter.line())
                 server.pace, server.sensor_load = self._meter.pace, self._meter.load
         report("INFO", self._meter.summary())
 
     def _go(self) -> None:
         begun = time.perf_counter()
-        if self._free:
-            while time.perf_counter() - begun < BUDGET and not (self._inbox.pending or self._is_over()):
-                if not self._server.tick():
-                    self._inbox.wait(LONGEST_WAIT)
-                    return
-            return
-        self._owed += self._pacer.due(begun)
-        while self._owed > 0 and time.perf_counter() - begun < BUDGET and not self._is_over():
+        while time.perf_counter() - begun < BUDGET and not (self._inbox.pending or self._is_over()):
+            if not self._server.tick():
+                self._inbox.wait(LONGEST_WAIT)
+                return
+
+    def _keep_pace(self, report: Report) -> None:
+        begun = time.perf_counter()
+        due = self._pacer.due(begun)
+        self._owed = min(self._owed + due, LONGEST * self._per_second)
+        self._allowed = min(self._allowed + CATCHING_UP * due * self._clock_rate / self._per_second, self._burst)
+        if self._owed > BEHIND * self._per_second and not self._is_behind:
+            self._is_behind = True
+            way = f"this is made up for at {CATCHING_UP:g} times the pace, and what is beyond {LONGEST:g} s is not"
+            report("WARN", f"behind the pace by {self._owed / self._per_second:.1f} s: {way}")
+        while (
+            self._owed > 0.0 and self._allowed >= 1.0 and time.perf_counter() - begun < BUDGET and not self._is_over()
+        ):
             steps = self._server.tick()
             self._owed -= steps
+            self._allowed -= 1.0
             self._pacer.did(steps, time.perf_counter())
-        if self._owed <= 0:
-            ahead = (1 - self._owed) * self._server.sim.timestep / self._pacer.pace
-            self._inbox.wait(min(LONGEST_WAIT, max(0.0, ahead - (time.perf_counter() - begun))))
+        ahead = max((1.0 - self._owed) / self._per_second, (1.0 - self._allowed) / CATCHING_UP / self._clock_rate)
+        self._inbox.wait(min(LONGEST_WAIT, max(0.0, ahead - (time.perf_counter() - begun))))
 
     def _is_over(self) -> bool:
         wanted, sim = self._wanted, self._server.sim
@@ -298,6 +323,13 @@ def _opened(transports: Sequence[Transport]) -> Iterator[list[str]]:
         yield lines
 
 
+CMD_VEL: Mapping[CmdVel, str] = {
+    "thrust": "cmd_vel sets thrust, as VRX's twist2thrust; with --cmd-vel velocity it sets a velocity to hold",
+    "velocity": "cmd_vel sets a velocity [m/s, rad/s] to hold; with --cmd-vel thrust it is VRX's twist2thrust",
+    "off": "cmd_vel is not subscribed to; with --cmd-vel thrust it is VRX's twist2thrust",
+}
+
+
 def _greet(server: RosServer, wanted: Wanted, report: Report) -> None:
     sim, tables = server.sim, server.tables
     boats = ", ".join(sim.boats) if len(sim.boats) <= 8 else f"{sim.boats[0]} ... {sim.boats[-1]}"
@@ -307,10 +339,7 @@ def _greet(server: RosServer, wanted: Wanted, report: Report) -> None:
         names = " by VRX 3's names" if dialect == "vrx3" else ""
         counts = f"{len(table.outputs)} topics out{names}, {len(table.inputs)} in, {len(table.services)} services"
         report("INFO", f"{counts}; cameras and lidars are rendered only while they have subscribers")
-    if wanted.cmd_vel == "thrust":
-        report("INFO", "cmd_vel sets thrust, as VRX's twist2thrust; with --cmd-vel velocity it sets a velocity to hold")
-    else:
-        report("INFO", "cmd_vel sets a velocity [m/s, rad/s] to hold; with --cmd-vel thrust it is VRX's twist2thrust")
+    report("INFO", CMD_VEL[wanted.cmd_vel])
     if wanted.lockstep is not None:
         topics = ", ".join(wanted.lockstep) or "/vrx_mj/step alone"
         report("INFO", f"lockstep: time waits for {topics}")

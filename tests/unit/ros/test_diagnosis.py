@@ -15,6 +15,7 @@ from vrx_mj.ros.diagnosis import Diagnosis, TopicHints, meant_topic
 from vrx_mj.ros.interface import Command
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.table import make_tables
+from vrx_mj.ros.table.tasks import TASK_TOPICS, elsewhere
 
 
 @pytest.mark.parametrize(
@@ -237,7 +238,14 @@ def test_a_name_that_is_one_slip_away_is_that_of_the_same_boat(tables, dialect):
         ("/x/formation", "std_msgs/Bool", ""),  # two slips and another type
         ("/wamv1/cmd", "geometry_msgs/Twist", "did you mean /wamv1/cmd_vel?"),
         ("/wamv1/cmd", "std_msgs/String", ""),
-        ("/vrx/a/b", "*", "topics of boats begin with /wamv1/"),
+        ("/vrx/a/b", "*", "this world has no such topic"),
+        ("/vrx/perception/landmark", "*", "it belongs to perception tasks; this world has none"),
+        (
+            "/vrx/scan_dock/placard_symbol",
+            "*",
+            "it belongs to dock, scan_and_dock, scan_dock_deliver tasks; this world has none",
+        ),
+        ("/wamv7/shooters/x", "*", "topics of boats begin with /wamv1/"),
         ("/wamv1/odom", "nav_msgs/Odometry", ""),
         ("/wamv1/path", "*", ""),
         ("/chatter", "std_msgs/String", ""),
@@ -247,6 +255,17 @@ def test_a_name_that_is_one_slip_away_is_that_of_the_same_boat(tables, dialect):
 )
 def test_hints(tables, topic, kind, hint):
     assert TopicHints()(topic, kind, tables["vrx"], BOATS) == hint
+
+
+@pytest.mark.parametrize("own", ["stationkeeping", "perception", "scan_dock_deliver"])
+def test_no_topic_of_the_worlds_own_task_is_said_to_be_anothers(own):
+    world = SimpleNamespace(parameters=SimpleNamespace(task=None))
+    host = SimpleNamespace(sim=SimpleNamespace(task={"type": own}, world=world))
+    found, topics = elsewhere(host), TASK_TOPICS[own]
+    assert not found.keys() & {
+        one.name for one in (*topics.outputs(host), *topics.inputs(host), *topics.services(host))
+    }
+    assert "/vrx/wayfinding/waypoints" in found
 
 
 def test_classic_names_on_ros_2_lead_to_those_of_vrx_3(tables):

@@ -31,6 +31,34 @@ def test_cmd_vel_is_vrxs_twist_to_thrust(scene):
     assert [commands[rows[name]] for name in ("left", "right", "lateral")] == [-0.5, 1.5, 0.0]
 
 
+def twist(scene, boat, speed):
+    message = new("geometry_msgs/Twist", linear={"x": speed}, angular={"z": 0.0})
+    scene.inbox.message(f"/{boat}/cmd_vel", message, "/guidance")
+
+
+@pytest.mark.parametrize("cmd_vel", ["thrust", "velocity"])
+@pytest.mark.parametrize("topic", ["left_thrust_cmd", "right_thrust_angle"])
+def test_cmd_vel_leaves_a_boat_alone_that_somebody_commands_by_thrusts(bay, topic, cmd_vel):
+    alone, mixed = served(bay, cmd_vel=cmd_vel), served(bay, cmd_vel=cmd_vel)
+    mixed.network.published[f"/wamv1/thrusters/{topic}"] = ["/mixer", "/other"]
+    for scene in (alone, mixed):
+        for _ in range(3):
+            for boat in ("wamv2", "wamv1") if scene is mixed else ("wamv2",):
+                twist(scene, boat, 1.0)
+            run(scene, 0.5)
+    assert mixed.told == [f"/wamv1/cmd_vel does not drive wamv1: /mixer publishes /wamv1/thrusters/{topic}"]
+    assert mixed.sim.data.qpos.tobytes() == alone.sim.data.qpos.tobytes()
+
+
+def test_cmd_vel_that_is_off_is_no_topic(bay):
+    scene = served(bay, cmd_vel="off")
+    assert not [name for name in scene.network.table.inputs if name.endswith("cmd_vel")]
+    scene.inbox.unknown_publisher("/wamv1/cmd_vel", "geometry_msgs/Twist", "/guidance")
+    scene.server.receive()
+    off = "cmd_vel is off; with --cmd-vel thrust or velocity it drives a boat"
+    assert scene.told == [f"/wamv1/cmd_vel has a publisher, /guidance, but no subscriber: {off}"]
+
+
 def test_cmd_vel_as_a_velocity_is_kept(bay):
     scene = served(bay, cmd_vel="velocity")
     for _ in range(80):

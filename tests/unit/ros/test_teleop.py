@@ -137,6 +137,16 @@ def test_what_is_asked_goes_out_ten_times_a_second_and_rest_only_once(world):
     assert world.values(topic)[-1] == 0.0
 
 
+def test_a_boat_at_rest_is_left_to_the_programs_that_drive_it(world):
+    helmsman, topic = at_helm(world), "/wamv1/thrusters/left_thrust_cmd"
+    helmsman.turn("i")
+    world.wait(lambda here: here.values(topic))
+    assert world.wires.publishers(topic) == ["/rosbridge/client_1"]
+    helmsman.turn("k")
+    world.wait(lambda here: not here.wires.publishers(topic))
+    helmsman.close()
+
+
 def test_a_kept_velocity_is_driven_by_cmd_vel_in_its_own_units():
     with World(cmd_vel="velocity") as world:
         helmsman = at_helm(world, "wamv2")

@@ -7,11 +7,11 @@ from typing import get_args
 
 from vrx_mj.ros.interface import Dialect, Input, RosInterface
 from vrx_mj.ros.messages import Message
-from vrx_mj.ros.table.boats import BoatFrames, boat_inputs, cmd_vel
+from vrx_mj.ros.table.boats import BoatFrames, boat_inputs
 from vrx_mj.ros.table.gazebo import gazebo_inputs, gazebo_outputs, gazebo_services
 from vrx_mj.ros.table.host import Host
 from vrx_mj.ros.table.sensing import sensor_inputs, sensor_outputs
-from vrx_mj.ros.table.tasks import task_inputs, task_outputs, task_services
+from vrx_mj.ros.table.tasks import elsewhere, task_inputs, task_outputs, task_services
 from vrx_mj.ros.table.viewers import marker_output
 from vrx_mj.ros.table.world import CLOCK, world_inputs, world_outputs, world_services
 
@@ -38,12 +38,12 @@ def make_tables(host: Host, *, clock_rate: float, waits: bool = False) -> Mappin
         *gazebo_inputs(host),
         *task_inputs(host),
         *chain.from_iterable(chain(boat_inputs(host, boat), sensor_inputs(host, boat)) for boat in boats),
-        *([cmd_vel(host, boats[0], "/cmd_vel")] if len(boats) == 1 else []),
     ]
     tables: dict[Dialect, RosInterface] = {
         dialect: RosInterface(
             {output.name: output for output in outputs if dialect in output.dialects},
             _by_name(entry for entry in inputs if dialect in entry.dialects),
+            elsewhere=elsewhere(host),
         )
         for dialect in get_args(Dialect)
     }

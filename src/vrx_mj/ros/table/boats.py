@@ -35,10 +35,17 @@ SIDES = (("left", "right"), ("left_rear", "right_rear"))
 
 
 def boat_inputs(host: Host, boat: str) -> Iterator[Input]:
-    """`thrusters/NAME_thrust_cmd`, `thrusters/NAME_thrust_angle` and `cmd_vel`.
+    """`thrusters/NAME_thrust_cmd`, `thrusters/NAME_thrust_angle` and `cmd_vel`; of the only boat `/cmd_vel`, too."""
+    thrusters = [*_thruster_inputs(host, boat)]
+    yield from thrusters
+    if host.cmd_vel != "off":
+        yield _cmd_vel(host, boat, f"/{boat}/cmd_vel", thrusters)
+        if len(host.sim.boats) == 1:
+            yield _cmd_vel(host, boat, "/cmd_vel", thrusters)
 
-    VRX 3's are `thrusters/NAME/thrust` [N], which lasts until the next one, and `thrusters/NAME/pos` [rad].
-    """
+
+def _thruster_inputs(host: Host, boat: str) -> Iterator[Input]:
+    """VRX 3's are `thrusters/NAME/thrust` [N], which lasts until the next one, and `thrusters/NAME/pos` [rad]."""
     for name in host.sim.command_names(boat):
 
         def take(message: Message, name: str = name) -> None:
@@ -51,7 +58,6 @@ def boat_inputs(host: Host, boat: str) -> Iterator[Input]:
         stem = f"/{boat}/thrusters/{name.removesuffix(ANGLE)}"
         tail, done = ("pos", take) if name.endswith(ANGLE) else ("thrust", push)
         yield Input(f"{stem}/{tail}", "std_msgs/Float64", done, boat, VRX3)
-    yield cmd_vel(host, boat, f"/{boat}/cmd_vel")
 
 
 def command_topic(boat: str, name: str) -> str:
@@ -60,10 +66,12 @@ def command_topic(boat: str, name: str) -> str:
     return f"/{boat}/thrusters/{stem}{'_thrust_cmd' if stem == name else '_thrust_angle'}"
 
 
-def cmd_vel(host: Host, boat: str, name: str) -> Input:
-    """The topic `name` that commands a boat's motion."""
+def _cmd_vel(host: Host, boat: str, name: str, thrusters: Sequence[Input]) -> Input:
+    """The topic `name` that commands a boat's motion, unless somebody publishes the boat's thrusts."""
 
     def take(message: Message) -> None:
+        if host.is_published(thrusters, name):
+            return
         ahead, around = message.linear.x, message.angular.z
         if not (math.isfinite(ahead) and math.isfinite(around)):
             raise CommandError(

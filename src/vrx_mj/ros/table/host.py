@@ -11,6 +11,7 @@ from vrx_mj.draw.colors import Rgb, boat_colors
 from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.frames import rotation_vector
 from vrx_mj.model.world import Parameters
+from vrx_mj.ros.interface import Input
 from vrx_mj.ros.messages import Message, kind, new, stamp
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.simulation import Simulation
@@ -265,8 +266,8 @@ class Scenery:
         return boat_colors(self._roster, now.boats)
 
 
-CmdVel = Literal["thrust", "velocity"]
-"""What `cmd_vel` commands: shares of full thrust as VRX's twist2thrust, or a velocity that a closed loop keeps."""
+CmdVel = Literal["thrust", "velocity", "off"]
+"""What `cmd_vel` commands: shares of full thrust as VRX's twist2thrust, a velocity that a loop keeps, or nothing."""
 
 
 class Host(Protocol):
@@ -294,6 +295,9 @@ class Host(Protocol):
 
     def description(self, boat: str) -> str:
         """A boat's URDF; a VrxError where the files that it was made of are not here."""
+
+    def is_published(self, thrusters: Sequence[Input], cmd_vel: str) -> bool:
+        """Whether somebody publishes one of a boat's thrusters' topics; told once, as its `cmd_vel` is left alone."""
 
     def command(self, boat: str, commands: Mapping[str, float]) -> None:
         """Command thrusters, as `Simulation.command`."""

@@ -267,6 +267,22 @@ class TaskTopics:
 
 
 _DOCKING = TaskTopics(_placard_symbol, _vrx3_color_sequence, _color_sequence)
+
+
+def elsewhere(host: Host) -> dict[str, str]:
+    """Of the topics and services of the tasks that this world has not, whose they are."""
+    owners: dict[str, dict[str, None]] = {}
+    for kind, topics in TASK_TOPICS.items():
+        for entry in (*topics.outputs(host), *topics.inputs(host), *topics.services(host)):
+            owners.setdefault(entry.name, {})[kind] = None
+    own = _task(host).get("type")
+    return {
+        name: f"it belongs to {', '.join(kinds)} tasks; this world has none"
+        for name, kinds in owners.items()
+        if own not in kinds
+    }
+
+
 TASK_TOPICS: Mapping[str, TaskTopics] = {
     "stationkeeping": TaskTopics(
         partial(_goal_and_errors, stem="/vrx/station_keeping", vrx3_stem="/vrx/stationkeeping")

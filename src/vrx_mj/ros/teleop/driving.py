@@ -57,12 +57,15 @@ class Bridge:
         throttle = round(1000.0 * period)
         self._send({"op": "subscribe", "topic": topic, "type": kind, "throttle_rate": throttle, "queue_length": 1})
 
-    def publish(self, topic: str, kind: str, message: Values) -> None:
-        """Send a message."""
+    def publish(self, topic: str, kind: str, message: Values, *, last: bool) -> None:
+        """Send a message; with the `last` one the topic is left to others."""
         if topic not in self._advertised:
             self._advertised.add(topic)
             self._send({"op": "advertise", "topic": topic, "type": kind})
         self._send({"op": "publish", "topic": topic, "msg": message})
+        if last:
+            self._advertised.remove(topic)
+            self._send({"op": "unadvertise", "topic": topic})
 
     def call(self, service: str, arguments: Values, take: Callable[[Any, bool], None]) -> None:
         """Call a service; `take` gets the response and True, or what went wrong and False."""
@@ -405,10 +408,10 @@ class Helmsman:
     def _command(self, boat: str, wheel: Wheel) -> None:
         if self._scene.keeps_velocity:
             twist = {"linear": {"x": wheel.power, "y": 0.0, "z": 0.0}, "angular": {"x": 0.0, "y": 0.0, "z": wheel.turn}}
-            self._bridge.publish(f"/{boat}/cmd_vel", TWIST, twist)
+            self._bridge.publish(f"/{boat}/cmd_vel", TWIST, twist, last=wheel == REST)
             return
         for topic, value in topics(boat, self._scene.engines.get(boat, ()), wheel).items():
-            self._bridge.publish(topic, "std_msgs/Float32", {"data": value})
+            self._bridge.publish(topic, "std_msgs/Float32", {"data": value}, last=wheel == REST)
 
     def _meet(self) -> None:
         """Boats may have come or gone."""

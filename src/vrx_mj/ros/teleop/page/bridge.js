@@ -50,13 +50,15 @@ export class Bridge {
     this.send({ op: "subscribe", topic, type, throttle_rate: period, queue_length: 1 });
   }
 
-  publish(topic, type, msg) {
+  // With the last message the topic is left to others.
+  publish(topic, type, msg, last) {
     if (!this.isOpen) return;
     if (!this.advertised.has(topic)) {
       this.advertised.add(topic);
       this.send({ op: "advertise", topic, type });
     }
     this.send({ op: "publish", topic, msg });
+    if (last && this.advertised.delete(topic)) this.send({ op: "unadvertise", topic });
   }
 
   // The response; rejected with what went wrong, in words.

@@ -107,12 +107,12 @@ function meet(names) {
 function command(boat, wheel) {
   if (world?.cmd_vel === "velocity") {
     const linear = { x: wheel.power, y: 0, z: 0 }, angular = { x: 0, y: 0, z: wheel.turn };
-    bridge.publish(`/${boat}/cmd_vel`, TWIST, { linear, angular });
+    bridge.publish(`/${boat}/cmd_vel`, TWIST, { linear, angular }, isRest(wheel));
     return;
   }
   for (const [name, data] of Object.entries(engineCommands(pilot.engines[boat] ?? [], wheel))) {
     const tail = name.endsWith("_angle") ? `${name.slice(0, -6)}_thrust_angle` : `${name}_thrust_cmd`;
-    bridge.publish(`/${boat}/thrusters/${tail}`, "std_msgs/Float32", { data });
+    bridge.publish(`/${boat}/thrusters/${tail}`, "std_msgs/Float32", { data }, isRest(wheel));
   }
 }
 
