@@ -13,13 +13,15 @@ from xml.dom import minidom
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
-from vrx_mj.formats.urdf.expansion import Expanded, Fault, Spot, expanded
+from vrx_mj.foreign import ReaderError, ask
+from vrx_mj.formats.urdf.expansion import Expanded
 from vrx_mj.formats.urdf.xacro_files import Files, own_packages
 from vrx_mj.formats.urdf.xml_document import elements, parse_document, read_bytes
 from vrx_mj.resources import root
 
 _SHOWN_WARNINGS = 10
-_SHOWN_CALLERS = 3
+_SECONDS, _ANSWER = 3, 32 << 20
+"""What one expansion may take: processor time [s], and bytes of the text with its places."""
 _MOST_PACKAGES = 100
 """Packages that the files of one expansion may name."""
 _MACRO = re.compile(r"<xacro:macro\s[^<>]{0,500}?\bname\s*=\s*[\"']([^\"'<>]{1,100})[\"']")
@@ -67,9 +69,9 @@ def expanded_document(
     made = _expanded(Path(file), arguments or {}, None, package_paths, libraries)
     _warn(Path(file), made)
     document: minidom.Document = minidom.parseString(made.text)
-    files = {name: _source(Path(name)) for name in {spot.file for spot in made.places}}
-    for element, spot in zip(elements(document), made.places, strict=True):
-        element.setUserData("place", Place(files[spot.file], spot.line, spot.column), None)
+    files = [_source(Path(name)) for name in made.files]
+    for element, (number, line, column) in zip(elements(document), made.places, strict=True):
+        element.setUserData("place", Place(files[number], line, column), None)
     return document
 
 
@@ -114,38 +116,37 @@ def _expanded(
     names = _FOUND.findall(read_bytes(file).decode("utf-8", errors="replace"))
     found = {name: str(folder) for name in names[:_MOST_PACKAGES] if (folder := files.package(name)) is not None}
     for _ in range(_MOST_PACKAGES):
-        made = expanded(str(file.absolute()), given, found, sorted(libraries))
-        name = made.fault.package if made.fault else None
+        made = _asked(file, given, found, files, None, libraries)
+        name = made.missing
         folder = files.package(name) if name else None
-        if name is None or folder is None:
+        if name is None:
+            return made
+        if folder is None:
             break
         found[name] = str(folder)
-    if made.fault:
-        raise _error(made.fault, files)
-    return made
+    return _asked(file, given, found, files, files.known(), libraries)
+
+
+def _asked(
+    file: Path,
+    arguments: Mapping[str, str],
+    packages: Mapping[str, str],
+    files: Files,
+    known: Sequence[str] | None,
+    libraries: Collection[str],
+) -> Expanded:
+    job, path = "formats.urdf.expansion:expanded", file.absolute()
+    try:
+        return ask(job, path, arguments, packages, known, sorted(libraries), returns=Expanded,
+                   about=f"xacro {display(file)}", reads=files.roots, seconds=_SECONDS, answer=_ANSWER)  # fmt: skip
+    except ReaderError as error:
+        raise ConfigError([Problem(display(file), None, None, "", error.reason)]) from None
 
 
 def _warn(file: Path, made: Expanded) -> None:
     """One warning of all that xacro warns of."""
-    said = [f"{_shown(spot)}: {text}" for spot, text in made.warnings]
-    rest = len(said) - _SHOWN_WARNINGS
+    rest = len(made.warnings) - _SHOWN_WARNINGS
     more = [f"and {rest} more"] if rest > 0 else []
-    if said:
-        text = "\n".join([f"{display(file)}: xacro warns", *said[:_SHOWN_WARNINGS], *more])
+    if made.warnings:
+        text = "\n".join([f"{display(file)}: xacro warns", *made.warnings[:_SHOWN_WARNINGS], *more])
         warnings.warn(text, VrxWarning, stacklevel=3)
-
-
-def _shown(spot: Spot) -> str:
-    return f"{display(Path(spot.file))}:{spot.line}"
-
-
-def _error(fault: Fault, files: Files) -> ConfigError:
-    """The error of a fault, with the macros that led to it."""
-    message = fault.message
-    if fault.package is not None:
-        words = str(UnknownNameError("package", fault.package, files.known()))
-        message = f"{message.removesuffix(fault.package)}{words} (or add its folder to the package paths)"
-    calls = dict.fromkeys(f"in macro '{name}' called at {_shown(spot)}" for name, spot in fault.callers)
-    message += f" ({', '.join(list(calls)[:_SHOWN_CALLERS])})" if calls else ""
-    spot = fault.spot
-    return ConfigError([Problem(display(Path(spot.file)), spot.line or None, spot.column or None, fault.key, message)])

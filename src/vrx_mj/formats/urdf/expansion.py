@@ -8,53 +8,29 @@ import io
 import os.path
 import re
 import sys
-import threading
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType, ModuleType
-from typing import Any, NamedTuple
+from types import FrameType
+from typing import Any
 from xml.dom import minidom
 
 import xacro
 import yaml
 from xacro import substitution_args
 
-from vrx_mj.config.search import ReadingError, read_limited
+from vrx_mj.config.search import ReadingError, display, read_limited
 from vrx_mj.config.tree import Place
-from vrx_mj.errors import ConfigError, UnknownNameError, nearest
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, nearest
 from vrx_mj.formats.urdf.xml_document import MAX_BYTES, Located, elements, parse_document, place_of
 
-_ONE_AT_A_TIME = threading.Lock()
-"""The package keeps the file that it works on in variables of its modules."""
 _NAME = re.compile(r"[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*(:[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*)?")
 _IN_PACKAGE = re.compile(r"\s*\$\(find (\w{1,200})\)/")
 """How the name of a file in a package begins."""
 _UNDEFINED = re.compile("name '(.*)' is not defined")
+_SHOWN_CALLERS = 3
 _LONGEST = 300
 """Characters of a message and of an expression in it."""
-
-
-class Spot(NamedTuple):
-    """A place in a file, by the file's absolute path; line and column count from 1, 0 where they are unknown."""
-
-    file: str
-    line: int = 0
-    column: int = 0
-
-
-@dataclass(frozen=True)
-class Fault:
-    """What stopped an expansion."""
-
-    spot: Spot
-    key: str
-    message: str
-    callers: tuple[tuple[str, Spot], ...] = ()
-    """The macros that led there and where each is called, the innermost first."""
-    package: str | None = None
-    """The package that is missing, if nothing else is wrong."""
 
 
 @dataclass(frozen=True)
@@ -62,12 +38,15 @@ class Expanded:
     """What a file expands to."""
 
     text: str = ""
-    places: tuple[Spot, ...] = ()
-    """Where each element of the text comes from, in the order of the text."""
+    files: tuple[str, ...] = ()
+    """Absolute paths of the files that its elements come from."""
+    places: tuple[tuple[int, int, int], ...] = ()
+    """Where each element of the text comes from, in the order of the text: number of the file, line and column."""
     declared: tuple[str, ...] = ()
     """Arguments that the files declare."""
-    warnings: tuple[tuple[Spot, str], ...] = ()
-    fault: Fault | None = None
+    warnings: tuple[str, ...] = ()
+    missing: str | None = None
+    """A package that the files name, and whose folder is needed: there is nothing else then."""
 
 
 class UnknownPackageError(Exception):
@@ -75,26 +54,22 @@ class UnknownPackageError(Exception):
 
 
 def expanded(
-    file: str, arguments: Mapping[str, str], packages: Mapping[str, str], libraries: Sequence[str] = ()
+    file: str,
+    arguments: Mapping[str, str],
+    packages: Mapping[str, str],
+    known: Sequence[str] | None = None,
+    libraries: Sequence[str] = (),
 ) -> Expanded:
     """Expand a xacro file, by its absolute path, with arguments and the folders of packages.
 
-    Includes from `libraries` that are not among the packages are left out, and calls of unknown macros then stay.
+    Without `known`, names of all packages that there are, one that is not among `packages` is no error yet. Includes
+    from missing `libraries` are left out, and calls of unknown macros then stay. It changes the package `xacro`: it is
+    for a process of its own.
+
+    Raises:
+        ConfigError: the file cannot be expanded.
     """
-    with _ONE_AT_A_TIME, warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # Python's, about the text of expressions
-        kept = [(module, dict(vars(module))) for module in (xacro, substitution_args)]
-        try:
-            return _Expansion(file, arguments, packages, libraries).result()
-        finally:
-            for module, names in kept:
-                _restore(module, names)
-
-
-def _restore(module: ModuleType, names: Mapping[str, object]) -> None:
-    for name in vars(module).keys() - names.keys():
-        delattr(module, name)
-    vars(module).update(names)
+    return _Expansion(file, arguments, packages, libraries).result(known)
 
 
 class _Arguments(dict[str, str]):
@@ -122,10 +97,10 @@ class _Expansion:
         self.arguments = _Arguments(arguments)
         self.packages = packages
         self.libraries = libraries
-        self.warnings: dict[tuple[Spot, str], None] = {}
+        self.warnings: dict[str, None] = {}
         self.include, self.call = xacro.process_include, xacro.handle_macro_call
         package: Any = xacro
-        package.parse, package.open, package.all_includes = self._parse, self._open, []
+        package.parse, package.open = self._parse, self._open
         package.warning = package.error = self._warn
         package.message = package.print_location = _nothing
         package.root_dir = str(Path(file).parent)
@@ -136,11 +111,10 @@ class _Expansion:
         package.init_stacks(file)
         inner: Any = substitution_args
         inner._eval_dirname = lambda _: str(Path(xacro.filestack[-1]).parent)
-        inner._eval_find = self._find
-        inner._eval_dict = {**inner._eval_dict, "find": self._find}
+        inner._eval_find = inner._eval_dict["find"] = self._find
 
-    def result(self) -> Expanded:
-        """What the file expands to, or what stopped it."""
+    def result(self, known: Sequence[str] | None) -> Expanded:
+        """What the file expands to. Raises ConfigError."""
         try:
             document = self._parse(None, self.file)
             xacro.process_doc(document, mappings=self.arguments)
@@ -150,41 +124,31 @@ class _Expansion:
                 _check_names(element)
             text = document.toprettyxml(indent="  ")
         except Exception as error:
-            return Expanded(declared=tuple(self.arguments.declared), fault=_fault(error, self.file))
-        places = tuple(_spot(place_of(element)) for element in elements(document))
-        return Expanded(text, places, tuple(self.arguments.declared), tuple(self.warnings))
+            cause = _cause(error)
+            if known is None and isinstance(cause, UnknownPackageError):
+                return Expanded(missing=str(cause))
+            raise ConfigError([_problem(error, cause, self.file, known)]) from None
+        places = [place_of(element) for element in elements(document)]
+        files = {file: number for number, file in enumerate(dict.fromkeys(place.file for place in places))}
+        spots = tuple((files[place.file], place.line or 1, place.column or 1) for place in places)
+        paths = tuple(str((file.folder or Path()) / Path(file.name).name) for file in files)
+        return Expanded(text, paths, spots, tuple(self.arguments.declared), tuple(self.warnings))
 
     def _parse(self, _: object, filename: str) -> Any:
         try:
             data = read_limited(Path(filename), MAX_BYTES)
         except ReadingError as error:
             xacro.filestack.pop()
-            raise xacro.XacroException(exc=FileNotFoundError(self._unread(filename, error))) from None
-        return parse_document(data, filename, Path(filename).parent)
+            raise xacro.XacroException(exc=FileNotFoundError(_unread(filename, error))) from None
+        return parse_document(data, display(Path(filename)), Path(filename).parent)
 
     def _open(self, filename: str) -> io.StringIO:
         try:
             stream = io.StringIO(read_limited(Path(filename), MAX_BYTES).decode("utf-8-sig", errors="replace"))
         except ReadingError as error:
-            raise FileNotFoundError(self._unread(filename, error)) from None
-        stream.name = filename
+            raise FileNotFoundError(_unread(filename, error)) from None
+        stream.name = display(Path(filename))
         return stream
-
-    def _unread(self, filename: str, error: ReadingError) -> str:
-        """Why a file cannot be read, with the name that may be meant."""
-        path = Path(filename)
-        if os.path.lexists(path):
-            return f"'{self._shown(path)}' {error}"
-        try:
-            close = nearest(path.name, [entry.name for entry in path.parent.iterdir()][:1000])
-        except OSError:
-            return f"no file '{self._shown(path)}': no such folder"
-        return f"no file '{self._shown(path)}'" + (f"; did you mean '{close}'?" if close else "")
-
-    def _shown(self, path: Path) -> str:
-        """A path from the folder of the first file."""
-        folder = Path(self.file).parent
-        return path.relative_to(folder).as_posix() if path.is_relative_to(folder) else path.as_posix()
 
     def _find(self, name: str) -> str:
         if name not in self.packages:
@@ -209,8 +173,9 @@ class _Expansion:
         frame: FrameType | None = sys._getframe(1)
         while frame is not None and _element(frame) is None:
             frame = frame.f_back
-        spot = _spot(place_of(_element(frame))) if frame is not None else Spot(self.file)
-        self.warnings.setdefault((spot, " ".join(map(str, words))))
+        place = place_of(_element(frame)) if frame is not None else None
+        where = f"{place.file.name}:{place.line}: " if place else ""
+        self.warnings.setdefault(where + " ".join(map(str, words)))
 
 
 def _symbols() -> Any:
@@ -224,6 +189,21 @@ def _symbols() -> Any:
 
 def _nothing(*_: object, **__: object) -> None:
     """What is printed for people at a terminal is left out."""
+
+
+def _unread(filename: str, error: ReadingError) -> str:
+    """Why a file cannot be read, with the name that may be meant."""
+    path = Path(filename)
+    try:
+        close = nearest(path.name, [entry.name for entry in path.parent.iterdir()][:1000])
+    except PermissionError:
+        outside = "it is neither in the folder of the first file nor in a package; add its folder to the package paths"
+        return f"may not read '{display(path)}': {outside}"
+    except OSError:
+        return f"no file '{display(path)}': no such folder"
+    if os.path.lexists(path):
+        return f"'{display(path)}' {error}"
+    return f"no file '{display(path)}'" + (f"; did you mean '{close}'?" if close else "")
 
 
 def _check_names(element: Any) -> None:
@@ -243,32 +223,25 @@ class InvalidNameError(Exception):
         self.element = element
 
 
-def _spot(place: Place) -> Spot:
-    return Spot(place.file.name, place.line or 0, place.column or 0)
-
-
-def _fault(error: Exception, file: str) -> Fault:
+def _problem(error: Exception, cause: BaseException, file: str, known: Sequence[str] | None) -> Problem:
     """What stopped an expansion: the innermost error, where the files say what raised it."""
-    cause = _cause(error)
     if isinstance(cause, ConfigError):
-        (problem,) = cause.problems
-        return Fault(Spot(problem.file, problem.line or 0, problem.column or 0), problem.key, problem.message)
+        return cause.problems[0]
     mark = cause.problem_mark or cause.context_mark if isinstance(cause, yaml.MarkedYAMLError) else None
     if mark is not None and isinstance(cause, yaml.MarkedYAMLError):
-        return Fault(Spot(mark.name, mark.line + 1, mark.column + 1), "", str(cause.problem or cause.context))
+        return Problem(mark.name, mark.line + 1, mark.column + 1, "", str(cause.problem or cause.context))
     trail = _Trail(error)
-    message = _message(cause, trail)
+    if isinstance(cause, UnknownPackageError):
+        words = UnknownNameError("package", str(cause), known or ())
+        message = f"{words} (or add its folder to the package paths)"
+    else:
+        message = _message(cause, trail)
     if trail.expression:
         message = f"{trail.expression[:_LONGEST]}: {message}"
     if trail.place is None:
-        return Fault(Spot(file), "", message)
-    callers = tuple((name, _spot(place)) for name, place in reversed(trail.calls) if place != trail.place)
-    spot = _spot(_pointed(trail.place, trail.expression))
-    return Fault(spot, f"<{trail.tag}>", message, callers, str(cause) if _is_package(cause) else None)
-
-
-def _is_package(cause: BaseException) -> bool:
-    return isinstance(cause, UnknownPackageError)
+        return Problem(display(Path(file)), None, None, "", message)
+    place = _pointed(trail.place, trail.expression)
+    return Problem(place.file.name, place.line, place.column, f"<{trail.tag}>", message + trail.callers())
 
 
 def _cause(error: BaseException) -> BaseException:
@@ -280,7 +253,9 @@ def _cause(error: BaseException) -> BaseException:
 
 def _message(cause: BaseException, trail: "_Trail") -> str:
     """What is wrong, in the words of Python or xacro."""
-    if isinstance(cause, RecursionError | MemoryError):
+    if isinstance(cause, MemoryError):
+        return "takes too much memory"
+    if isinstance(cause, RecursionError):
         return "nested too deeply: does something refer to itself?"
     if isinstance(cause, SyntaxError):
         return str(cause.msg)
@@ -329,6 +304,12 @@ class _Trail:
                 self.place, self.tag = text.place, text.tag
         elif function in {"handle_expr", "handle_extension"}:
             self.expression = f"${{{local['s']}}}" if function == "handle_expr" else f"$({local['s']})"
+
+    def callers(self) -> str:
+        """Which macros led here, the innermost first."""
+        calls = [(name, place) for name, place in reversed(self.calls) if place != self.place]
+        said = dict.fromkeys(f"in macro '{name}' called at {place.file.name}:{place.line}" for name, place in calls)
+        return f" ({', '.join(list(said)[:_SHOWN_CALLERS])})" if said else ""
 
     def _at(self, element: Any) -> None:
         self.place, self.tag = place_of(element), element.tagName
