@@ -20,13 +20,13 @@ from vrx_mj.formats.gazebo.sdf_boats import read_boat
 from vrx_mj.formats.parts.generate import wamv_urdf
 from vrx_mj.formats.parts.read import load_parts
 from vrx_mj.formats.urdf.expand import check_library, expand
-from vrx_mj.formats.urdf.expression_values import ExpressionError
 from vrx_mj.formats.urdf.gazebo import read_gazebo
 from vrx_mj.formats.urdf.meshes import MeshFiles, with_file_uris
 from vrx_mj.formats.urdf.model import Urdf
 from vrx_mj.formats.urdf.reader import read_urdf
 from vrx_mj.formats.urdf.writing import urdf_text
-from vrx_mj.formats.urdf.xacro_files import own_packages, read_bytes
+from vrx_mj.formats.urdf.xacro_files import own_packages
+from vrx_mj.formats.urdf.xml_document import read_bytes
 from vrx_mj.formats.urdf.xml_text import in_namespace
 from vrx_mj.mjcf.boats import Boat, assembled
 from vrx_mj.mjcf.derive import DENSITY, LINES, Derived, derived_floats, derived_lines
@@ -178,7 +178,7 @@ def _plain_urdf(file: Path) -> str | None:
         return None
     try:
         text = read_bytes(file).decode("utf-8")
-    except (ExpressionError, UnicodeDecodeError):
+    except (ConfigError, UnicodeDecodeError):
         return None  # `expand` reports what is wrong
     first, *rest = text.split("<!--")  # VRX's macros leave comments with expressions in them
     bare = first + "".join(piece.partition("-->")[2] for piece in rest)

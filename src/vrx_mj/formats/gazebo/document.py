@@ -14,9 +14,7 @@ from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem
 from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.formats.urdf.expand import expanded_document
-from vrx_mj.formats.urdf.expression_values import Budget, ExpressionError
-from vrx_mj.formats.urdf.xacro_document import FileError, parse_document, place_of
-from vrx_mj.formats.urdf.xacro_files import read_bytes
+from vrx_mj.formats.urdf.xml_document import parse_document, place_of, read_bytes
 
 MACRO = "xacro:"
 """Beginning of the tag of a macro of VRX that is called."""
@@ -180,32 +178,12 @@ def read_document(file: Path, arguments: Mapping[str, str] | None = None) -> Ele
     """
     if file.name.lower().endswith(".xacro"):
         if not is_file(file):
-            raise ConfigError([Problem(display(file), None, None, "", _why_not(file))])
+            read_bytes(file)  # raises the reason
         paths = package_paths()
         document = expanded_document(file, arguments=arguments, package_paths=paths, libraries=LIBRARIES)
     else:
-        document = _plain(file)
+        document = parse_document(_declared(read_bytes(file)), display(file), file.parent)
     return _element(document.documentElement)
-
-
-def _why_not(file: Path) -> str:
-    """Why there is nothing to read."""
-    try:
-        read_bytes(file)
-    except ExpressionError as error:
-        return str(error)
-    return "no such file"
-
-
-def _plain(file: Path) -> Any:
-    name = display(file)
-    try:
-        return parse_document(_declared(read_bytes(file)), name, file.parent, Budget())
-    except FileError as error:
-        place = error.place
-        raise ConfigError([Problem(place.file.name, place.line, place.column, error.key, str(error))]) from None
-    except (ExpressionError, FileNotFoundError) as error:
-        raise ConfigError([Problem(name, None, None, "", str(error))]) from None
 
 
 def _declared(data: bytes) -> bytes:

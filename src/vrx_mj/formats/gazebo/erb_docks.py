@@ -9,8 +9,7 @@ from vrx_mj.config.tree import File, Place
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem
 from vrx_mj.formats.gazebo.document import Note, Report
-from vrx_mj.formats.urdf.expression_values import ExpressionError
-from vrx_mj.formats.urdf.xacro_files import read_bytes
+from vrx_mj.formats.urdf.xml_document import read_bytes
 
 ENDING = ".sdf.erb"
 MOST_ROWS = 200
@@ -37,10 +36,7 @@ def template_content(file: Path, report: Report) -> tuple[dict[str, Any], Place]
     Raises:
         ConfigError: there is no layout in it, or another thing than rows.
     """
-    try:
-        text = read_bytes(file).decode("utf-8", errors="replace")
-    except (ExpressionError, OSError) as error:
-        raise ConfigError([Problem(display(file), None, None, "", str(error))]) from None
+    text = read_bytes(file).decode("utf-8", errors="replace")
     source = File(display(file), file.parent, tuple(text.split("\n")))
     found = _LAYOUT.search(text)
     place = Place(source, text.count("\n", 0, found.start()) + 1 if found else 1)

@@ -7,7 +7,7 @@ from pathlib import Path, PurePath
 
 from vrx_mj.config.search import display
 from vrx_mj.errors import VrxError
-from vrx_mj.formats.urdf.xacro_files import MAX_BYTES
+from vrx_mj.formats.urdf.xml_document import MAX_BYTES
 
 BUILT = {"build", "devel", "install", "log"}
 """Folders of a workspace that are made from the others."""

@@ -32,11 +32,11 @@ from vrx_mj.formats.gazebo.worlds import gazebo_world, is_gazebo_world
 from vrx_mj.formats.series.worlds import section_text
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
 from vrx_mj.formats.urdf.expand import check_library, declared, expand
-from vrx_mj.formats.urdf.expression_values import ExpressionError
 from vrx_mj.formats.urdf.gazebo import read_gazebo
 from vrx_mj.formats.urdf.meshes import MeshFiles, with_mesh_names
 from vrx_mj.formats.urdf.writing import urdf_text
-from vrx_mj.formats.urdf.xacro_files import own_packages, read_bytes
+from vrx_mj.formats.urdf.xacro_files import own_packages
+from vrx_mj.formats.urdf.xml_document import read_bytes
 from vrx_mj.resources import root
 
 TABLE = "import.md"
@@ -248,7 +248,7 @@ class _Writer:
 
     def add_robot(self, name: str, file: Path, arguments: Mapping[str, str]) -> str:
         """Write the URDF of a boat, with its meshes and what the YAML beside it says, and return its path."""
-        _text(file)  # what cannot be read is refused
+        read_bytes(file)  # what cannot be read is refused
         where = f"./{file.name}", file.absolute().parent
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", VrxWarning)
@@ -392,7 +392,7 @@ class _Writer:
 
 def _urdf(file: Path, arguments: Mapping[str, str]) -> str:
     """The URDF of a description, expanded if there is something to expand."""
-    text = _text(file).decode("utf-8", errors="replace")
+    text = read_bytes(file).decode("utf-8", errors="replace")
     if not any(mark in text for mark in MARKS):
         return text
     with warnings.catch_warnings():
@@ -412,15 +412,7 @@ def _is_model_alone(file: Path) -> bool:
     """Whether a `.sdf` is that of a model: in a folder of one, or without a world."""
     if not file.name.lower().endswith((".sdf", ".sdf.xacro")):
         return False
-    return b"<world" not in _text(file)
-
-
-def _text(file: Path) -> bytes:
-    """What is in a file. Raises ConfigError."""
-    try:
-        return read_bytes(file)
-    except ExpressionError as error:
-        raise ConfigError([Problem(display(file), None, None, "", str(error))]) from None
+    return b"<world" not in read_bytes(file)
 
 
 def _model_stem(file: Path) -> str:

@@ -1,31 +1,31 @@
-"""xacro files expanded to URDF, without trusting them.
+"""xacro files expanded to URDF or SDF by the package `xacro`, without trusting them.
 
-A xacro file is a program: its expressions are Python. Ours are worked out by an evaluator that knows numbers, texts and
-lists (`expressions`), files are read from the robot's own folder and from packages only, and work and sizes are
-limited. An error in a file is one `ConfigError` with the file, line and element.
+A xacro file is a program: its expressions are Python. `expansion` runs it; here its packages are found, and its errors
+are one `ConfigError` with the file, line and element.
 """
 
 import re
 import warnings
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
 from xml.dom import minidom
 
 from vrx_mj.config.search import display
-from vrx_mj.config.tree import Place
+from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
-from vrx_mj.formats.urdf.expression_values import Budget, ExpressionError
-from vrx_mj.formats.urdf.xacro_document import FileError, parse_document, place_of, written
-from vrx_mj.formats.urdf.xacro_engine import Engine
-from vrx_mj.formats.urdf.xacro_files import Files, own_packages, read_bytes
+from vrx_mj.foreign import ReaderError, ask
+from vrx_mj.formats.urdf.expansion import Expanded
+from vrx_mj.formats.urdf.xacro_files import Files, own_packages
+from vrx_mj.formats.urdf.xml_document import elements, parse_document, read_bytes
 from vrx_mj.resources import root
 
-ResultT = TypeVar("ResultT")
-
 _SHOWN_WARNINGS = 10
-_SHOWN_CALLERS = 3
+_SECONDS, _ANSWER = 3, 32 << 20
+"""What one expansion may take: processor time [s], and bytes of the text with its places."""
+_MOST_PACKAGES = 100
+"""Packages that the files of one expansion may name."""
 _MACRO = re.compile(r"<xacro:macro\s[^<>]{0,500}?\bname\s*=\s*[\"']([^\"'<>]{1,100})[\"']")
+_FOUND = re.compile(r"\$\(find ([\w.-]{1,200})\)")
 
 
 def expand(
@@ -43,21 +43,16 @@ def expand(
     and for our own files first. A file may read only what lies there or in its own folder. Warnings of xacro come as
     one VrxWarning. Raises ConfigError, or UnknownNameError for an argument.
     """
-    file = Path(file)
-    engine = _engine(file, arguments or {}, packages, package_paths)
-    text = _expanded(file, engine, written)
-    if unknown := next((name for name in needed if name not in engine.declared), None):
-        raise UnknownNameError("xacro argument", unknown, sorted(engine.declared))
-    return text
+    made = _expanded(Path(file), arguments or {}, packages, package_paths)
+    _warn(Path(file), made)
+    if unknown := next((name for name in needed if name not in made.declared), None):
+        raise UnknownNameError("xacro argument", unknown, sorted(made.declared))
+    return made.text
 
 
 def declared(file: Path, arguments: Mapping[str, str], package_paths: Sequence[Path] = ()) -> tuple[str, ...]:
     """Names of the arguments that a `.xacro` and the files in it declare, given some of them. Raises ConfigError."""
-    engine = _engine(Path(file), arguments, None, package_paths)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", VrxWarning)  # who builds the robot has them
-        _expanded(Path(file), engine, lambda _: None)
-    return tuple(engine.declared)
+    return _expanded(Path(file), arguments, None, package_paths).declared
 
 
 def expanded_document(
@@ -67,23 +62,22 @@ def expanded_document(
     package_paths: Sequence[Path] = (),
     libraries: Collection[str] = (),
 ) -> minidom.Document:
-    """The document that a `.xacro` file makes; its elements know their places (`xacro_document.place_of`).
+    """The document that a `.xacro` file makes; its elements know their places (`xml_document.place_of`).
 
     What the packages `libraries` define is left as it is called where they are missing. Raises ConfigError.
     """
-    file = Path(file)
-    engine = _engine(file, arguments or {}, None, package_paths, libraries)
-    return _expanded(file, engine, lambda document: document)
+    made = _expanded(Path(file), arguments or {}, None, package_paths, libraries)
+    _warn(Path(file), made)
+    document: minidom.Document = minidom.parseString(made.text)
+    files = [_source(Path(name)) for name in made.files]
+    for element, (number, line, column) in zip(elements(document), made.places, strict=True):
+        element.setUserData("place", Place(files[number], line, column), None)
+    return document
 
 
-def _expanded(file: Path, engine: Engine, result: Callable[[minidom.Document], ResultT]) -> ResultT:
-    try:
-        made = result(engine.expand(file))
-    except Exception as error:
-        raise ConfigError([_problem(error, engine, file)]) from None
-    if engine.warnings:
-        warnings.warn(_warning(file, list(engine.warnings)), VrxWarning, stacklevel=3)
-    return made
+def _source(file: Path) -> File:
+    lines = read_bytes(file).decode("utf-8", errors="replace").split("\n")
+    return File(display(file), file.parent, tuple(lines))
 
 
 def check_library(file: Path) -> None:
@@ -98,84 +92,61 @@ def check_library(file: Path) -> None:
 def arguments(file: Path) -> dict[str, str]:
     """The arguments that a xacro file itself declares, with their defaults as written. Raises ConfigError."""
     file = Path(file)
-    try:
-        document = parse_document(read_bytes(file), display(file), file.parent, Budget())
-    except FileError as error:
-        place = error.place
-        raise ConfigError([Problem(place.file.name, place.line, place.column, error.key, str(error))]) from None
-    except ExpressionError as error:
-        raise ConfigError([Problem(display(file), None, None, "", str(error))]) from None
+    document = parse_document(read_bytes(file), display(file), file.parent)
     found: dict[str, str] = {}
     for node in document.getElementsByTagName("xacro:arg"):
         found.setdefault(str(node.getAttribute("name")), str(node.getAttribute("default")))
     return found
 
 
-def _engine(
+def _expanded(
     file: Path,
     arguments: Mapping[str, str],
     packages: Mapping[str, Path] | None,
     paths: Sequence[Path],
     libraries: Collection[str] = (),
-) -> Engine:
-    """An engine made ready for a file that exists."""
+) -> Expanded:
+    """What a file expands to; a package that it names in another file, or by an expression, takes one more attempt."""
     if not file.is_file():
         raise ConfigError([Problem(display(file), None, None, "", "no such file")])
     given = {str(name): str(value) for name, value in arguments.items()}
     ours = own_packages() if packages is None else {}
     first = ours if file.resolve().is_relative_to((root() / "assets").resolve()) else packages or {}
-    return Engine(Files(file, first, paths, spare=ours), given, Budget(), libraries)
+    files = Files(file, first, paths, spare=ours)
+    names = _FOUND.findall(read_bytes(file).decode("utf-8", errors="replace"))
+    found = {name: str(folder) for name in names[:_MOST_PACKAGES] if (folder := files.package(name)) is not None}
+    for _ in range(_MOST_PACKAGES):
+        made = _asked(file, given, found, files, None, libraries)
+        name = made.missing
+        folder = files.package(name) if name else None
+        if name is None:
+            return made
+        if folder is None:
+            break
+        found[name] = str(folder)
+    return _asked(file, given, found, files, files.known(), libraries)
 
 
-def _warning(file: Path, said: list[str]) -> str:
-    rest = len(said) - _SHOWN_WARNINGS
+def _asked(
+    file: Path,
+    arguments: Mapping[str, str],
+    packages: Mapping[str, str],
+    files: Files,
+    known: Sequence[str] | None,
+    libraries: Collection[str],
+) -> Expanded:
+    job, path = "formats.urdf.expansion:expanded", file.absolute()
+    try:
+        return ask(job, path, arguments, packages, known, sorted(libraries), returns=Expanded,
+                   about=f"xacro {display(file)}", reads=files.roots, seconds=_SECONDS, answer=_ANSWER)  # fmt: skip
+    except ReaderError as error:
+        raise ConfigError([Problem(display(file), None, None, "", error.reason)]) from None
+
+
+def _warn(file: Path, made: Expanded) -> None:
+    """One warning of all that xacro warns of."""
+    rest = len(made.warnings) - _SHOWN_WARNINGS
     more = [f"and {rest} more"] if rest > 0 else []
-    return "\n".join([f"{display(file)}: xacro warns", *said[:_SHOWN_WARNINGS], *more])
-
-
-def _problem(error: BaseException, engine: Engine, file: Path) -> Problem:
-    """The problem that stopped an expansion."""
-    if isinstance(error, FileError):
-        return _placed(error.place, error.key, str(error))
-    message = _message(error)
-    if engine.expression:
-        message = f"{engine.expression[:200]}: {message}"
-    if engine.texts:
-        place, tag = engine.texts[-1].place, engine.texts[-1].tag
-    elif engine.element is not None and place_of(engine.element):
-        place, tag = place_of(engine.element), engine.element.tagName
-    else:
-        return Problem(display(file), None, None, "", message)
-    return _placed(_pointed(place, engine.expression), f"<{tag}>", message + _callers(engine))
-
-
-def _placed(place: Place, key: str, message: str) -> Problem:
-    return Problem(place.file.name, place.line, place.column, key, message)
-
-
-def _message(error: BaseException) -> str:
-    text = str(error)
-    if isinstance(error, ExpressionError | FileNotFoundError):
-        return text
-    if isinstance(error, RecursionError | MemoryError):
-        return "nested too deeply: does something refer to itself?"
-    return f"cannot be expanded: {text.splitlines()[0] if text else type(error).__name__}"[:300]
-
-
-def _pointed(place: Place, expression: str) -> Place:
-    """The place of an expression, looked for from the element it is in."""
-    start = (place.line or 1) - 1
-    for number, line in enumerate(place.file.lines[start : start + 40], start + 1):
-        column = line.find(expression, (place.column or 1) - 1 if number == place.line else 0)
-        if expression and column >= 0:
-            return Place(place.file, number, column + 1)
-    return place
-
-
-def _callers(engine: Engine) -> str:
-    """Which macros led here, the innermost first."""
-    inside: list[Any] = list(reversed(engine.calls))
-    if engine.element is not None and inside and place_of(engine.element) == inside[0][1]:
-        inside = inside[1:]
-    calls = dict.fromkeys(f"in macro '{name}' called at {place.file.name}:{place.line}" for name, place in inside)
-    return f" ({', '.join(list(calls)[:_SHOWN_CALLERS])})" if calls else ""
+    if made.warnings:
+        text = "\n".join([f"{display(file)}: xacro warns", *made.warnings[:_SHOWN_WARNINGS], *more])
+        warnings.warn(text, VrxWarning, stacklevel=3)

@@ -3,7 +3,6 @@
 Substitutions are `$(find pkg)`, `$(arg name)`, `$(eval ...)` and so on; the environment stays closed.
 """
 
-import glob
 import os.path
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -11,26 +10,17 @@ from pathlib import Path
 from typing import Any
 
 from vrx_mj.config.search import (
-    ReadingError,
     display,
     enclosing_packages,
     is_built_in,
     package_above,
     package_name,
-    read_limited,
     workspace_packages,
 )
 from vrx_mj.errors import UnknownNameError, nearest, shortened
 from vrx_mj.formats.urdf.expression_values import GLOBALS, Budget, ExpressionError, Function
 from vrx_mj.formats.urdf.expressions import Names, evaluate, unknown
 from vrx_mj.resources import root
-
-MAX_BYTES = 4_000_000
-"""Longest file that is read."""
-MOST_MATCHES = 1000
-"""Files that one pattern may match."""
-_PATTERN = re.compile(r"[*?\[]")
-_WILD_PARTS = 3
 
 
 def own_packages() -> dict[str, Path]:
@@ -65,26 +55,15 @@ class Files:
 
     def has_package(self, name: str) -> bool:
         """Whether the folder of a package is known."""
-        return self._package(name) is not None
+        return self.package(name) is not None
 
-    def find_package(self, name: str) -> Path:
-        """The folder of a package."""
-        found = self._package(name)
-        if found is None:
-            words = str(UnknownNameError("package", name, self._known()))
-            raise ExpressionError(f"{words} (or add its folder to the package paths)")
-        return found
-
-    def _package(self, name: str) -> Path | None:
+    def package(self, name: str) -> Path | None:
+        """The folder of a package, which may be read from then on; None: there is none of this name."""
         found = self.packages.get(name) if _is_name(name) else None
         if found is None and _is_name(name):
             candidates = (folder for folder in self._candidates(name) if folder.is_dir() and not is_built_in(folder))
             found = next(candidates, None) or self._above(name) or self._in_workspace(name)
         return self.spare.get(name) if found is None or is_built_in(found) else found
-
-    def read(self, path: str) -> bytes:
-        """A file's bytes, if the file may be read."""
-        return read_bytes(self.allowed(path))
 
     def allowed(self, path: str) -> Path:
         """The path of a file that may be read, links followed."""
@@ -99,26 +78,6 @@ class Files:
             )
         if not os.path.isfile(found):  # noqa: PTH113 - Path.is_file raises an OSError for a name that is too long
             raise FileNotFoundError(_missing(path))
-        return found
-
-    def matching(self, pattern: str) -> list[str]:
-        """The files that a pattern matches, sorted; a path without `*`, `?` and `[` is itself."""
-        if not _PATTERN.search(pattern):
-            return [pattern]
-        parts = Path(pattern).parts
-        wild = [index for index, part in enumerate(parts) if _PATTERN.search(part)]
-        if len(wild) > _WILD_PARTS or ".." in parts[wild[0] :]:
-            raise ExpressionError(
-                f"pattern '{_shown(pattern)}': at most {_WILD_PARTS} folders with '*', and no '..' after"
-            )
-        base = Path(*parts[: wild[0]])
-        if not any(base.resolve().is_relative_to(folder) for folder in self.roots):
-            raise ExpressionError(
-                f"may not look in '{_shown(str(base))}': it is neither in the folder of the first file nor in a package"
-            )
-        found = sorted(glob.glob(pattern))  # noqa: PTH207 - hidden files are left out
-        if len(found) > MOST_MATCHES:
-            raise ExpressionError(f"pattern '{_shown(pattern)}' matches {len(found)} files; at most {MOST_MATCHES}")
         return found
 
     def _candidates(self, name: str) -> Iterator[Path]:
@@ -143,17 +102,10 @@ class Files:
             self.roots.append(found.resolve())
         return found
 
-    def _known(self) -> list[str]:
+    def known(self) -> list[str]:
+        """Names of packages that can be found."""
         beside = {folder.name for path in self.paths if path.is_dir() for folder in path.iterdir() if folder.is_dir()}
         return sorted({*self.packages, *beside, *workspace_packages(self.folder), *self.spare})
-
-
-def read_bytes(file: Path) -> bytes:
-    """A file's bytes, up to the limit."""
-    try:
-        return read_limited(file, MAX_BYTES)
-    except ReadingError as error:
-        raise ExpressionError(str(error)) from None
 
 
 def _is_name(name: str) -> bool:
@@ -214,7 +166,11 @@ class Substitutions:
 
     def find(self, name: str) -> str:
         """The folder of a package."""
-        return str(self.files.find_package(name))
+        found = self.files.package(name)
+        if found is None:
+            words = str(UnknownNameError("package", name, self.files.known()))
+            raise ExpressionError(f"{words} (or add its folder to the package paths)")
+        return str(found)
 
     def _evaluated(self, expression: str, folder: Path) -> object:
         table: dict[str, Any] = {

@@ -1,4 +1,4 @@
-"""Small xacro files that would grow without end: each is given up in words, after bounded work."""
+"""Small xacro files that would grow without end: each is given up in words, or expands to little."""
 
 from pathlib import Path
 
@@ -8,8 +8,9 @@ from vrx_mj.errors import ConfigError
 from vrx_mj.formats.urdf.expand import expand
 
 HEAD = '<robot name="boat" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
-TOO_MUCH = "takes too much work to expand; is there a loop, or a macro that repeats itself?"
-TOO_LONG = "the expressions make more than 4 MB of text"
+TOO_MUCH = "it takes more than 3 s of processor time"
+TOO_LARGE = "takes too much memory"
+TOO_DEEP = "nested too deeply: does something refer to itself?"
 CALL = '<xacro:m n="${n + 1}"/>'
 START = '<xacro:m n="0"/>'
 INSERT = '<xacro:insert_block name="b"/>'
@@ -22,9 +23,9 @@ def doubling(count, line):
 
 
 BOMBS = {
-    "power": ('<a b="${9**9**9}"/>', "9 to the power 387420489 is too large"),
-    "text": ("<a b=\"${'a' * 10**10}\"/>", "repeats a text"),
-    "range": ('<a b="${list(range(10**10))}"/>', "more than 20000 values"),
+    "power": ('<a b="${9**9**9}"/>', TOO_MUCH),
+    "text": ("<a b=\"${'a' * 10**10}\"/>", TOO_LARGE),
+    "range": ('<a b="${list(range(10**10))}"/>', TOO_LARGE),
     "macros": (
         '<xacro:macro name="m0"><a/></xacro:macro>'
         + "".join(f'<xacro:macro name="m{n + 1}">{f"<xacro:m{n}/>" * 10}</xacro:macro>' for n in range(9))
@@ -35,7 +36,7 @@ BOMBS = {
         f'<xacro:macro name="m" params="n"><xacro:if value="${{n &lt; 40}}">{CALL * 2}</xacro:if></xacro:macro>{START}',
         TOO_MUCH,
     ),
-    "macro_of_itself": ('<xacro:macro name="m"><a><xacro:m/></a></xacro:macro><xacro:m/>', "macros call each other"),
+    "macro_of_itself": ('<xacro:macro name="m"><a><xacro:m/></a></xacro:macro><xacro:m/>', TOO_DEEP),
     "macro_clones": (
         f'<xacro:macro name="m"><xacro:if value="0">{"<a/>" * 20000}</xacro:if></xacro:macro>{"<xacro:m/>" * 9000}',
         TOO_MUCH,
@@ -48,55 +49,58 @@ BOMBS = {
         '<xacro:property name="p0" value="xxxxxxxx"/>'
         + doubling(60, '<xacro:property name="p{m}" value="${{p{n}}}${{p{n}}}"/>')
         + '<a b="${p60}"/>',
-        "more than 20000 characters",
+        TOO_LARGE,
     ),
     "arguments": (
         '<xacro:arg name="p0" default="xxxxxxxx"/>'
         + doubling(60, '<xacro:arg name="p{m}" default="$(arg p{n})$(arg p{n})"/>'),
-        TOO_LONG,
+        TOO_MUCH,
     ),
-    "chain": (doubling(400, '<xacro:property name="p{n}" value="${{p{m}}}"/>') + '<a b="${p0}"/>', "nested too deeply"),
-    "include_itself": ('<xacro:include filename="boat.xacro"/>', "files include each other"),
-    "include_itself_twice": ('<xacro:include filename="boat.xacro"/>' * 2, "files include each other"),
+    "chain": (doubling(400, '<xacro:property name="p{n}" value="${{p{m}}}"/>') + '<a b="${p0}"/>', TOO_DEEP),
+    "include_itself": ('<xacro:include filename="boat.xacro"/>', TOO_DEEP),
+    "include_itself_twice": ('<xacro:include filename="boat.xacro"/>' * 2, TOO_DEEP),
     "deep_xml": ("<a>" * 9000 + "</a>" * 9000, "nested deeper than 60"),
     "wide_xml": ("<a/>" * 60000, "more than 50000 elements"),
     "comments": ("<!-- a -->\n" * 30000 + '<xacro:property name="a" value="1"/>', TOO_MUCH),
     "siblings": ("<a/>" * 20000 + '<xacro:if value="1"><b/></xacro:if>' * 9000, TOO_MUCH),
-    "dollars": ("<a>" + "$ " * 9000 + "</a>" + ("<a>" + "$ " * 9000 + "</a>") * 99, TOO_MUCH),
-    "long_text": ("<a>${1}" + "x" * 30000 + "</a>", "more than 20000 characters"),
-    "parameters": (f'<xacro:macro name="m" params="{"a" * 40}:={"a" * 40}\'"/>', "is not a parameter"),
-    "quotes": (f'<xacro:macro name="m" params="a:={chr(39) * 60}&quot;"/>', "is not a parameter"),
-    "many_parameters": (f'<xacro:macro name="m" params="{" ".join(f"p{n}" for n in range(900))}"/>', "at most 500"),
+    "dollars": ("<a>" + "$ " * 9000 + "</a>" + ("<a>" + "$ " * 9000 + "</a>") * 99, None),
+    "long_text": ("<a>${1}" + "x" * 30000 + "</a>", None),
+    "parameters": (f'<xacro:macro name="m" params="{"a" * 40}:={"a" * 40}\'"/>', TOO_MUCH),
+    "quotes": (f'<xacro:macro name="m" params="a:={chr(39) * 60}&quot;"/>', TOO_MUCH),
+    "many_parameters": (f'<xacro:macro name="m" params="{" ".join(f"p{n}" for n in range(900))}"/>', None),
     "slices": (
         '<xacro:property name="l" value="${list(range(9000))}"/><a b="${[l[::2][0] for x in l for y in l]}"/>',
         TOO_MUCH,
     ),
-    "splits": ("<a b=\"${[('a b ' * 4000).split() for x in range(9000)]}\"/>", "more than 20000 values"),
+    "splits": ("<a b=\"${[('a b ' * 4000).split() for x in range(9000)]}\"/>", TOO_LARGE),
     "searches": (
         f'{LONG}<a b="${{[max(map(p.count, [p, p])) for x in range(9000)]}}"/>',
-        TOO_MUCH,
+        None,
     ),
     "digits": (
         '<a b="${[len(list(map(str, [2**4000 for x in range(90)]))) for x in range(9000)]}"/>',
         TOO_MUCH,
     ),
-    "output": (f"{LONG}<xacro:macro name='m'><a b='${{p}}'/></xacro:macro>{'<xacro:m/>' * 9000}", TOO_LONG),
+    "output": (f"{LONG}<xacro:macro name='m'><a b='${{p}}'/></xacro:macro>{'<xacro:m/>' * 9000}", TOO_MUCH),
 }
 
 
-def refused(folder, body, monkeypatch):
-    """What a file that must be refused says."""
-    monkeypatch.chdir(folder)
-    Path("boat.xacro").write_text(f"{HEAD}{body}</robot>", encoding="utf-8")
-    with pytest.raises(ConfigError) as caught:
-        expand(Path("boat.xacro"), packages={})
-    return str(caught.value)
+SLOW = {"power", "macros", "macro_tree", "macro_clones", "blocks", "properties", "arguments", "comments", "siblings",
+        "dollars", "parameters", "quotes", "slices", "splits", "digits", "output"}  # fmt: skip
+"""Bombs that the limit of processor time stops, or that come near it."""
 
 
-@pytest.mark.parametrize("name", BOMBS)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in BOMBS])
 def test_bombs_do_not_go_off(name, tmp_path, monkeypatch):
     body, message = BOMBS[name]
-    assert message in refused(tmp_path, body, monkeypatch)
+    monkeypatch.chdir(tmp_path)
+    Path("boat.xacro").write_text(f"{HEAD}{body}</robot>", encoding="utf-8")
+    if message is None:
+        assert len(expand(Path("boat.xacro"), packages={})) < 2_000_000
+        return
+    with pytest.raises(ConfigError) as caught:
+        expand(Path("boat.xacro"), packages={})
+    assert message in str(caught.value)
 
 
 def test_what_is_merely_large_is_expanded(tmp_path):

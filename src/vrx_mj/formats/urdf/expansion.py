@@ -1,0 +1,358 @@
+"""The package `xacro` at work on one file, whose expressions are Python: a job for the process without rights.
+
+The package is driven from outside: its elements know their places, it reads files and finds packages through here,
+and its warnings and errors are gathered with the element, the expression and the macro calls that led to them.
+"""
+
+import io
+import os.path
+import re
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+from typing import Any
+from xml.dom import minidom
+
+import xacro
+import yaml
+from xacro import substitution_args
+
+from vrx_mj.config.search import ReadingError, display, read_limited
+from vrx_mj.config.tree import Place
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, nearest
+from vrx_mj.formats.urdf.xml_document import MAX_BYTES, Located, elements, parse_document, place_of
+
+_NAME = re.compile(r"[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*(:[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*)?")
+_IN_PACKAGE = re.compile(r"\s*\$\(find (\w{1,200})\)/")
+"""How the name of a file in a package begins."""
+_UNDEFINED = re.compile("name '(.*)' is not defined")
+_SHOWN_CALLERS = 3
+_LONGEST = 300
+"""Characters of a message and of an expression in it."""
+
+
+@dataclass(frozen=True)
+class Expanded:
+    """What a file expands to."""
+
+    text: str = ""
+    files: tuple[str, ...] = ()
+    """Absolute paths of the files that its elements come from."""
+    places: tuple[tuple[int, int, int], ...] = ()
+    """Where each element of the text comes from, in the order of the text: number of the file, line and column."""
+    declared: tuple[str, ...] = ()
+    """Arguments that the files declare."""
+    warnings: tuple[str, ...] = ()
+    missing: str | None = None
+    """A package that the files name, and whose folder is needed: there is nothing else then."""
+
+
+class UnknownPackageError(Exception):
+    """A package whose folder was not given."""
+
+
+def expanded(
+    file: str,
+    arguments: Mapping[str, str],
+    packages: Mapping[str, str],
+    known: Sequence[str] | None = None,
+    libraries: Sequence[str] = (),
+) -> Expanded:
+    """Expand a xacro file, by its absolute path, with arguments and the folders of packages.
+
+    Without `known`, names of all packages that there are, one that is not among `packages` is no error yet. Includes
+    from missing `libraries` are left out, and calls of unknown macros then stay. It changes the package `xacro`: it is
+    for a process of its own.
+
+    Raises:
+        ConfigError: the file cannot be expanded.
+    """
+    return _Expansion(file, arguments, packages, libraries).result(known)
+
+
+class _Arguments(dict[str, str]):
+    """Arguments by name; the package looks for a name in them where a file declares it."""
+
+    def __init__(self, given: Mapping[str, str]) -> None:
+        super().__init__(given)
+        self.declared: dict[str, None] = {}
+
+    def __contains__(self, name: object) -> bool:
+        self.declared[str(name)] = None
+        return super().__contains__(name)
+
+    def __missing__(self, name: str) -> str:
+        raise UnknownNameError("argument", name, self)
+
+
+class _Expansion:
+    """One expansion, which puts itself in the place of what the package reads, finds and prints with."""
+
+    def __init__(
+        self, file: str, arguments: Mapping[str, str], packages: Mapping[str, str], libraries: Sequence[str]
+    ) -> None:
+        self.file = file
+        self.arguments = _Arguments(arguments)
+        self.packages = packages
+        self.libraries = libraries
+        self.warnings: dict[str, None] = {}
+        self.include, self.call = xacro.process_include, xacro.handle_macro_call
+        package: Any = xacro
+        package.parse, package.open = self._parse, self._open
+        package.warning = package.error = self._warn
+        package.message = package.print_location = _nothing
+        package.root_dir = str(Path(file).parent)
+        package.substitution_args_context = {"filename": ""}
+        package._global_symbols = _symbols()
+        if libraries:
+            package.process_include, package.handle_macro_call = self._include, self._call
+        package.init_stacks(file)
+        inner: Any = substitution_args
+        inner._eval_dirname = lambda _: str(Path(xacro.filestack[-1]).parent)
+        inner._eval_find = inner._eval_dict["find"] = self._find
+
+    def result(self, known: Sequence[str] | None) -> Expanded:
+        """What the file expands to. Raises ConfigError."""
+        try:
+            document = self._parse(None, self.file)
+            xacro.process_doc(document, mappings=self.arguments)
+            if self.libraries:
+                document.documentElement.setAttribute("xmlns:xacro", "http://www.ros.org/wiki/xacro")
+            for element in elements(document):
+                _check_names(element)
+            text = document.toprettyxml(indent="  ")
+        except Exception as error:
+            cause = _cause(error)
+            if known is None and isinstance(cause, UnknownPackageError):
+                return Expanded(missing=str(cause))
+            raise ConfigError([_problem(error, cause, self.file, known)]) from None
+        places = [place_of(element) for element in elements(document)]
+        files = {file: number for number, file in enumerate(dict.fromkeys(place.file for place in places))}
+        spots = tuple((files[place.file], place.line or 1, place.column or 1) for place in places)
+        paths = tuple(str((file.folder or Path()) / Path(file.name).name) for file in files)
+        return Expanded(text, paths, spots, tuple(self.arguments.declared), tuple(self.warnings))
+
+    def _parse(self, _: object, filename: str) -> Any:
+        try:
+            data = read_limited(Path(filename), MAX_BYTES)
+        except ReadingError as error:
+            xacro.filestack.pop()
+            raise xacro.XacroException(exc=FileNotFoundError(_unread(filename, error))) from None
+        return parse_document(data, display(Path(filename)), Path(filename).parent)
+
+    def _open(self, filename: str) -> io.StringIO:
+        try:
+            stream = io.StringIO(read_limited(Path(filename), MAX_BYTES).decode("utf-8-sig", errors="replace"))
+        except ReadingError as error:
+            raise FileNotFoundError(_unread(filename, error)) from None
+        stream.name = display(Path(filename))
+        return stream
+
+    def _find(self, name: str) -> str:
+        if name not in self.packages:
+            raise UnknownPackageError(name)
+        return self.packages[name]
+
+    def _include(self, node: Any, macros: Any, symbols: Any, work: Any) -> None:
+        found = _IN_PACKAGE.match(node.getAttribute("filename"))
+        if found and found[1] in self.libraries:
+            rest = node.getAttribute("filename")[found.end() :].strip()
+            folder = self.packages.get(found[1])
+            if folder is None or ("$" not in rest and not (Path(folder) / rest).is_file()):
+                xacro.replace_node(node, by=None)
+                return
+        self.include(node, macros, symbols, work)
+
+    def _call(self, node: Any, macros: Any, symbols: Any) -> bool:
+        known = node.tagName == "xacro:call" or not node.tagName.startswith("xacro:")
+        return bool((known or node.tagName.removeprefix("xacro:") in macros) and self.call(node, macros, symbols))
+
+    def _warn(self, *words: object, **_: object) -> None:
+        frame: FrameType | None = sys._getframe(1)
+        while frame is not None and _element(frame) is None:
+            frame = frame.f_back
+        place = place_of(_element(frame)) if frame is not None else None
+        where = f"{place.file.name}:{place.line}: " if place else ""
+        self.warnings.setdefault(where + " ".join(map(str, words)))
+
+
+def _symbols() -> Any:
+    """The names that no file defines, made anew: files can change them."""
+    names = {"warning": xacro.warning, "error": xacro.error, "message": _nothing, "print_location": _nothing}
+    symbols = xacro.create_global_symbols()
+    for name, work in names.items():
+        symbols["xacro"][name] = lambda *words, work=work, **_: work(*words) or ""
+    return symbols
+
+
+def _nothing(*_: object, **__: object) -> None:
+    """What is printed for people at a terminal is left out."""
+
+
+def _unread(filename: str, error: ReadingError) -> str:
+    """Why a file cannot be read, with the name that may be meant."""
+    path = Path(filename)
+    try:
+        close = nearest(path.name, [entry.name for entry in path.parent.iterdir()][:1000])
+    except PermissionError:
+        outside = "it is neither in the folder of the first file nor in a package; add its folder to the package paths"
+        return f"may not read '{display(path)}': {outside}"
+    except OSError:
+        return f"no file '{display(path)}': no such folder"
+    if os.path.lexists(path):
+        return f"'{display(path)}' {error}"
+    return f"no file '{display(path)}'" + (f"; did you mean '{close}'?" if close else "")
+
+
+def _check_names(element: Any) -> None:
+    """Refuse names that are not those of XML, which expressions may give, and write numbers as texts."""
+    for name in (element.tagName, *element.attributes.keys()):
+        if not isinstance(name, str) or not _NAME.fullmatch(name):
+            raise InvalidNameError(element, f"'{name}' is not a valid name for an element or attribute")
+    for attribute in element.attributes.values():
+        attribute.value = str(attribute.value)
+
+
+class InvalidNameError(Exception):
+    """A name that XML does not have."""
+
+    def __init__(self, element: Any, message: str) -> None:
+        super().__init__(message)
+        self.element = element
+
+
+def _problem(error: Exception, cause: BaseException, file: str, known: Sequence[str] | None) -> Problem:
+    """What stopped an expansion: the innermost error, where the files say what raised it."""
+    if isinstance(cause, ConfigError):
+        return cause.problems[0]
+    mark = cause.problem_mark or cause.context_mark if isinstance(cause, yaml.MarkedYAMLError) else None
+    if mark is not None and isinstance(cause, yaml.MarkedYAMLError):
+        return Problem(mark.name, mark.line + 1, mark.column + 1, "", str(cause.problem or cause.context))
+    trail = _Trail(error)
+    if isinstance(cause, UnknownPackageError):
+        words = UnknownNameError("package", str(cause), known or ())
+        message = f"{words} (or add its folder to the package paths)"
+    else:
+        message = _message(cause, trail)
+    if trail.expression:
+        message = f"{trail.expression[:_LONGEST]}: {message}"
+    if trail.place is None:
+        return Problem(display(Path(file)), None, None, "", message)
+    place = _pointed(trail.place, trail.expression)
+    return Problem(place.file.name, place.line, place.column, f"<{trail.tag}>", message + trail.callers())
+
+
+def _cause(error: BaseException) -> BaseException:
+    """The error that the package wraps, each in the next."""
+    while isinstance(error, xacro.XacroException) and error.exc is not None:
+        error = error.exc
+    return error
+
+
+def _message(cause: BaseException, trail: "_Trail") -> str:
+    """What is wrong, in the words of Python or xacro."""
+    if isinstance(cause, MemoryError):
+        return "takes too much memory"
+    if isinstance(cause, RecursionError):
+        return "nested too deeply: does something refer to itself?"
+    if isinstance(cause, SyntaxError):
+        return str(cause.msg)
+    text = ". ".join(line.strip() for line in str(cause).splitlines()) or type(cause).__name__
+    if isinstance(cause, AttributeError | TypeError) and not trail.expression:
+        text = f"cannot be expanded: {text}"  # the package did not expect such a value
+    if isinstance(cause, KeyError):
+        text = f"no key {text}"
+    undefined = _UNDEFINED.match(text)
+    close = nearest(undefined[1], trail.names) if undefined else None
+    if isinstance(cause, xacro.XacroException) and cause.macros:
+        text += f"; the macro takes: {' '.join(cause.macros[0].params) or 'no parameters'}"
+    if text.startswith("unknown macro name: "):
+        close = nearest(text.rpartition(":")[2], trail.macros)
+    return f"{text}{f'; did you mean {close!r}?' if close else ''}"[:_LONGEST]
+
+
+class _Trail:
+    """What the frames of the package's functions held when an error came: where in the files it was."""
+
+    def __init__(self, error: BaseException) -> None:
+        self.place: Place | None = None
+        self.tag = ""
+        self.expression = ""
+        self.calls: list[tuple[str, Place]] = []
+        self.names: list[str] = []
+        self.macros: list[str] = []
+        for frame in _frames(error):
+            self._follow(frame.f_code.co_name, frame.f_locals, _element(frame))
+        if isinstance(error, InvalidNameError):
+            self._at(error.element)
+
+    def _follow(self, function: str, local: Mapping[str, Any], element: Any) -> None:
+        if element is not None:
+            self._at(element)
+            self.expression = ""
+        if function == "handle_macro_call" and element is not None:
+            self.calls.append((str(element.tagName).removeprefix("xacro:"), place_of(element)))
+            self.macros = [str(name) for name in _names(local["macros"])]
+        elif function == "eval_default_arg" and local["default"] is not None:
+            self._at(local["macro"].body)
+        elif function == "eval_text":
+            self.names = [str(name) for name in _names(local["symbols"])]
+            text = local["text"]
+            if isinstance(text, Located):
+                self.place, self.tag = text.place, text.tag
+        elif function in {"handle_expr", "handle_extension"}:
+            self.expression = f"${{{local['s']}}}" if function == "handle_expr" else f"$({local['s']})"
+
+    def callers(self) -> str:
+        """Which macros led here, the innermost first."""
+        calls = [(name, place) for name, place in reversed(self.calls) if place != self.place]
+        said = dict.fromkeys(f"in macro '{name}' called at {place.file.name}:{place.line}" for name, place in calls)
+        return f" ({', '.join(list(said)[:_SHOWN_CALLERS])})" if said else ""
+
+    def _at(self, element: Any) -> None:
+        self.place, self.tag = place_of(element), element.tagName
+
+
+def _names(table: Any) -> list[Any]:
+    """The names of a scope and of those around it."""
+    found: list[Any] = []
+    while isinstance(table, dict) and len(found) < 1000:
+        found += dict.keys(table)
+        table = getattr(table, "parent", None)
+    return found
+
+
+def _frames(error: BaseException | None) -> Iterator[FrameType]:
+    """The frames of the package that an error came through, then those of the error that it replaced, and so on."""
+    while error is not None:
+        trace = error.__traceback__
+        while trace is not None:
+            if trace.tb_frame.f_globals is vars(xacro):
+                yield trace.tb_frame
+            trace = trace.tb_next
+        error = error.__context__
+
+
+def _element(frame: FrameType) -> Any:
+    """The element that a function of the package works on."""
+    if frame.f_globals is not vars(xacro):
+        return None
+    for name in ("node", "elt", "tag"):
+        node = frame.f_locals.get(name)
+        if isinstance(node, minidom.Text | minidom.Comment):
+            node = node.parentNode
+        if isinstance(node, minidom.Element) and place_of(node) is not None:
+            return node
+    return None
+
+
+def _pointed(place: Place, expression: str) -> Place:
+    """The place of an expression, looked for from the element it is in."""
+    start = (place.line or 1) - 1
+    for number, line in enumerate(place.file.lines[start : start + 40], start + 1):
+        column = line.find(expression, (place.column or 1) - 1 if number == place.line else 0)
+        if expression and column >= 0:
+            return Place(place.file, number, column + 1)
+    return place
