@@ -31,7 +31,7 @@ class Page:
         number = next(self._numbers)
         self._socket.send(json.dumps({"id": number, "method": method, "params": parameters}))
         while True:
-            came = json.loads(self._socket.recv(timeout=20.0))
+            came = json.loads(self._socket.recv(timeout=60.0))
             if came.get("id") == number:
                 assert "error" not in came, came
                 return came["result"]
@@ -89,7 +89,7 @@ def browsing(folder, url, *flags):
     command = [CHROMIUM_PROGRAM, *FLAGS, *flags, f"--user-data-dir={folder}", "about:blank"]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
-        with connect(_tab(folder / "DevToolsActivePort"), max_size=None, proxy=None) as socket:
+        with connect(_tab(folder / "DevToolsActivePort"), max_size=None, proxy=None, ping_interval=None) as socket:
             page = Page(socket)
             page("Page.navigate", url=url)
             yield page

@@ -1,8 +1,9 @@
-"""Makes the pictures that people look at: seven recordings in rerun, dark and light, narrow and wide, and a drawn sea.
+"""Makes the pictures that people look at: recordings in rerun, a drawn sea, and what RViz and Lichtblick show.
 
-`python tools/look.py FOLDER [NAME...]` (20 minutes for all; NAME picks recordings, or `sea`) runs, records and takes
-pictures. Dark ones are of rerun without a window (Debian's mesa-vulkan-drivers), light ones of Chromium. It ends with
-FOLDER/sheet.webp, all pictures small; `--gallery` writes docs/gallery/recordings.webp.
+`python tools/look.py FOLDER [NAME...]` (30 minutes for all; NAME picks recordings, `sea`, `rviz` or `lichtblick`) runs,
+records and takes pictures. Those of recordings are dark and light, narrow and wide: dark ones of rerun without a window
+(Debian's mesa-vulkan-drivers), light ones of Chromium. RViz and Lichtblick are left out with a line where they are not
+installed. It ends with FOLDER/sheet.webp, all pictures small; `--gallery` writes docs/gallery/recordings.webp.
 """
 
 import argparse
@@ -13,7 +14,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -30,11 +32,15 @@ from vrx_mj.recording.viewer import Server, free_port, viewer_binary, viewer_env
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
+from look_viewers import lichtblick, rviz  # noqa: E402
+
 import browser  # noqa: E402  # beside the tests
+
+browser.FLAGS = tuple(flag for flag in browser.FLAGS if flag != "--disable-gpu")
 
 MOMENTS: dict[str, tuple[float, ...]] = {
     "readme": (0.0, 30.0, 60.0), "storm": (8.0, 15.0), "open_water": (2.0, 60.0), "fleet_of_20": (5.0, 60.0),
-    "wayfinding": (60.0, 299.0), "docking": (60.0, 200.0), "collision": (6.0, 14.0),
+    "wayfinding": (60.0, 299.0), "docking": (60.0, 200.0), "collision": (6.0, 14.0), "fleet_of_100": (20.0,),
 }  # fmt: skip
 """Recordings, and the simulated times of their pictures [s]."""
 SIZES = (1280, 800), (1920, 1080)
@@ -47,7 +53,7 @@ THUMB = (400, 225)
 """Width and height of a picture on a sheet [px]."""
 
 STRAIGHT = "left=0.6,right=0.4"
-TWENTY = {"usv_count": 20, "layout": "grid", "spacing": 8}
+GRID = {"layout": "grid", "spacing": 8}
 HEAD_ON = {
     "boats": [
         {"name": "port_bound", "pose": [-12, 0, 0.1, 0, 0, 0]},
@@ -70,7 +76,10 @@ def arguments(name: str, folder: Path) -> list[str]:
         "storm": [written("storm", STORM), "--fleet", written("three", STORM_FLEET), "--duration", "20",
                   "--thrust", "left=0.8,right=0.85"],
         "open_water": ["ocean", "--duration", "60", "--thrust", "left=0.9,right=0.9"],
-        "fleet_of_20": ["ocean", "--fleet", written("twenty", TWENTY), "--duration", "60", "--thrust", STRAIGHT],
+        "fleet_of_20": ["ocean", "--fleet", written("twenty", GRID | {"usv_count": 20}), "--duration", "60", "--thrust",
+                        STRAIGHT],
+        "fleet_of_100": ["ocean", "--fleet", written("hundred", GRID | {"usv_count": 100}), "--duration", "20",
+                         "--thrust", STRAIGHT],
         "wayfinding": ["wayfinding_task", "--duration", "300", "--control", f"{shipped}WaypointFollower"],
         "docking": ["scan_dock_deliver", "--duration", "300", "--control", f"{shipped}Docking"],
         "collision": ["ocean", "--fleet", written("head_on", HEAD_ON), "--duration", "15",
@@ -124,7 +133,6 @@ def connected(url: str, seconds: float = 60.0) -> ViewerClient:
 
 def light(file: Path, size: tuple[int, int], seconds: float = 20.0) -> Iterator[Path]:
     """A picture of rerun's page in a browser with a light theme, after some time of the clock [s] while it plays."""
-    browser.FLAGS = tuple(flag for flag in browser.FLAGS if flag != "--disable-gpu")
     with (
         contextlib.closing(Server(file)) as server,
         tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder,
@@ -166,26 +174,32 @@ def sheet(pictures: list[Path], target: Path, columns: int = 4) -> None:
     whole.save(target, quality=80)
 
 
+OTHERS: dict[str, Callable[[Path], Iterator[Path]]] = {
+    "sea": drawn_sea, "rviz": rviz, "lichtblick": partial(lichtblick, flags=SOFTWARE)
+}  # fmt: skip
+"""Pictures of something else than a recording."""
+
+
 def main() -> None:
     """Take the pictures that are named, or all."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("names", nargs="*", choices=[*MOMENTS, "sea", []])
+    parser.add_argument("names", nargs="*", choices=[*MOMENTS, *OTHERS, []])
     parser.add_argument("--gallery", action="store_true", help="write the sheet of the docs")
     parser.add_argument("--dark", action="store_true", help="no pictures of a browser")
     given = parser.parse_args()
-    folder, names = given.folder, given.names or [*MOMENTS, "sea"]
+    folder, names = given.folder, given.names or [*MOMENTS, *OTHERS]
     folder.mkdir(parents=True, exist_ok=True)
     for name in names:
-        if name == "sea":
-            taken: Iterator[Path] = drawn_sea(folder)
+        if name in OTHERS:
+            taken = OTHERS[name](folder)
         else:
             file = record(name, folder)
             views = [dark(file, size) for size in SIZES]
             taken = itertools.chain(*views, *([] if given.dark else [light(file, size) for size in SIZES]))
         for picture in taken:
             print(picture)
-    found = [picture for name in (*MOMENTS, "sea") for picture in sorted(folder.glob(f"{name}_*.png"))]
+    found = [picture for name in (*MOMENTS, *OTHERS) for picture in sorted(folder.glob(f"{name}*.png"))]
     sheet(found, folder / "sheet.webp")
     if given.gallery:
         chosen = [one for one in found if "_1920" not in one.name]

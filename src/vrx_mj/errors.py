@@ -32,7 +32,7 @@ LONGEST_LINE = 1500
 _LONGEST = 60
 """Characters of a value in a message."""
 _LONGEST_PATH = 300
-_LONGEST_GUESS = 200
+"""Characters of a path or a key in a message, and of a name for which a near one is looked for."""
 _MOST_LINES = 100
 _LONGEST_NAME_COLUMN = 100
 _SHOWN_NAMES = 12
@@ -126,9 +126,9 @@ def shown(value: object) -> str:
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
     """The known name that `name` most likely means, or None if none is close."""
-    if len(name) > _LONGEST_GUESS:
+    if len(name) > _LONGEST_PATH:
         return None
-    folded = {other.casefold(): other for other in sorted(known, reverse=True) if len(other) <= _LONGEST_GUESS}
+    folded = {other.casefold(): other for other in sorted(known, reverse=True) if len(other) <= _LONGEST_PATH}
     found = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=0.7)
     return folded[found[0]] if found else None
 
@@ -184,7 +184,7 @@ class Problem:
     def __str__(self) -> str:
         parts = (shortened(self.file, _LONGEST_PATH), self.line, self.column)
         place = ":".join(str(part) for part in parts if part is not None)
-        key = f"{shortened(self.key, _LONGEST_GUESS)}: " if self.key else ""
+        key = f"{shortened(self.key, _LONGEST_PATH)}: " if self.key else ""
         return f"{place}: {key}{self.message}"
 
 

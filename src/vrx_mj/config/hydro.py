@@ -18,7 +18,7 @@ from vrx_mj.errors import VrxError
 
 FORMAT = 1
 """Version of the file."""
-MOST_BYTES, MOST_FREQUENCIES, MOST_ANGLES, MOST_POLES = 20_000_000, 500, 360, 40
+MOST_BYTES = 20_000_000
 """What a file may hold."""
 FEWEST_ANGLES = 8
 LARGEST = 1e12
@@ -82,8 +82,8 @@ def read_hydro(path: str, folder: Path | None) -> Hydro:
 def _checked(data: Any) -> Hydro:
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise VrxError(f"`format`: {FORMAT} is needed; `vrx-mj robot hydro --bem` writes such files")
-    frequencies = _array(data, "frequencies", (None,), MOST_FREQUENCIES)
-    n, k = len(frequencies), len(_list(data, "poles", MOST_POLES))
+    frequencies = _array(data, "frequencies", (None,))
+    n, k = len(frequencies), len(_list(data, "poles"))
     m = _angles(data, n)
     found = Hydro(
         program=str(data.get("program", ""))[:200],
@@ -105,20 +105,20 @@ def _checked(data: Any) -> Hydro:
 
 def _angles(data: dict[str, Any], n: int) -> int:
     """Number of angles of the diffraction."""
-    rows = _list(data, "diffraction", MOST_FREQUENCIES)
+    rows = _list(data, "diffraction")
     if not rows:
         return 0
     m = len(rows[0]) if isinstance(rows[0], list) else 0
-    if len(rows) != n or not FEWEST_ANGLES <= m <= MOST_ANGLES:
-        needed = f"{n} frequencies of {FEWEST_ANGLES} to {MOST_ANGLES} angles"
+    if len(rows) != n or m < FEWEST_ANGLES:
+        needed = f"{n} frequencies of at least {FEWEST_ANGLES} angles"
         raise VrxError(f"`diffraction`: {needed} are needed, got {len(rows)} of {m}")
     return m
 
 
-def _list(data: dict[str, Any], key: str, most: int) -> list[Any]:
+def _list(data: dict[str, Any], key: str) -> list[Any]:
     value = data.get(key, [])
-    if not isinstance(value, list) or len(value) > most:
-        raise VrxError(f"`{key}`: a list of at most {most} is needed, got {shown(value)}")
+    if not isinstance(value, list):
+        raise VrxError(f"`{key}`: a list is needed, got {shown(value)}")
     return value
 
 
@@ -129,7 +129,7 @@ def _between(data: dict[str, Any], key: str, least: float, most: float) -> float
     return value
 
 
-def _array(data: dict[str, Any], key: str, shape: tuple[int | None, ...], most: int = 1) -> FloatArray:
+def _array(data: dict[str, Any], key: str, shape: tuple[int | None, ...]) -> FloatArray:
     """Numbers of a shape, in which None is any length from 2 to `most`."""
     if key not in data:
         raise VrxError(f"`{key}` is missing")
@@ -138,7 +138,7 @@ def _array(data: dict[str, Any], key: str, shape: tuple[int | None, ...], most: 
     except (ValueError, TypeError, OverflowError):
         raise VrxError(f"`{key}`: {_needed(shape)}, got {shown(data[key])}") from None
     lengths = [size if size is not None else found.shape[0] if found.ndim else 0 for size in shape]
-    if found.shape != tuple(lengths) or (None in shape and not 2 <= len(found) <= most):
+    if found.shape != tuple(lengths) or (None in shape and len(found) < 2):
         raise VrxError(f"`{key}`: {_needed(shape)}, got {found.shape}")
     bad = np.argwhere(~(np.abs(found) <= LARGEST))
     if len(bad):

@@ -7,15 +7,13 @@ from pydantic import Field, model_validator
 
 from vrx_mj.config.base import MAX_NUMBER, Config, NonNegative, Number, Positive, faults, numbers
 
-MOST_POINTS = 1000
-"""Points of a curve, at most."""
 Point = Annotated[tuple[Number, Number], numbers("command thrust")]
 
 
 class PropellerConfig(Config):
     """A propeller whose thrust was measured, in worlds of profile `marine`, instead of the thruster's own curve."""
 
-    thrust: Annotated[tuple[Point, ...], Field(max_length=MOST_POINTS)]
+    thrust: Annotated[tuple[Point, ...], Field(max_length=1000)]
     """Commands -1..1 and the thrust at rest that each gives [N], by rising command, with `[0, 0]`.
 
     A command is a share of the thruster's `max_command`. Between rows are straight lines; a command beyond the first

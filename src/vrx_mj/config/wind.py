@@ -6,9 +6,6 @@ from pydantic import Field, model_validator
 
 from vrx_mj.config.base import Config, NonNegative, Number, Only, Positive, Seed, Vec3, faults
 
-MOST_GUSTS = 500
-"""Components of gusts, at most."""
-
 
 class WindObject(Config):
     """Something that the wind pushes: a boat, an object, or every boat of a kind."""
@@ -44,7 +41,7 @@ class WindConfig(Config):
     """Roughness length of a logarithmic profile over height [m], 0.0002 over open water; instead of `exponent`."""
     spectrum: Literal["gauss_markov", "npd"] = "gauss_markov"
     """Gusts: those of `var_gain` and `var_time`, or the NPD (Froya) spectrum, which follows from speed and height."""
-    components: Annotated[int, Field(ge=1, le=MOST_GUSTS), Only("spectrum", ("npd",))] = 60
+    components: Annotated[int, Field(ge=1, le=500), Only("spectrum", ("npd",))] = 60
     """Number of harmonics of which the gusts of a spectrum consist."""
     turning: Number = 0.0
     """Rate at which the direction turns [degrees/s], counter-clockwise."""

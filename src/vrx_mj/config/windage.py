@@ -12,8 +12,6 @@ Vessel = Literal[
     "drilling_vessel", "ferry", "fishing_vessel", "lng_tanker", "offshore_supply_vessel", "passenger_liner",
     "research_vessel", "speed_boat", "tanker_loaded", "tanker_ballast", "tender",
 ]  # fmt: skip
-MOST_POINTS = 361
-"""Points of a curve, at most."""
 FORMS = ("coefficients", "curve", "isherwood", "vessel")
 Point = Annotated[tuple[Number, Number, Number, Number], numbers("angle cx cy cn")]
 Three = Annotated[tuple[NonNegative, NonNegative, Number], numbers("cx cy cn")]
@@ -49,7 +47,7 @@ class WindageConfig(Config):
     """Distance of that centre ahead of the link's origin [m]."""
     coefficients: Three | None = None
     """Coefficients cx, cy, cn of -cx cos, cy sin and cn sin 2 of the angle off the bow from which the wind comes."""
-    curve: Annotated[tuple[Point, ...], Field(max_length=MOST_POINTS)] = ()
+    curve: Annotated[tuple[Point, ...], Field(max_length=361)] = ()
     """Coefficients over that angle from 0 to 180 [degrees], with straight lines between them, the same on both sides.
 
     cx is below 0 in wind from ahead; cy above 0 pushes to lee; cn above 0 turns the bow to lee."""

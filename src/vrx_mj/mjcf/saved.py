@@ -241,8 +241,8 @@ def _take(contents: Contents, element: ET.Element, body: str) -> None:
 
 
 MOST_ASSETS = 10_000
-LARGEST_ASSET, LARGEST_ASSETS = 100_000_000, 500_000_000
-"""Bytes of one file that an MJCF names, and of all together."""
+LARGEST_ASSETS = 500_000_000
+"""Bytes of all files together that an MJCF names."""
 _HASH = re.compile(r"_([0-9a-f]{12,16})\.(?:obj|stl)$")
 """End of an asset's name: the first digits of its content's SHA-256."""
 TOUCH = "touch"
@@ -292,7 +292,7 @@ def _assets(files: Mapping[str, None], asset: Callable[[str], bytes], source: ob
     for name in sorted(files):
         content = found[name] = asset(name)
         size += len(content)
-        if len(content) > LARGEST_ASSET or size > LARGEST_ASSETS:
+        if size > LARGEST_ASSETS:
             raise StateError(f"{source} names files of {size:,} bytes, down to '{name}': too many are read")
         digits = _HASH.search(name)
         if digits is None or not hashlib.sha256(content).hexdigest().startswith(digits[1]):

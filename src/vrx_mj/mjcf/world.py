@@ -13,11 +13,8 @@ from vrx_mj.errors import StateError
 from vrx_mj.exits import awaited
 from vrx_mj.mjcf.pieces import Pieces, pieces_of
 from vrx_mj.mjcf.saved import checked
-from vrx_mj.model.world import Parameters, json_of, without_descriptions
+from vrx_mj.model.world import MOST_BYTES, Parameters, json_of, without_descriptions
 from vrx_mj.outputs import write_files
-
-LARGEST_FILE = 200_000_000
-"""Bytes of the largest file of a saved world that is read."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -133,7 +130,7 @@ def _read(path: Path) -> bytes:
         StateError: it does not exist, is not a plain file, or is too large.
     """
     try:
-        return read_limited(path, LARGEST_FILE)
+        return read_limited(path, MOST_BYTES)
     except ReadingError as error:
         raise StateError(f"{path} {error}") from None
 

@@ -33,7 +33,7 @@ __all__ = [
 FORMAT: Final = 3
 """Version of the saved form; another one is refused."""
 MOST_BYTES = 200_000_000
-"""Longest JSON that is read."""
+"""Bytes of the largest file of a saved world that is read."""
 
 
 @dataclass(frozen=True, kw_only=True)

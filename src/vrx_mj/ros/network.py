@@ -12,6 +12,8 @@ from typing import Any, TypeVar
 
 import psutil
 
+from vrx_mj.errors import LONGEST_LINE, shortened
+
 Result = TypeVar("Result")
 CLOSING = 2.0
 """Wall time that what still runs has to end [s]."""
@@ -98,8 +100,6 @@ def shown_process(pid: int) -> str:
 
 MOST_NOTICES = 1000
 """Different notices that are remembered; once there are so many, no new ones are written."""
-LONGEST_NOTICE = 500
-"""Characters of a notice: parts of it come from unknown_publishers."""
 
 _logger = logging.getLogger("vrx_mj.ros")
 
@@ -117,7 +117,7 @@ class Notices:
         if (kind, who) in self._written or len(self._written) >= MOST_NOTICES:
             return
         self._written.add((kind, who))
-        line = "".join(letter if letter.isprintable() else "?" for letter in text[:LONGEST_NOTICE])
+        line = shortened(text, LONGEST_LINE)  # parts of it come from unknown publishers
         _logger.log({"INFO": logging.INFO, "WARN": logging.WARNING}.get(level, logging.ERROR), "%s", line)
         if self.listener is not None:
             self.listener(level, line)

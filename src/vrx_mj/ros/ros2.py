@@ -77,10 +77,8 @@ def message_class(type_name: str) -> Any | None:
 
 
 DEPTH = 10
-"""Messages that publishers and subscriptions keep, as Gazebo's bridge."""
+"""Messages that publishers and subscriptions keep, as Gazebo's bridge, and that are taken at once."""
 ROSOUT_DEPTH = 1000
-MOST_TAKEN = DEPTH
-"""Messages of a topic that are taken at once."""
 LARGEST = 1 << 20
 """Of a message that comes [bytes]."""
 WANTED_PERIOD = 0.1
@@ -163,7 +161,7 @@ class Node:
     def take(self) -> None:
         """Put what has come into the inbox."""
         for topic, (entry, subscription) in self._in.items():
-            for _ in range(MOST_TAKEN):
+            for _ in range(DEPTH):
                 with subscription.handle:
                     taken = subscription.handle.take_message(subscription.msg_type, True)
                 if taken is None:

@@ -194,7 +194,7 @@ ODD[0, 4] = 50.0
         ),
         (
             {"diffraction": content()["diffraction"][:-1]},
-            "`diffraction`: 24 frequencies of 8 to 360 angles are needed, got 23 of 12",
+            "`diffraction`: 24 frequencies of at least 8 angles are needed, got 23 of 12",
         ),
         (
             {"frequencies": [0.5, *content()["frequencies"][1:]]},

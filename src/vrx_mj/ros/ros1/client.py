@@ -10,11 +10,9 @@ from xmlrpc.client import Error, ServerProxy
 
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.ros.messages import Message, decode, encode, service_md5sum
-from vrx_mj.ros.ros1.connection import LARGEST_HEADER, decode_header, encode_header, framed
+from vrx_mj.ros.ros1.connection import LARGEST_CALL, LARGEST_HEADER, decode_header, encode_header, framed
 
 MASTER = "http://localhost:11311"
-LARGEST_RESPONSE = 1 << 24
-"""Bytes of a response, at most."""
 OPENING = 10.0
 """Wall time that a connection may take [s]."""
 LONGEST_CALL = 120.0
@@ -73,7 +71,7 @@ class Client:
                 if "error" in answer:
                     raise CommandError(f"{service}: {answer['error']}")
                 line.sendall(framed(encode(request, f"{kind}Request")))
-                done, body = _read(line, 1), _frame(line, LARGEST_RESPONSE)
+                done, body = _read(line, 1), _frame(line, LARGEST_CALL)
         except OSError as error:
             raise NetworkError(f"the service {service} at {api}: {error}") from None
         if done != b"\x01":

@@ -8,7 +8,8 @@ from vrx_mj.ros.limits import Intake, Place
 
 LARGEST_HEADER = 1 << 18
 """Bytes of a header, at most: definitions of messages have up to some 10,000."""
-MOST_FIELDS = 64
+LARGEST_CALL = 1 << 24
+"""Bytes of a request to a service, or of its response, at most: a robot's description has up to some MB."""
 _LENGTH = struct.Struct("<I")
 
 
@@ -38,10 +39,8 @@ def decode_header(raw: bytes) -> dict[str, str]:
         if size > len(raw) - at:
             raise CommandError(f"a header's field has {size} bytes where {len(raw) - at} are left")
         name, equals, value = raw[at : at + size].decode("utf-8", "replace").partition("=")
-        if not equals or len(fields) >= MOST_FIELDS:
-            raise CommandError(
-                "a header's field has no '='" if not equals else f"more than {MOST_FIELDS} fields in a header"
-            )
+        if not equals:
+            raise CommandError("a header's field has no '='")
         fields[name] = value
         at += size
     return fields

@@ -23,7 +23,7 @@ from vrx_mj.ros.messages import (
 )
 from vrx_mj.ros.network import Network, Notices
 from vrx_mj.ros.parameters import LONGEST
-from vrx_mj.ros.ros1.connection import LARGEST_HEADER, Splitter, decode_header, encode_header, framed
+from vrx_mj.ros.ros1.connection import LARGEST_CALL, LARGEST_HEADER, Splitter, decode_header, encode_header, framed
 
 HIGH_WATER = 1 << 18
 """Bytes that asyncio holds of a connection before its outbox fills."""
@@ -219,11 +219,8 @@ class Reader:
             self.transport.write(piece)
 
 
-LARGEST_REQUEST = 1 << 24
-"""Bytes, at most: a robot's description has up to some MB."""
 REQUEST_TIMEOUT = 10.0
 """Wall time in which a request must begin to come, and in which an answer must be taken [s]."""
-LONGEST_ERROR = 4000
 
 
 class Provided:
@@ -284,7 +281,7 @@ class Caller:
         self.service, self.transport, self.node = service, transport, header["callerid"][:LONGEST]
         self._persistent = is_persistent(header)
         self._network = network
-        self._splitter = Splitter(LARGEST_REQUEST, intake, place)
+        self._splitter = Splitter(LARGEST_CALL, intake, place)
         self._stall = Stall(transport.abort)
         self._busy = self._lost = self._blocked = False
         service.callers.add(self)
@@ -357,8 +354,8 @@ class Caller:
             try:
                 return b"\x01" + framed(encode(response, f"{self.service.type}Response"))
             except Exception as error:  # whatever rosbags raises of an invalid response
-                why = f"{self.service.name}: the response cannot be written: {error}"
-        return b"\x00" + framed(why[:LONGEST_ERROR].encode("utf-8", "replace"))
+                why = str(CommandError(f"{self.service.name}: the response cannot be written: {error}"))
+        return b"\x00" + framed(why.encode("utf-8", "replace"))
 
 
 HEADER_TIMEOUT = 10.0

@@ -21,7 +21,6 @@ LARGEST_LATCHED = 1 << 20
 """Bytes of a latched message that is kept for who subscribes later, at most."""
 LONGEST_CALL = 600.0
 """Wall time that a service may take [s]."""
-LARGEST_RESPONSE = 1 << 22
 MOST_AT_ONCE = 64
 """Messages of one piece of a stream that are read; only the newest ones."""
 MOST_PER_SECOND = 5000
@@ -290,7 +289,7 @@ async def call_service(
         writer.write(framed(encode(make(type_name), f"{type_name}Request")))
         async with asyncio.timeout(LONGEST_CALL):
             done = await reader.readexactly(1)
-            body = await _frame(reader, LARGEST_RESPONSE)
+            body = await _frame(reader, LARGEST_MESSAGE)
         if done != b"\x01":
             raise CommandError(f"{name}: {body[:1000].decode('utf-8', 'replace')}")
         return type_name, decode(body, f"{type_name}Response")

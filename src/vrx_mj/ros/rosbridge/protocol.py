@@ -13,8 +13,6 @@ MOST_INCOMING = 4 << 20
 MOST_TEXT = 256
 """Characters of a name, a type or an id, at most."""
 MOST_QUEUE = 1000
-MOST_THROTTLE = 3_600_000
-"""[ms]"""
 COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
 NAME = re.compile(r"/?[A-Za-z][A-Za-z0-9_/]*")
 
@@ -92,7 +90,7 @@ def options(message: Operation) -> Options:
         known = ", ".join(COMPRESSIONS)
         raise CommandError(f"{message['op']}: invalid compression {compression!r}; allowed: {known}")
     return Options(
-        throttle=number(message, "throttle_rate", MOST_THROTTLE) / 1000.0,
+        throttle=number(message, "throttle_rate", 1e9) / 1000.0,
         queue=min(int(number(message, "queue_length", 1e9)), MOST_QUEUE),
         fragment_size=int(number(message, "fragment_size", 1e9)),
         compression=compression,
