@@ -273,7 +273,10 @@ def elsewhere(host: Host) -> dict[str, str]:
     """Of the topics and services of the tasks that this world has not, whose they are."""
     owners: dict[str, dict[str, None]] = {}
     for kind, topics in TASK_TOPICS.items():
-        for entry in (*topics.outputs(host), *topics.inputs(host), *topics.services(host)):
+        entries: tuple[Output | Input | Service, ...] = (
+            *topics.outputs(host), *topics.inputs(host), *topics.services(host),
+        )  # fmt: skip
+        for entry in entries:
             owners.setdefault(entry.name, {})[kind] = None
     own = _task(host).get("type")
     return {
