@@ -97,7 +97,7 @@ def browsing(folder, url, *flags):
                 page("Browser.close")
     finally:
         process.terminate()
-        process.wait(10.0)
+        process.wait(60.0)
 
 
 def _tab(file, seconds=30.0):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import chain
 from typing import Any
 
@@ -160,6 +160,7 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
     """The fleet, or the boat of `scene.follow`, followed from behind and above."""
     circle, reach = followed_circle(scene)
     middle = np.array([*circle, 0.0])
+    others = [boat for boat in scene.roster() if boat != scene.follow]
     return rrb.Spatial3DView(
         name="Sea",
         origin="/world",
@@ -174,7 +175,7 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
             eye_up=(0.0, 0.0, 1.0),
             tracking_entity=followed_path(scene),
         ),
-        overrides=trails(scene),
+        overrides=trails(scene) | (without_names(others) if len(others) > FEW_NAMES else {}),
     )
 
 
@@ -209,17 +210,18 @@ def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatia
 
 
 def unnamed(scene: RecordScene, height: float) -> dict[str, Any]:
-    """Names of boats hidden where they would cover each other, as the fleet starts, from a `height` [m].
-
-    Dots in their colours stay, and the legend beside the plots.
-    """
+    """Names of boats hidden where some would cover each other, as the fleet starts, from a `height` [m]."""
     line = 2.0 * PLAN_SLOPE * height / PLAN_LINES
     places = np.array([boat.pose[:2] for boat in scene.boats()]).reshape(-1, 2) @ east_and_north(scene).T
     halves = 0.5 * line * LETTER * np.array([len(boat.name) + 1.0 for boat in scene.boats()])
     east, north = np.moveaxis(np.abs(places[:, None] - places), -1, 0)
     covered = (east < halves[:, None] + halves) & (north < line)
-    names = scene.roster() if covered.sum() > len(places) or len(scene.roster()) > FEW_NAMES else ()
-    return {f"/world/boats/{name}/label": rr.Points3D.from_fields(show_labels=False) for name in names}
+    return without_names(scene.roster()) if covered.sum() > len(places) else {}
+
+
+def without_names(boats: Iterable[str]) -> dict[str, Any]:
+    """Names of boats hidden: dots in their colours stay, and the legend beside the plots."""
+    return {f"/world/boats/{boat}/label": rr.Points3D.from_fields(show_labels=False) for boat in boats}
 
 
 def bare() -> rrb.archetypes.SpatialInformation:

@@ -139,3 +139,15 @@ def test_names_that_would_cover_each_other_are_not_in_the_plan(way):
     height = 20.0 / size * PLAN_LINES / (2.0 * PLAN_SLOPE)
     assert unnamed(scene, 0.99 * height) == {}
     assert list(unnamed(scene, 1.01 * height)) == [f"/world/boats/{name}/label" for name in scene.roster()]
+
+
+@pytest.mark.parametrize(("boats", "named"), [(20, 20), (100, 0)])
+def test_names_of_many_boats_do_not_cover_them(boats, named):
+    """A hundred names hide the fleet; that of a boat that is followed stays."""
+    scene = recorded_run.scene(boats=boats)
+    for follow in (None, "wamv7"):
+        hidden = [
+            path for path in sea_view(replace(scene, follow=follow)).visualizer_overrides if path.endswith("/label")
+        ]
+        assert len(hidden) == boats - named - (follow is not None and not named)
+        assert f"/world/boats/{follow}/label" not in hidden
