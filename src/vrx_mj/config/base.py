@@ -4,7 +4,7 @@ import ast
 import inspect
 import itertools
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeVar, get_args, get_origin
@@ -59,13 +59,17 @@ _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}", re.ASCII)
 _SWITCHES = {"yes": True, "on": True, "no": False, "off": False}
 
 
+Fault = tuple[tuple[str | int, ...], str | PydanticCustomError]
+"""What is wrong with something inside the value at hand: its path from here, and the message or the error."""
+
+
 def fault(message: str, **where: object) -> PydanticCustomError:
     """An error about the value at hand; `where` is what the loader makes its place of."""
     return PydanticCustomError("vrx", "{message}", {"message": message, **where})
 
 
-def faults(*found: tuple[tuple[str | int, ...], str | PydanticCustomError]) -> ValidationError:
-    """Errors about things inside the value at hand, each as (path from here, message or error)."""
+def faults(*found: Fault) -> ValidationError:
+    """Errors about things inside the value at hand."""
     details = [
         InitErrorDetails(type=fault(error) if isinstance(error, str) else error, loc=path, input=None)
         for path, error in found
@@ -133,16 +137,20 @@ class Config(BaseModel):
         return plain
 
     @model_validator(mode="after")
-    def _has_no_ignored_keys(self) -> Self:
+    def _is_consistent(self) -> Self:
         given = self.model_fields_set
-        found = [
+        ignored: list[Fault] = [
             ((key,), error)
             for key, only in limited_keys(type(self)).items()
             if (error := only.fault(getattr(self, only.selector), getattr(self, key) if key in given else None))
         ]
-        if found:
+        if found := ignored or list(self._faults()):
             raise faults(*found)
         return self
+
+    def _faults(self) -> Iterable[Fault]:
+        """What is wrong with its values beside each other, once each alone is right and counts."""
+        return ()
 
 
 class FromFile(Config):

@@ -1,11 +1,10 @@
 """The current of a world's file: a mean with a profile over depth, a tide, and a slow random part."""
 
 import itertools
-from typing import Annotated, Self
+from collections.abc import Iterable
+from typing import Annotated
 
-from pydantic import model_validator
-
-from vrx_mj.config.base import Config, NonNegative, Number, Positive, Seed, faults, numbers
+from vrx_mj.config.base import Config, Fault, NonNegative, Number, Positive, Seed, numbers
 
 M2 = 44714.16
 """Period of the principal lunar tide [s]: 12 h 25 min 14 s."""
@@ -44,16 +43,13 @@ class CurrentConfig(Config):
     seed: Seed = 0
     """Seed of the random part; 0 leaves it to the world's seed."""
 
-    @model_validator(mode="after")
-    def _goes_down(self) -> Self:
+    def _faults(self) -> Iterable[Fault]:
         depths = [depth for depth, _ in self.profile]
-        found: list[tuple[tuple[str | int, ...], str]] = [
+        found: list[Fault] = [
             (("profile", index), f"a depth above that of the row before, {before:g} m, is needed, got {depth:g}")
             for index, (before, depth) in enumerate(itertools.pairwise(depths), 1)
             if depth <= before
         ]
         if depths and depths[0] < 0.0:
             found.append((("profile", 0), f"a depth of 0 or more is needed, got {depths[0]:g} m"))
-        if found:
-            raise faults(*found)
-        return self
+        return found

@@ -10,13 +10,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated
 
-from pydantic import BeforeValidator, field_validator, model_validator
+from pydantic import BeforeValidator, field_validator
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.arguments import as_number
-from vrx_mj.config.base import Config, Folder, Name, Number, Only, Pose, Switch, fault, faults, text_faults
+from vrx_mj.config.base import Config, Fault, Folder, Name, Number, Only, Pose, Switch, fault, faults, text_faults
 from vrx_mj.config.bays import (
     BLOCKS,
     FIRST_SYMBOL,
@@ -138,8 +138,6 @@ def _trimmed(lines: Sequence[str]) -> tuple[str, ...]:
 MAX_BLOCKS = 200
 """Most blocks of a dynamic dock."""
 
-Fault = tuple[tuple[str | int, ...], str]
-
 
 class Placed(Config):
     """Something with a name of its own, somewhere: in a world, or as part of a composite object."""
@@ -207,13 +205,9 @@ class DockPlacement(Placed):
             raise fault(f"a block is {one_of([f'{each:g}' for each in BLOCKS])} m long, got {shown(value)}")
         return edge
 
-    @model_validator(mode="after")
-    def _hangs_together(self) -> Self:
+    def _faults(self) -> Iterator[Fault]:
         with contextlib.suppress(VrxError):  # what is wrong with the drawing is reported with it
-            found = list(berth_faults(self, load_dock(self.layout, self.folder).cells))
-            if found:
-                raise faults(*found)
-        return self
+            yield from berth_faults(self, load_dock(self.layout, self.folder).cells)
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,9 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal, NamedTuple, Self, get_args
+from typing import Annotated, ClassVar, Literal, NamedTuple, get_args
 
 from pydantic import (
     AfterValidator,
@@ -14,7 +15,6 @@ from pydantic import (
     Field,
     Tag,
     field_validator,
-    model_validator,
 )
 from pydantic_core.core_schema import ValidationInfo
 
@@ -23,6 +23,7 @@ from vrx_mj.config.base import (
     Color,
     Config,
     Coordinate,
+    Fault,
     Folder,
     FromFile,
     Name,
@@ -32,11 +33,10 @@ from vrx_mj.config.base import (
     Positive,
     Seed,
     fault,
-    faults,
     numbers,
 )
 from vrx_mj.config.layouts import HEIGHT, Facing, Layout, LayoutName, headings, spots, square
-from vrx_mj.config.loading import Loading, check, problem_at, validated
+from vrx_mj.config.loading import Loading, check, loads, problem_at, validated
 from vrx_mj.config.profiles import CLASSIC
 from vrx_mj.config.readers import function_of
 from vrx_mj.config.robots import Arguments, load_robot
@@ -52,7 +52,6 @@ SPACING = 10.0
 """Default distance between neighbours [m]: twice the length of a WAM-V."""
 
 Loc = tuple[str | int, ...]
-Fault = tuple[Loc, str]
 
 
 _CONTROLLER = re.compile(r"[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
@@ -155,6 +154,15 @@ def _controller(value: str) -> str:
     return value
 
 
+def _read_parts(kind: str, path: str, near: Path | None) -> None:
+    read = function_of("parts", path)
+    assert read is not None, "any file may have parts"
+    read(contained(path, near), kind)
+
+
+_read_components = partial(_read_parts, "components")
+
+
 class _Built(Config):
     """Keys of a fleet and of a single boat of it."""
 
@@ -162,13 +170,13 @@ class _Built(Config):
     folder: Folder = None
     thrusters_folder: Folder = None
     components_folder: Folder = None
-    robot: str | None = None
+    robot: Annotated[str, loads(load_robot)] | None = None
     """Kind of boat; by default that of the world's spawn."""
     arguments: Arguments | None = None
     """Arguments of the robot's xacro, as `{mast_height: 2.5, locked: false}`; a boat's come on top of the fleet's."""
     thrusters: str | None = None
     """Layout of the thrusters, H, T or X, or a thruster file; by default that of the world's spawn."""
-    components: str | None = None
+    components: Annotated[str, loads(_read_components, "components_folder")] | None = None
     """Path of a component file."""
     sensors: Sensors | None = None
     """`vrx`, `none`, or names of suites or sensors; by default those of the world's spawn."""
@@ -177,35 +185,15 @@ class _Built(Config):
     controller: Annotated[str, AfterValidator(_controller)] | None = None
     """Controller of the boats, module:function or module:Class, unless a run is given another."""
 
-    @field_validator("robot")
-    @classmethod
-    def _exists(cls, value: str | None, info: ValidationInfo) -> str | None:
-        if value is not None:
-            check(info, lambda: load_robot(value, info.data.get("folder")))
-        return value
-
     @field_validator("thrusters")
     @classmethod
     def _robot_has_them(cls, value: str | None, info: ValidationInfo) -> str | None:
         robot, folder = info.data.get("robot"), info.data.get("folder")
         if value is not None and is_path(value):
-            check(info, lambda: _read_parts(contained(value, info.data.get("thrusters_folder")), "thrusters"))
+            check(info, lambda: _read_parts("thrusters", value, info.data.get("thrusters_folder")))
         elif value is not None and robot is not None:
             check(info, lambda: check_thrusters(robot, value, folder))
         return value
-
-    @field_validator("components")
-    @classmethod
-    def _can_be_read(cls, value: str | None, info: ValidationInfo) -> str | None:
-        if value is not None:
-            check(info, lambda: _read_parts(contained(value, info.data.get("components_folder")), "components"))
-        return value
-
-
-def _read_parts(file: Path, kind: str) -> None:
-    read = function_of("parts", file)
-    assert read is not None, "any file may have parts"
-    read(file, kind)
 
 
 class BoatEntry(_Built):
@@ -283,12 +271,8 @@ class FleetConfig(_Built, FromFile):
     boats: tuple[BoatEntry, ...] = ()
     """What is different about single boats, and boats with names and poses of their own."""
 
-    @model_validator(mode="after")
-    def _goes_together(self) -> Self:
-        found = list(_count_faults(self)) or _entry_faults(self)
-        if found:
-            raise faults(*found)
-        return self
+    def _faults(self) -> list[Fault]:
+        return list(_count_faults(self)) or _entry_faults(self)
 
     @property
     def is_empty(self) -> bool:

@@ -4,6 +4,7 @@ import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 
+from vrx_mj.config.base import Fault
 from vrx_mj.config.docks import Placed
 from vrx_mj.config.fleet import FleetConfig, FleetPosition, Headings, Located, room_faults
 from vrx_mj.config.loading import Loading, Source, file_of, problem_at, read_source, validated
@@ -19,8 +20,6 @@ OUTWARD = math.radians(5.0)
 FAR = 300.0
 """Distance [m] from everything in a world beyond which a fleet is probably misplaced."""
 
-Fault = tuple[tuple[str | int, ...], str]
-
 
 def load_fleet(source: Source | None, world: WorldConfig) -> FleetConfig:
     """The fleet of a name, a path or a dict, checked in a world; None: one boat at the world's spawn pose."""
@@ -29,7 +28,7 @@ def load_fleet(source: Source | None, world: WorldConfig) -> FleetConfig:
     fleet._section = section
     boats = fleet.located(world)
     found = [*_name_faults(boats, world), *_thruster_faults(boats), *room_faults(fleet, world.seed)]
-    problems = [problem_at(section, loc, message) for loc, message in found] + _wind_problems(world, boats)
+    problems = [problem_at(section, loc, str(message)) for loc, message in found] + _wind_problems(world, boats)
     if problems:
         raise ConfigError(dict.fromkeys(problems))
     if not fleet.is_empty:

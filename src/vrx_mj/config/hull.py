@@ -1,13 +1,14 @@
 """The hull of a boat as a naval architect gives it, for worlds of profile `marine`."""
 
-from typing import Annotated, ClassVar, Literal, Self
+from collections.abc import Iterator
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, field_validator, model_validator
-from pydantic_core.core_schema import ValidationInfo
+from pydantic import BeforeValidator, Field, field_validator
 
 from vrx_mj.config.base import (
     Config,
     Coordinate,
+    Fault,
     Folder,
     NonNegative,
     NotEmpty,
@@ -17,12 +18,11 @@ from vrx_mj.config.base import (
     Switch,
     Vec3,
     fault,
-    faults,
     numbers,
 )
 from vrx_mj.config.dynamics import Six
 from vrx_mj.config.hydro import read_hydro
-from vrx_mj.config.loading import check
+from vrx_mj.config.loading import loads
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.wording import shown
 
@@ -80,11 +80,9 @@ class CrossFlowConfig(Config):
     height: Coordinate | None = None
     """z at which the drag acts [m]; by default half the mean draft below the water at rest."""
 
-    @model_validator(mode="after")
-    def _has_length(self) -> Self:
+    def _faults(self) -> Iterator[Fault]:
         if self.bow <= self.stern:
-            raise faults((("bow",), f"expected a bow ahead of the stern, at {self.stern:g}, got {self.bow:g}"))
-        return self
+            yield ("bow",), f"expected a bow ahead of the stern, at {self.stern:g}, got {self.bow:g}"
 
 
 class SkegConfig(Config):
@@ -133,19 +131,12 @@ class MarineHullConfig(Config):
     """Mass at which the water is at `waterline`, of `hydrostatics: matrix` [kg]; by default the boat's."""
     waterline: Annotated[Number, OfMatrix] = 0.0
     """Height of the water at rest, of `hydrostatics: matrix` [m]."""
-    hydro: str | None = None
+    hydro: Annotated[str, loads(read_hydro)] | None = None
     """File of radiation and diffraction that `vrx-mj robot hydro --bem` writes, beside this one: added mass, memory of
     the waves that the hull makes, forces of those that it scatters."""
     diffraction: Annotated[Switch, Only("hydro")] = True
     """Whether waves act with the diffraction of `hydro`; or, without, with the added mass and memory of the water's
     motion at the centre of buoyancy, which is right for waves that are long against the hull."""
-
-    @field_validator("hydro")
-    @classmethod
-    def _is_hydro(cls, value: str | None, info: ValidationInfo) -> str | None:
-        if value is not None:
-            check(info, lambda: read_hydro(value, info.data.get("folder")))
-        return value
 
     @field_validator("added_mass", "damping_linear")
     @classmethod
@@ -166,13 +157,8 @@ class MarineHullConfig(Config):
             raise fault(f"entry 33 is {value[2][2]:.4g} N/m: above 0 is needed for a boat that floats")
         return value
 
-    @model_validator(mode="after")
-    def _is_consistent(self) -> Self:
-        found = []
+    def _faults(self) -> Iterator[Fault]:
         if self.hydrostatics == "matrix" and not self.restoring:
-            found.append((("hydrostatics",), "matrix needs `restoring`, the stiffness at rest"))
+            yield ("hydrostatics",), "matrix needs `restoring`, the stiffness at rest"
         if self.hydro and self.added_mass:
-            found.append((("added_mass",), "not used with hydro, which has that; remove it"))
-        if found:
-            raise faults(*found)
-        return self
+            yield ("added_mass",), "not used with hydro, which has that; remove it"

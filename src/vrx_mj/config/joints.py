@@ -2,13 +2,14 @@
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from typing import Annotated, Literal, Self
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, field_validator
 
 from vrx_mj.config.base import (
     Config,
+    Fault,
     Folder,
     Name,
     NonNegative,
@@ -19,7 +20,6 @@ from vrx_mj.config.base import (
     Principal,
     Vec3,
     fault,
-    faults,
     numbers,
 )
 from vrx_mj.config.buoyancy import BuoyancyConfig
@@ -31,8 +31,6 @@ MOST_LINKS = 64
 """Links of an object beside its own."""
 AXES: Mapping[str, int] = {"revolute": 1, "continuous": 1, "prismatic": 1, "universal": 2, "ball": 0}
 """Number of axes of each type of joint."""
-
-Fault = tuple[tuple[str | int, ...], str]
 
 
 def _with_a_length(value: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -94,17 +92,14 @@ class JointConfig(Config):
         """The axes, from the parent outward; none of a ball."""
         return tuple(axis for axis in (self.axis, self.axis2) if axis)[: AXES[self.type]]
 
-    @model_validator(mode="after")
-    def _has_its_axes(self) -> Self:
+    def _faults(self) -> Iterator[Fault]:
         if self.axis2 is not None and _parallel(self.axis.xyz, self.axis2.xyz):
-            raise faults(
-                (("axis2", "xyz"), "must not be parallel to the first axis: a universal joint turns about two")
-            )
+            yield ("axis2", "xyz"), "must not be parallel to the first axis: a universal joint turns about two"
         if self.type == "continuous" and self.axis.limits is not None:
-            raise faults((("axis", "limits"), "not allowed for a continuous joint; write `type: revolute`"))
-        if self.type == "ball" and (keys := self.axis.model_fields_set - {"damping"}):
-            raise faults(*((("axis", key), "not allowed for a ball joint") for key in sorted(keys)))
-        return self
+            yield ("axis", "limits"), "not allowed for a continuous joint; write `type: revolute`"
+        if self.type == "ball":
+            yield from ((("axis", key), "not allowed for a ball joint")
+                        for key in sorted(self.axis.model_fields_set - {"damping"}))  # fmt: skip
 
 
 class LinkConfig(Config):

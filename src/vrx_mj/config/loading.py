@@ -7,7 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar, cast, get_args
 
-from pydantic import ValidationError
+from pydantic import AfterValidator, ValidationError
 from pydantic_core import ErrorDetails
 from pydantic_core.core_schema import ValidationInfo
 
@@ -212,6 +212,16 @@ def check(info: ValidationInfo, load: Callable[[], object]) -> None:
     """Loads something that the model at hand names, if the model comes from a file or a dict."""
     if isinstance(info.context, Loading):
         info.context.check(load)
+
+
+def loads(load: Callable[[Any, Path | None], object], folder: str = "folder") -> AfterValidator:
+    """Has what a field names loaded by `load(name, near)`, where the field `folder` has the folder `near`."""
+
+    def loaded(value: object, info: ValidationInfo) -> object:
+        check(info, lambda: load(value, info.data.get(folder)))
+        return value
+
+    return AfterValidator(loaded)
 
 
 def file_of(kind: str, source: str | Path) -> Path:

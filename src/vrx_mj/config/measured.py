@@ -6,11 +6,11 @@ import itertools
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, ClassVar, Literal, NamedTuple, Self
+from typing import Any, ClassVar, Literal, NamedTuple
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from vrx_mj.config.base import Config, Folder, NonNegative, Number, Pose, Positive, Seed, faults
+from vrx_mj.config.base import Config, Fault, Folder, NonNegative, Number, Pose, Positive, Seed
 from vrx_mj.config.dynamics import Six
 from vrx_mj.config.kinds import other_kind, wrong_kind
 from vrx_mj.config.loading import Loading, validated
@@ -80,9 +80,8 @@ class MeasuredCaseConfig(Config):
     signals: dict[str, SignalConfig] = Field(min_length=1, max_length=100)
     """Columns of the measurements by their names, each with its band."""
 
-    @model_validator(mode="after")
-    def _is_consistent(self) -> Self:
-        found: list[tuple[tuple[str | int, ...], str]] = [
+    def _faults(self) -> list[Fault]:
+        found: list[Fault] = [
             (("signals", name, "of"), f"one of {', '.join(SIGNALS)} is needed: '{name}' is no signal of a boat")
             for name, signal in self.signals.items()
             if signal.of is None and name not in SIGNALS
@@ -92,9 +91,7 @@ class MeasuredCaseConfig(Config):
             for number, (before, after) in enumerate(itertools.pairwise(self.commands), 1)
             if after.time <= before.time
         ]
-        if found:
-            raise faults(*found)
-        return self
+        return found
 
 
 def read_case(path: Path) -> MeasuredCaseConfig:

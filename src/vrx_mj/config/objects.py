@@ -3,7 +3,7 @@
 import math
 import warnings
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal, Protocol, Self
@@ -14,6 +14,7 @@ from pydantic_core.core_schema import ValidationInfo
 from vrx_mj.config.base import (
     Config,
     Coordinate,
+    Fault,
     Folder,
     Name,
     NonNegative,
@@ -26,14 +27,13 @@ from vrx_mj.config.base import (
     Seed,
     Switch,
     Vec3,
-    faults,
     numbers,
 )
 from vrx_mj.config.bays import LightConfig, Symbol
 from vrx_mj.config.buoyancy import BuoyancyConfig
 from vrx_mj.config.docks import DockPlacement, Placed, berths, load_dock
 from vrx_mj.config.joints import JointConfig, LinkConfig, tree_faults
-from vrx_mj.config.loading import Loading, check, read_source, referenced, validated
+from vrx_mj.config.loading import Loading, check, loads, read_source, referenced, validated
 from vrx_mj.config.readers import file_of_others, read_others
 from vrx_mj.config.search import display, kind_name
 from vrx_mj.config.shapes import Shape, Visual
@@ -87,17 +87,15 @@ class PathConfig(Config):
     turns_first: Switch | None = None
     """Whether it swims only while its waypoint is within the tolerance of its bow; by default in profile vrx3 alone."""
 
-    @model_validator(mode="after")
-    def _is_one_path(self) -> Self:
+    def _faults(self) -> Iterator[Fault]:
         given = [key for key in ("waypoints", "circle", "line") if getattr(self, key) is not None]
         if not given:
-            raise faults((("waypoints",), "a path needs `waypoints`, a `circle` or a `line`"))
+            yield ("waypoints",), "a path needs `waypoints`, a `circle` or a `line`"
         if len(given) > 1:
-            raise faults(((given[1],), f"give one shape of a path; this one already has {given[0]}"))
-        count = {"waypoints": len(self.waypoints or ()), "circle": POINTS, "line": 2}[given[0]]
+            yield (given[1],), f"give one shape of a path; this one already has {given[0]}"
+        count = {"waypoints": len(self.waypoints or ()), "circle": POINTS, "line": 2}[given[0]] if given else math.inf
         if self.start >= count:
-            raise faults((("start",), f"must be below {count}, the number of waypoints, got {self.start}"))
-        return self
+            yield ("start",), f"must be below {count}, the number of waypoints, got {self.start}"
 
 
 def path_points(path: PathConfig, pose: Pose) -> list[tuple[float, float]]:
@@ -236,23 +234,10 @@ class ObjectConfig(Config):
         """Mass of all its links [kg]."""
         return (self.mass or 0.0) + sum(link.mass for link in self.links)
 
-    @model_validator(mode="after")
-    def _is_one_kind(self) -> Self:
+    def _faults(self) -> list[Fault]:
         found = {"composite": _composite, "static": lambda _: [], "floating": _floating}[self.kind](self) + _unlit(self)
         found += tree_faults(self.link, self.links, self.joints) if self.kind != "composite" else []
-        if found:
-            raise faults(*found)
-        return self
-
-    @model_validator(mode="after")
-    def _names_differ(self) -> Self:
-        found = repeated(objects=self.objects, docks=self.docks)
-        if found:
-            raise faults(*found)
-        return self
-
-
-Fault = tuple[tuple[str | int, ...], str]
+        return found or repeated(objects=self.objects, docks=self.docks)
 
 
 def _composite(thing: ObjectConfig) -> list[Fault]:
@@ -367,11 +352,16 @@ MOST = 1000
 """Objects of a kind in a field."""
 
 
+def _must_be_single(model: str, near: Path | None) -> None:
+    if load_object(model, near).kind == "composite":
+        raise VrxError(f"'{model}' is made of other objects; a field is made of single ones")
+
+
 class FieldKind(Config):
     """Equal objects of a field."""
 
     folder: Folder = None
-    model: str
+    model: Annotated[str, loads(_must_be_single)]
     """A name from `objects`, or the path of a YAML file relative to this one."""
     count: Annotated[int, Field(ge=1, le=MOST)]
     """Number of these objects."""
@@ -382,12 +372,6 @@ class FieldKind(Config):
     def stem(self) -> str:
         """What their names start with."""
         return self.name or kind_name(self.model)
-
-    @field_validator("model")
-    @classmethod
-    def _is_single(cls, value: str, info: ValidationInfo) -> str:
-        check(info, lambda: _must_be_single(value, info.data.get("folder")))
-        return value
 
 
 class FieldConfig(Config):
@@ -406,8 +390,3 @@ class FieldConfig(Config):
     shore [m]."""
     seed: Seed | None = None
     """Seed of the places; by default that of the world's file, so that other runs of one world have the same field."""
-
-
-def _must_be_single(model: str, near: Path | None) -> None:
-    if load_object(model, near).kind == "composite":
-        raise VrxError(f"'{model}' is made of other objects; a field is made of single ones")

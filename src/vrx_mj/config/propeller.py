@@ -1,11 +1,11 @@
 """A propeller whose thrust was measured, for worlds of profile `marine`."""
 
 import itertools
-from typing import Annotated, Self
+from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from vrx_mj.config.base import MAX_NUMBER, Config, NonNegative, Number, Positive, faults, numbers
+from vrx_mj.config.base import MAX_NUMBER, Config, Fault, NonNegative, Number, Positive, numbers
 
 Point = Annotated[tuple[Number, Number], numbers("command thrust")]
 
@@ -29,9 +29,8 @@ class PropellerConfig(Config):
     power: NonNegative = 0.0
     """Electric power at full thrust at rest [W]; by default it is not known. Less thrust takes its share^1.5 of it."""
 
-    @model_validator(mode="after")
-    def _is_a_curve(self) -> Self:
-        found: list[tuple[tuple[str | int, ...], str]] = []
+    def _faults(self) -> list[Fault]:
+        found: list[Fault] = []
         for index, (command, thrust) in enumerate(self.thrust):
             place = ("thrust", index)
             if not -1.0 <= command <= 1.0:
@@ -49,9 +48,7 @@ class PropellerConfig(Config):
             found.append((("thrust",), "a row [0, 0] is needed: add it, and rows astern if it can push astern"))
         if not found and not any(thrust for _, thrust in self.thrust):
             found.append((("thrust",), "a thrust other than 0 is needed: all are 0 N"))
-        if found:
-            raise faults(*found)
-        return self
+        return found
 
 
 def _side(command: float) -> str:

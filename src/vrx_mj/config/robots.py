@@ -4,15 +4,16 @@ A robot with a name is a folder with `robot.yaml`; a path leads to such a file, 
 whose YAML, if it has one, is called as itself: `my_boat.yaml` goes with `my_boat.urdf.xacro`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
+from pydantic import BeforeValidator, Field, PrivateAttr
 
 from vrx_mj.config.base import (
     MAX_NUMBER,
     Config,
+    Fault,
     Folder,
     Name,
     NonNegative,
@@ -95,12 +96,10 @@ class RudderEntry(Config):
     servo: ServoConfig = ServoConfig(kp=300.0, kd=20.0, effort=10.0, velocity=0.6)
     """What turns the rudder."""
 
-    @model_validator(mode="after")
-    def _race_is_complete(self) -> Self:
+    def _faults(self) -> Iterator[Fault]:
         if (self.propeller is None) != (self.propeller_diameter is None):
             missing = "propeller" if self.propeller is None else "propeller_diameter"
-            raise faults(((missing,), "propeller and propeller_diameter must be given together"))
-        return self
+            yield (missing,), "propeller and propeller_diameter must be given together"
 
 
 class _Partial(Config):
@@ -208,22 +207,17 @@ class RobotConfig(Config):
     profiles: Profiles = Profiles()
     """What is different in worlds of other profiles."""
 
-    @model_validator(mode="after")
-    def _is_consistent(self) -> Self:
-        found: list[tuple[tuple[str | int, ...], str]] = []
+    def _faults(self) -> Iterator[Fault]:
         if not _file_part(self.urdf).lower().endswith(DESCRIPTIONS):
-            found.append((("urdf",), f"expected a .urdf, .xacro or .sdf, got {shown(self.urdf)}"))
+            yield ("urdf",), f"expected a .urdf, .xacro or .sdf, got {shown(self.urdf)}"
         for name, rudder in self.rudders.items():
             if name in self.thrusters:
-                found.append((("rudders", name), "duplicate name: it is the name of a thruster"))
+                yield ("rudders", name), "duplicate name: it is the name of a thruster"
             if name in self.propellers:
-                found.append((("propellers", name), "not allowed for a rudder; remove it"))
+                yield ("propellers", name), "not allowed for a rudder; remove it"
             if rudder.propeller is not None and self.thrusters and rudder.propeller not in self.thrusters:
                 known = ", ".join(self.thrusters)
-                found.append((("rudders", name, "propeller"), f"no thruster {shown(rudder.propeller)}; known: {known}"))
-        if found:
-            raise faults(*found)
-        return self
+                yield ("rudders", name, "propeller"), f"no thruster {shown(rudder.propeller)}; known: {known}"
 
     def in_profile(self, profile: str) -> ProfileEntry:
         """What is different in worlds of a profile; in the classic one nothing is."""

@@ -1,13 +1,15 @@
 """What a world looks like, in SDF's vocabulary, and the markers of its goals and waypoints."""
 
-from typing import Annotated, Literal, Self
+from collections.abc import Iterator
+from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator
 
 from vrx_mj.config.base import (
     Color,
     Config,
     Coordinate,
+    Fault,
     NonNegative,
     Number,
     Only,
@@ -15,7 +17,6 @@ from vrx_mj.config.base import (
     Share,
     Switch,
     fault,
-    faults,
     numbers,
 )
 from vrx_mj.config.wording import shown
@@ -76,11 +77,9 @@ class SkyConfig(Config):
     clouds: CloudsConfig = CloudsConfig()
     """Clouds, which are not drawn: giving any gives a warning."""
 
-    @model_validator(mode="after")
-    def _sets_after_it_rises(self) -> Self:
+    def _faults(self) -> Iterator[Fault]:
         if self.sunset <= self.sunrise:
-            raise faults((("sunset",), f"must be later than sunrise, {self.sunrise:g}; got {self.sunset:g}"))
-        return self
+            yield ("sunset",), f"must be later than sunrise, {self.sunrise:g}; got {self.sunset:g}"
 
 
 class FogConfig(Config):
@@ -97,11 +96,9 @@ class FogConfig(Config):
     density: Annotated[NonNegative, Only("type", ("exp", "quadratic"))] = 1.0
     """Density [1/m]: exp fog hides 1 - exp(-density d) at distance d, quadratic fog 1 - exp(-(density d)^2)."""
 
-    @model_validator(mode="after")
-    def _ends_after_it_starts(self) -> Self:
+    def _faults(self) -> Iterator[Fault]:
         if self.end <= self.start:
-            raise faults((("end",), f"must be above start, {self.start:g}; got {self.end:g}"))
-        return self
+            yield ("end",), f"must be above start, {self.start:g}; got {self.end:g}"
 
 
 def _sky(value: object) -> object:

@@ -1,14 +1,14 @@
 """The sea of a world's file: VRX's wave fields, spectra of ocean engineers, and regular waves."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal, NamedTuple, Self
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
-from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_validator
+from pydantic import Field, PrivateAttr, field_validator, model_validator
 
-from vrx_mj.config.base import Config, Folder, NonNegative, Number, Only, Positive, fault, faults, numbers
-from vrx_mj.config.loading import check
+from vrx_mj.config.base import Config, Fault, Folder, NonNegative, Number, Only, Positive, fault, numbers
+from vrx_mj.config.loading import loads
 from vrx_mj.config.search import ReadingError, contained, read_limited
 from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
@@ -141,7 +141,7 @@ class SeaConfig(Config):
     """Component waves of a spectrum, of equal energy."""
     height: Annotated[NonNegative | None, Only("model", REGULAR)] = None
     """Height of a regular wave, crest over trough [m]."""
-    file: Annotated[str | None, Only("model", ("file",))] = None
+    file: Annotated[Annotated[str, loads(read_spectrum)] | None, Only("model", ("file",))] = None
     """Spectrum of model `file`: lines of frequency [Hz] and density [m2/Hz], as CSV; a path relative to this file."""
     depth: Annotated[Positive | None, Only("model", (*SPECTRA, *REGULAR))] = None
     """Depth of the water [m], for lengths and motion of waves that are not VRX's; by default it is deep."""
@@ -169,19 +169,8 @@ class SeaConfig(Config):
             raise fault("must not be zero, got [0, 0]")
         return value
 
-    @field_validator("file")
-    @classmethod
-    def _is_a_spectrum(cls, value: str | None, info: ValidationInfo) -> str | None:
-        if value is not None:
-            check(info, lambda: read_spectrum(value, info.data.get("folder")))
-        return value
-
-    @model_validator(mode="after")
-    def _is_consistent(self) -> Self:
-        found = [*self._pms_faults(), *self._spectrum_faults(), *self._regular_faults()]
-        if found:
-            raise faults(*found)
-        return self
+    def _faults(self) -> list[Fault]:
+        return [*self._pms_faults(), *self._spectrum_faults(), *self._regular_faults()]
 
     @property
     def spectrum(self) -> SpectrumTable:
@@ -210,15 +199,13 @@ class SeaConfig(Config):
         """Depth and gravity for the height at which waves break."""
         return Site(self.depth or math.inf, GRAVITY)
 
-    def _pms_faults(self) -> list[tuple[tuple[str], str]]:
-        found: list[tuple[tuple[str], str]] = []
+    def _pms_faults(self) -> Iterator[Fault]:
         if self.model == "pms" and self.number > 3:
-            found.append((("number",), f"must be at most 3 in a pms sea, got {self.number}"))
+            yield ("number",), f"must be at most 3 in a pms sea, got {self.number}"
         if self.model == "pms" and self.scale < 1:
-            found.append((("scale",), f"must be at least 1 in a pms sea, got {self.scale:g}"))
-        return found
+            yield ("scale",), f"must be at least 1 in a pms sea, got {self.scale:g}"
 
-    def _spectrum_faults(self) -> list[tuple[tuple[str], str]]:
+    def _spectrum_faults(self) -> list[Fault]:
         if self.model not in SPECTRA:
             return []
         missing = self._missing()
@@ -242,7 +229,7 @@ class SeaConfig(Config):
         given = self.significant_height is not None or self.sea_state is not None
         return None if given else f"{self.model} needs `significant_height` [m] or `sea_state`"
 
-    def _regular_faults(self) -> list[tuple[tuple[str], str]]:
+    def _regular_faults(self) -> list[Fault]:
         if self.model not in REGULAR:
             return []
         if self.height is None:

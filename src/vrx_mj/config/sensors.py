@@ -2,11 +2,12 @@
 
 import math
 import operator
-from typing import Annotated, Literal, Self
+from collections.abc import Iterator
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from vrx_mj.config.base import Config, Name, NonNegative, Number, Pose, Positive, Switch, Vec3, numbers
+from vrx_mj.config.base import Config, Fault, Name, NonNegative, Number, Pose, Positive, Switch, Vec3, numbers
 
 Rate = Annotated[float, Field(gt=0, le=10_000)]
 _RAYS = 1_000_000
@@ -69,11 +70,9 @@ class CameraConfig(_Sensor):
     antialiasing: Annotated[Literal[0, 2, 4], Field(exclude_if=operator.not_)] = 0
     """Samples per pixel that smooth edges, in two to three times the time; 0: none."""
 
-    @model_validator(mode="after")
-    def _sees_something(self) -> Self:
+    def _faults(self) -> Iterator[Fault]:
         if self.near >= self.far:
-            raise ValueError(f"invalid near {self.near:g} m and far {self.far:g} m: near must be below far")
-        return self
+            yield (), f"invalid near {self.near:g} m and far {self.far:g} m: near must be below far"
 
 
 class LidarConfig(_Sensor):
@@ -102,20 +101,18 @@ class LidarConfig(_Sensor):
     sea_returns: Switch = False
     """Whether water reflects; VRX's does not."""
 
-    @model_validator(mode="after")
-    def _sensible(self) -> Self:
+    def _faults(self) -> Iterator[Fault]:
         near, far = self.range
         if not 0.0 <= near < far:
-            raise ValueError(f"invalid range from {near:g} m to {far:g} m: 0 <= begin < end is needed")
+            yield (), f"invalid range from {near:g} m to {far:g} m: 0 <= begin < end is needed"
         if max(abs(angle) for angle in self.azimuth) > 2.0 * math.pi:
-            raise ValueError(f"invalid azimuth {list(self.azimuth)} rad: at most a full turn, 2 pi, either way")
+            yield (), f"invalid azimuth {list(self.azimuth)} rad: at most a full turn, 2 pi, either way"
         if max(abs(angle) for angle in self.elevation) > 1.571:
-            raise ValueError(f"invalid elevation {list(self.elevation)} rad: from -pi/2 to pi/2 is needed")
+            yield (), f"invalid elevation {list(self.elevation)} rad: from -pi/2 to pi/2 is needed"
         if self.output == "scan" and self.rings != 1:
-            raise ValueError(f"a scan has one ring, got {self.rings}; write `output: points` for several")
+            yield (), f"a scan has one ring, got {self.rings}; write `output: points` for several"
         if self.rings * self.samples > _RAYS:
-            raise ValueError(f"{self.rings} rings of {self.samples} samples: at most {_RAYS} rays")
-        return self
+            yield (), f"{self.rings} rings of {self.samples} samples: at most {_RAYS} rays"
 
 
 class GpsConfig(_Sensor):

@@ -2,11 +2,10 @@
 
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BeforeValidator, field_validator
-from pydantic_core.core_schema import ValidationInfo
+from pydantic import AfterValidator, BeforeValidator
 
 from vrx_mj.config.base import Color, Config, Folder, Name, Number, Only, Pose, Positive, fault, numbers
-from vrx_mj.config.loading import check
+from vrx_mj.config.loading import loads
 from vrx_mj.config.search import contained
 from vrx_mj.config.wording import one_of
 
@@ -29,6 +28,15 @@ def _three(value: object) -> object:
     return (value,) * 3 if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
+def _mesh(value: str) -> str:
+    if not value.lower().endswith(MESH_SUFFIXES):
+        raise fault(f"expected a mesh that ends in {one_of(MESH_SUFFIXES)}, got '{value}'")
+    return value
+
+
+Mesh = Annotated[str, AfterValidator(_mesh), loads(contained)]
+
+
 class Shape(Config):
     """A primitive or a mesh, centred on its pose; cylinders and capsules lie along their z axis."""
 
@@ -43,21 +51,12 @@ class Shape(Config):
     """Radius [m]."""
     length: Annotated[Positive | None, Only("type", ("cylinder", "capsule"), required=True)] = None
     """Length along z [m]; a capsule's without its two caps."""
-    file: Annotated[str | None, Only("type", ("mesh",), required=True)] = None
+    file: Annotated[Mesh | None, Only("type", ("mesh",), required=True)] = None
     """A mesh (.obj, .stl, .dae, .ply or .glb), relative to the folder of the file that names it."""
     scale: Annotated[Scale, BeforeValidator(_three), Only("type", ("mesh",))] = (1.0, 1.0, 1.0)
     """Factors of a mesh along x, y and z; a negative one mirrors it. A file may give one number for all three."""
     pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """Pose in the link's frame [m, rad]."""
-
-    @field_validator("file")
-    @classmethod
-    def _is_a_mesh(cls, value: str | None, info: ValidationInfo) -> str | None:
-        if value is not None and not value.lower().endswith(MESH_SUFFIXES):
-            raise fault(f"expected a mesh that ends in {one_of(MESH_SUFFIXES)}, got '{value}'")
-        if value is not None:
-            check(info, lambda: contained(value, info.data.get("folder")))
-        return value
 
 
 class Visual(Shape):

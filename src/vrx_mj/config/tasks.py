@@ -1,7 +1,7 @@
 """Tasks: what a world asks of a boat and how it is scored, with VRX's values where a file gives none."""
 
-from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal, Self, get_args
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
@@ -9,6 +9,7 @@ from pydantic_core.core_schema import ValidationInfo
 from vrx_mj.config.base import (
     Config,
     Coordinate,
+    Fault,
     FromFile,
     Latitude,
     Longitude,
@@ -157,10 +158,8 @@ class StationkeepingTask(TaskConfig):
     heading: Switch = True
     """Whether the yaw counts."""
 
-    @model_validator(mode="after")
-    def _has_one_goal(self) -> Self:
-        _one_of(self, "goal", "goal_cart")
-        return self
+    def _faults(self) -> Iterator[Fault]:
+        return _one_of(self, "goal", "goal_cart")
 
     @property
     def geodetic(self) -> tuple[str, ...]:
@@ -178,10 +177,8 @@ class WayfindingTask(TaskConfig):
     waypoints_cart: Annotated[tuple[Cartesian, ...], NotEmpty] | None = None
     """The same as x, y [m] and yaw [rad, from x] in the world frame."""
 
-    @model_validator(mode="after")
-    def _has_waypoints(self) -> Self:
-        _one_of(self, "waypoints", "waypoints_cart")
-        return self
+    def _faults(self) -> Iterator[Fault]:
+        return _one_of(self, "waypoints", "waypoints_cart")
 
     @property
     def geodetic(self) -> tuple[str, ...]:
@@ -376,13 +373,13 @@ def read_task(value: object, info: ValidationInfo) -> object:
     return task
 
 
-def _one_of(task: TaskConfig, geodetic: str, cartesian: str) -> None:
+def _one_of(task: TaskConfig, geodetic: str, cartesian: str) -> Iterator[Fault]:
     """Demands a place in one of two ways."""
     given = [key for key in (geodetic, cartesian) if getattr(task, key) is not None]
     if not given:
-        raise faults(((geodetic,), f"required for a {task.type} task, unless {cartesian} is given"))
+        yield (geodetic,), f"required for a {task.type} task, unless {cartesian} is given"
     if len(given) > 1:
-        raise faults(((cartesian,), f"give {geodetic} or {cartesian}, not both"))
+        yield (cartesian,), f"give {geodetic} or {cartesian}, not both"
 
 
 Task = Annotated[AnyTask | None, BeforeValidator(read_task)]

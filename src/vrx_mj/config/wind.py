@@ -1,10 +1,11 @@
 """The wind of a world's file: a mean with a profile over height, gusts, a direction that turns, and what it pushes."""
 
-from typing import Annotated, Literal, Self
+from collections.abc import Iterator
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from vrx_mj.config.base import Config, NonNegative, Number, Only, Positive, Seed, Vec3, faults
+from vrx_mj.config.base import Config, Fault, NonNegative, Number, Only, Positive, Seed, Vec3
 
 
 class WindObject(Config):
@@ -54,14 +55,8 @@ class WindConfig(Config):
 
     `[]`: nothing at all."""
 
-    @model_validator(mode="after")
-    def _is_consistent(self) -> Self:
-        found: list[tuple[tuple[str | int, ...], str]] = []
+    def _faults(self) -> Iterator[Fault]:
         if self.exponent is not None and self.roughness is not None:
-            found.append((("roughness",), "a profile has an exponent or a roughness: give one of them"))
+            yield ("roughness",), "a profile has an exponent or a roughness: give one of them"
         if self.roughness is not None and self.roughness >= self.height:
-            text = f"a roughness below `height`, {self.height:g} m, is needed, got {self.roughness:g} m"
-            found.append((("roughness",), text))
-        if found:
-            raise faults(*found)
-        return self
+            yield ("roughness",), f"a roughness below `height`, {self.height:g} m, is needed, got {self.roughness:g} m"

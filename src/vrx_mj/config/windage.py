@@ -1,11 +1,11 @@
 """What a boat shows to the wind: areas, and coefficients over the angle at which it comes."""
 
 import itertools
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from vrx_mj.config.base import Config, NonNegative, Number, Positive, faults, numbers
+from vrx_mj.config.base import Config, Fault, NonNegative, Number, Positive, numbers
 
 Vessel = Literal[
     "car_carrier", "cargo_vessel", "cargo_vessel_containers", "container_ship", "destroyer", "diving_support_vessel",
@@ -56,10 +56,9 @@ class WindageConfig(Config):
     vessel: Vessel | None = None
     """Type of vessel, whose coefficients Blendermann (1994) gives."""
 
-    @model_validator(mode="after")
-    def _is_consistent(self) -> Self:
+    def _faults(self) -> list[Fault]:
         given = [name for name in FORMS if getattr(self, name)]
-        found: list[tuple[tuple[str | int, ...], str]] = []
+        found: list[Fault] = []
         if len(given) != 1:
             text = f"one of {', '.join(FORMS)} is needed, got {' and '.join(given) or 'none'}"
             found.append(((given[-1],) if given else (), text))
@@ -79,6 +78,4 @@ class WindageConfig(Config):
         if self.isherwood and self.isherwood.superstructure_area > self.lateral_area:
             text = f"more than the lateral area, {self.lateral_area:g} m2: got {self.isherwood.superstructure_area:g}"
             found.append((("isherwood", "superstructure_area"), text))
-        if found:
-            raise faults(*found)
-        return self
+        return found

@@ -4,13 +4,14 @@ import math
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import (
     Config,
+    Fault,
     Folder,
     FromFile,
     Latitude,
@@ -20,11 +21,10 @@ from vrx_mj.config.base import (
     Pose,
     Seed,
     fault,
-    faults,
 )
 from vrx_mj.config.current import CurrentConfig
 from vrx_mj.config.docks import DockPlacement, Placed
-from vrx_mj.config.loading import Loading, Source, check, file_of, read_source, validated
+from vrx_mj.config.loading import Loading, Source, check, file_of, loads, read_source, validated
 from vrx_mj.config.objects import FieldConfig, Placement, repeated
 from vrx_mj.config.profiles import CLASSIC, DEFAULT, MARINE, Profile, physics_of_profile, world_of_profile
 from vrx_mj.config.readers import function_of, read_others
@@ -108,7 +108,7 @@ class SpawnConfig(Config):
     folder: Folder = None
     pose: Pose = (0.0, 0.0, 0.1, 0.0, 0.0, 0.0)
     """Pose in the world [m, rad]."""
-    robot: str = "wamv"
+    robot: Annotated[str, loads(load_robot)] = "wamv"
     """Kind of boat: a name, or a path relative to this file. It replaces the base's with its thrusters and sensors."""
     arguments: Arguments = Field(default_factory=dict)
     """Arguments of the robot's xacro, as `{mast_height: 2.5, locked: false}`."""
@@ -122,12 +122,6 @@ class SpawnConfig(Config):
     def _robot_has_them(cls, value: str, info: ValidationInfo) -> str:
         if "robot" in info.data:
             check(info, lambda: check_thrusters(info.data["robot"], value, info.data.get("folder")))
-        return value
-
-    @field_validator("robot")
-    @classmethod
-    def _exists(cls, value: str, info: ValidationInfo) -> str:
-        check(info, lambda: load_robot(value, info.data.get("folder")))
         return value
 
 
@@ -154,7 +148,7 @@ class WorldConfig(FromFile):
     """Light, sky and fog."""
     spawn: SpawnConfig = SpawnConfig()
     """The one boat of a run without a fleet, and what fleets take from it."""
-    terrain: str | None = None
+    terrain: Annotated[str, loads(find_terrain)] | None = None
     """Shoreline and ground: a name from `assets/terrain`."""
     objects: tuple[Placement, ...] = ()
     """Objects in the water and on the shore."""
@@ -176,15 +170,7 @@ class WorldConfig(FromFile):
     def _of_its_profile(cls, data: object) -> object:
         return world_of_profile(data)
 
-    @field_validator("terrain")
-    @classmethod
-    def _exists(cls, value: str | None, info: ValidationInfo) -> str | None:
-        if value is not None:
-            check(info, lambda: find_terrain(value, info.data.get("folder")))
-        return value
-
-    @model_validator(mode="after")
-    def _is_consistent(self) -> Self:
+    def _faults(self) -> list[Fault]:
         found = repeated(objects=self.objects, docks=self.docks, fields=self.fields)
         if self.task and self.task.geodetic and not self.georeference:
             text = "latitude and longitude need a `georeference`, which this world does not have"
@@ -205,9 +191,7 @@ class WorldConfig(FromFile):
             found.append((("current",), f"a current {MARINE_ONLY}, got {self.physics.profile}"))
         if self.physics.profile == MARINE and self.physics.gravity == 0.0:
             found.append((("physics", "gravity"), f"{MARINE} needs gravity, which makes its waves, got 0"))
-        if found:
-            raise faults(*found)
-        return self
+        return found
 
 
 def check_thrusters(robot: str, layout: str, folder: Path | None) -> None:
