@@ -197,7 +197,7 @@ MACHINE = """
 import os, socket, sys
 from vrx_mj.cli.bench import child_cost
 from vrx_mj.drive.terminal import Terminal
-from vrx_mj.recording.rrd_parser import limit
+from vrx_mj.foreign.confinement import limit
 from vrx_mj.ros.access import addresses, interface_addresses, is_local
 from vrx_mj.ros.limits import allowed
 from vrx_mj.ros.network import who_listens

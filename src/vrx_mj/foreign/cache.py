@@ -5,13 +5,14 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
-import secrets
 import stat
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 
+from vrx_mj.errors import VrxError
 from vrx_mj.foreign.confinement import LISTED, READ
+from vrx_mj.outputs import write_file
 
 LARGEST = 256 << 20
 """Bytes that are kept; the oldest go first."""
@@ -59,13 +60,9 @@ def kept(folder: Path, key: str) -> bytes | None:
 
 def keep(folder: Path, key: str, answer: bytes) -> None:
     """Keep an answer whole, or not at all, and remove the oldest if all are too large; a full disk is no error."""
-    draft = folder / f".{key[:16]}.{secrets.token_hex(4)}"
-    with contextlib.suppress(OSError):
-        try:
-            draft.write_bytes(hashlib.blake2b(answer, digest_size=DIGEST).digest() + answer)
-            draft.replace(folder / key)
-        finally:
-            draft.unlink(missing_ok=True)
+    content = hashlib.blake2b(answer, digest_size=DIGEST).digest() + answer
+    with contextlib.suppress(OSError, VrxError):
+        write_file(folder / key, content, "an answer")
         _trim(folder)
 
 

@@ -12,9 +12,9 @@ import select
 import struct
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import import_module
-from typing import IO, BinaryIO
+from typing import IO, Any, BinaryIO
 
 LENGTH, STATUS = struct.Struct("<Q"), struct.Struct("<q")
 IDLE = 60.0
@@ -40,7 +40,8 @@ def main() -> None:
         while select.select([jobs], [], [], IDLE)[0] and (job := block_from(jobs)):
             relay(*started(job, (jobs, answers), places["libraries"]), answers)
     else:
-        answer = done(json.loads(block_from(jobs)), places["libraries"])
+        prepare(job := json.loads(block_from(jobs)))
+        answer = done(job, places["libraries"])
         answers.write(LENGTH.pack(len(answer)) + answer + LENGTH.pack(0) + STATUS.pack(0))
         answers.flush()
         os._exit(0)  # no thread of a library is waited for
@@ -49,7 +50,7 @@ def main() -> None:
 def started(text: bytes, streams: Sequence[BinaryIO], libraries: list[str]) -> tuple[int, int]:
     """Have a copy of this process do a job: its number, and the pipe that its answer comes from."""
     job = json.loads(text)
-    prepare(job["module"])
+    prepare(job)
     source, target = os.pipe()
     if pid := os.fork():
         os.close(target)
@@ -64,11 +65,12 @@ def started(text: bytes, streams: Sequence[BinaryIO], libraries: list[str]) -> t
         os._exit(0)
 
 
-def prepare(module: str) -> None:
-    """Import a job's module; where that fails the job says so."""
+def prepare(job: Mapping[str, Any]) -> None:
+    """Import what a job needs, if that starts no threads, which a copy has not; where it fails the job says so."""
     with contextlib.suppress(Exception):
         import_module("vrx_mj.foreign.work")
-        import_module(module)
+        if not job["limits"]["threads"]:
+            import_module(job["module"])
 
 
 def relay(pid: int, source: int, answers: BinaryIO) -> None:
@@ -82,7 +84,7 @@ def relay(pid: int, source: int, answers: BinaryIO) -> None:
     answers.flush()
 
 
-def done(job: dict[str, object], libraries: list[str]) -> bytes:
+def done(job: dict[str, Any], libraries: list[str]) -> bytes:
     """The answer to a job."""
     from vrx_mj.foreign.work import answer
 

@@ -79,7 +79,7 @@ class Notes:
 
 
 def confine(folders: Sequence[str], libraries: Sequence[str], limits: Mapping[str, int]) -> Notes:
-    """Take all rights from this process but to read below some folders, and Python's code; returns what it looks at.
+    """Take Python's rights from this process but to read below some folders; returns what it looks at.
 
     Args:
         folders: absolute paths.
@@ -88,7 +88,6 @@ def confine(folders: Sequence[str], libraries: Sequence[str], limits: Mapping[st
     """
     notes = Notes()
     limit(limits["memory"], limits["seconds"], threads=bool(limits["threads"]))
-    lock_files([*folders, *libraries])
     notes.watch()
     sys.addaudithook(_hook([os.path.realpath(each) for each in folders], libraries, notes))
     return notes

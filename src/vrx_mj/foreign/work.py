@@ -11,18 +11,22 @@ from typing import Any
 
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.foreign.cache import states
-from vrx_mj.foreign.confinement import confine
+from vrx_mj.foreign.confinement import confine, lock_files
 from vrx_mj.foreign.plain import packed
 
 for found in pkgutil.iter_modules(encodings.__path__):  # XML may be in any
     if found.name.startswith(("ascii", "cp125", "idna", "iso8859", "latin", "utf_")):
         import_module(f"encodings.{found.name}")
 
+SYSTEM = ("/lib", "/lib64", "/usr/lib", "/usr/lib64", "/etc/ld.so.cache", "/proc/self/status")
+"""Where native libraries are that an import may load, and what says how much memory this process has."""
+
 
 def answer(job: dict[str, Any], libraries: list[str]) -> bytes:
     """The block with what a job comes to: `value`, `error` or `fault`, `warnings` and `files`."""
     try:
         os.chdir(job["folder"])
+        lock_files([*job["reads"], *libraries, *SYSTEM])  # of threads too, which imports may start
         function = getattr(import_module(job["module"]), job["function"])
         notes = confine(job["reads"], libraries, job["limits"])
         found = outcome(function, job["arguments"])
@@ -30,7 +34,7 @@ def answer(job: dict[str, Any], libraries: list[str]) -> bytes:
             found["files"] = states(notes.paths) if notes.unchanged() else None
         return packed(found)
     except BaseException as error:  # whatever a file makes of a reader
-        return packed({"fault": fault(error)})
+        return packed({"fault": fault(error, job["limits"]["memory"])})
 
 
 def outcome(function: Any, arguments: list[Any]) -> dict[str, Any]:
@@ -45,10 +49,10 @@ def outcome(function: Any, arguments: list[Any]) -> dict[str, Any]:
     return {**found, "warnings": [str(one.message) for one in caught]}
 
 
-def fault(error: BaseException) -> str:
+def fault(error: BaseException, memory: int) -> str:
     """What went wrong, in one line."""
     if isinstance(error, MemoryError):
-        return "it takes too much memory"
+        return f"it takes more than {memory >> 20} MiB of memory"
     if isinstance(error, RecursionError):
         return "it is nested too deeply"
     words = str(error).strip().splitlines()

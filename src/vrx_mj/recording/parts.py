@@ -6,16 +6,16 @@ Both the parser of rerun's files and the file of a run that goes on have this fo
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field
+from pydantic import Field, TypeAdapter
 
 from vrx_mj.errors import RecordError
-from vrx_mj.recording import rrd_parser
+from vrx_mj.foreign.plain import LENGTH
 
 APPLICATION = "vrx_mj"
 """What rerun's files are of."""
@@ -23,6 +23,8 @@ RUN, ROWS, STATES, EVENTS = "/record/run", "/record/rows", "/record/states", "/e
 FRAMES, COMPANIES = "/record/frames", "/record/companies"
 """Entities that are read, besides those of sensors."""
 
+NUMBERS = ("<f8", "<f4", "<i8", "<i4", "<u8", "<u4", "<u2", "|u1")
+"""Kinds of numbers in a cell, as numpy names them; other cells are `text`, `bytes` or `none`."""
 LONGEST = 1e9
 """Latest time in a recording [s]."""
 
@@ -129,12 +131,37 @@ class Lengths:
 
 
 def cell_of(kind: str, content: memoryview) -> Cell:
-    """A cell of a kind."""
-    if kind in rrd_parser.NUMBERS:
+    """A cell of a kind.
+
+    Raises:
+        ValueError: there is no such kind, or its content is not of it.
+    """
+    if kind in NUMBERS:
         return np.frombuffer(content, kind)
     if kind == "text":
         return bytes(content).decode()
+    if kind not in {"bytes", "none"}:
+        raise ValueError(f"numbers of type {kind}")
     return bytes(content) if kind == "bytes" else None
+
+
+LENGTHS: TypeAdapter[Lengths] = TypeAdapter(Lengths)
+
+
+def parts_of(blocks: memoryview) -> Iterator[Part]:
+    """The parts in blocks.
+
+    Raises:
+        ValueError: they are damaged.
+    """
+    while blocks:
+        if len(blocks) < LENGTH.size:
+            raise ValueError(f"{len(blocks)} bytes are no block")
+        start = LENGTH.size + LENGTH.unpack_from(blocks)[0]
+        lengths = LENGTHS.validate_json(bytes(blocks[LENGTH.size : start]))
+        end = start + sum(size for cells in lengths.columns.values() for _, size in cells)
+        yield Part(lengths.entity, lengths.static, columns_of(lengths, blocks[start:end]))
+        blocks = blocks[end:]
 
 
 def columns_of(lengths: Lengths, content: memoryview) -> dict[str, list[Cell]]:
@@ -159,7 +186,7 @@ def block_of(entity: str, columns: Mapping[str, Sequence[Cell]]) -> list[bytes]:
     found = {name: [content_of(cell) for cell in cells] for name, cells in columns.items()}
     lengths = {name: [(kind, len(content)) for kind, content in cells] for name, cells in found.items()}
     text = json.dumps({"entity": entity, "static": False, "columns": lengths}).encode()
-    return [rrd_parser.LENGTH.pack(len(text)), text, *(content for cells in found.values() for _, content in cells)]
+    return [LENGTH.pack(len(text)), text, *(content for cells in found.values() for _, content in cells)]
 
 
 def content_of(cell: Cell) -> tuple[str, bytes]:

@@ -13,11 +13,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from pydantic import TypeAdapter
-
 from vrx_mj.errors import RecordError
-from vrx_mj.recording import rrd_parser
-from vrx_mj.recording.parts import Cell, Lengths, Part, block_of, columns_of
+from vrx_mj.recording.parts import Cell, Part, block_of, parts_of
 
 MAGIC = b"VRXMJRAW"
 """How such a file begins; the version comes next."""
@@ -26,8 +23,6 @@ HEAD, FRAME = struct.Struct("<8sI"), struct.Struct("<QI")
 """Beginning of the file: mark and version. Before each block: its length [bytes] and its CRC-32."""
 FLUSH = 1.0
 """Wall time between flushes [s]."""
-
-LENGTHS: TypeAdapter[Lengths] = TypeAdapter(Lengths)
 
 
 class RawFile:
@@ -93,21 +88,9 @@ def raw_parts(path: Path) -> Iterator[Part]:
             if length > left or zlib.crc32(block := stream.read(length)) != checksum:
                 break
             try:
-                yield part_of(memoryview(block))
-            except (ValueError, struct.error) as error:
+                yield from parts_of(memoryview(block))
+            except ValueError as error:
                 raise RecordError(f"'{path}' is damaged: {str(error).splitlines()[0]}") from error
             count += 1
     if not count:
         raise RecordError(f"'{path}' is damaged: nothing of the run is in it")
-
-
-def part_of(block: memoryview) -> Part:
-    """The part in a block.
-
-    Raises:
-        ValueError: the block is damaged.
-    """
-    (length,) = rrd_parser.LENGTH.unpack_from(block)
-    start = rrd_parser.LENGTH.size + length
-    lengths = LENGTHS.validate_json(bytes(block[rrd_parser.LENGTH.size : start]))
-    return Part(lengths.entity, lengths.static, columns_of(lengths, block[start:]))

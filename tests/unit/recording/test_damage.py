@@ -15,6 +15,7 @@ import recorded_run
 from fuzz import recordings
 from vrx_mj.config.sensors import BallShooterConfig, LidarConfig
 from vrx_mj.errors import RecordError, VrxError
+from vrx_mj.foreign import ask, asking
 from vrx_mj.recording import rrd_file
 from vrx_mj.recording.boat_sets import boat_set_head, head_of, sent_messages
 from vrx_mj.recording.compare import compare
@@ -27,9 +28,6 @@ from vrx_mj.recording.rrd_file import parsed_file
 from vrx_mj.recording.session import viewable
 
 MOST = 1 << 20
-ABORTS = "import os; os.abort()"
-ENDLESS = "while True: pass"
-FLOOD = "import sys\nwhile True: sys.stdout.write('x' * 99999)"
 
 
 @pytest.fixture(scope="module")
@@ -55,30 +53,27 @@ def trouble(use):
 # The parser
 
 
-@pytest.mark.parametrize(
-    ("program", "reason"),
-    [
-        (ABORTS, "rerun's reader was ended by SIGABRT"),
-        ("raise SystemExit(3)", "rerun's reader ended with exit code 3"),
-        ("pass", "rerun's reader came to no end"),
-        (ENDLESS, "rerun's reader was ended by SIGKILL"),
-        (FLOOD, "it holds more than 64 MiB"),
-    ],
-)
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
-def test_a_parser_that_does_not_end_well_is_damage_of_the_file(program, reason, recording, tmp_path, monkeypatch):
+def test_a_parser_that_does_not_end_well_is_damage_of_the_file(recording, monkeypatch):
     """As a panic of rerun's is, at some flipped bytes."""
-    stub = tmp_path / "stub.py"
-    stub.write_text(program, encoding="utf-8")
-    monkeypatch.setattr(rrd_file.rrd_parser, "__file__", str(stub))
-    monkeypatch.setattr(rrd_file, "CLOCK_PER_PROCESSOR_TIME", 0.2 if program is ENDLESS else 12)
-    monkeypatch.setattr(rrd_file, "RATIO", 0)
-    assert refusal(read_record, recording) == f"'{recording}' is damaged: {reason}"
+    monkeypatch.setattr(asking, "PACKAGE", "foreign_jobs")
+    monkeypatch.setattr(rrd_file, "PARSER", "tricks")
+    assert refusal(read_record, recording) == f"'{recording}' is damaged: its reader was ended by SIGABRT"
+
+
+def test_a_recording_that_names_another_file_cannot_read_it(recording, tmp_path):
+    """Its parser reads the recording alone, whatever else is beside it."""
+    secret = tmp_path / "secret.rrd"
+    secret.write_bytes(recording.read_bytes())
+    with pytest.raises(RecordError):
+        ask("foreign.rerun_file:chunks", secret, [], [], False, returns=tuple[bytes, bool, bool], about="it",
+            reads=[recording], threads=True, cached=False)  # fmt: skip
 
 
 @pytest.mark.parametrize("said", [b"\x05", b"\xff" * 8, struct.pack("<Q", 2) + b"{}", struct.pack("<Q", 2) + b"[["])
-def test_what_the_parser_says_is_checked(said, recording):
-    assert refusal(rrd_file.blocks_of, said, recording, recording).startswith(f"'{recording}' is damaged: ")
+def test_what_the_parser_says_is_checked(said, recording, monkeypatch):
+    monkeypatch.setattr(rrd_file, "ask", lambda *_arguments, **_options: (said, True, True))
+    assert refusal(read_record, recording).startswith(f"'{recording}' is damaged: ")
 
 
 def test_a_file_that_grew_a_bad_message_keeps_what_was_whole(recording, tmp_path):
