@@ -12,10 +12,12 @@ from vrx_mj.formats.gazebo.sdf_frames import HERE, Frames, Scope, given_pose, re
 from vrx_mj.formats.urdf.elements import LARGEST, Node
 from vrx_mj.formats.urdf.links import (
     BOUNDED,
+    ENDLESS,
     Surroundings,
     at_rest,
     check_inertia,
     collision_of,
+    freed,
     gazebo_color,
     length_one,
     shape_name,
@@ -28,8 +30,6 @@ UNIT = 1.0
 """Mass [kg] and moments of inertia [kg m2] of a link that gives none, by SDF."""
 WATER = 1000.0
 """Density [kg/m3] of what a shape is full of whose file gives none, by SDF."""
-ENDLESS = 1e10
-"""Limit of a joint [rad or m] from which it has none."""
 WORLD = "world"
 """Name of what does not move."""
 AXIS_OF_JOINT = (1, 5)
@@ -154,7 +154,7 @@ def _visuals(node: Node, link: str, scope: Scope, body: Body) -> tuple[Visual, .
         body.around.findings.note("shapeless", link)
         return ()
     values = _shape(node, geometry, link, scope, body)
-    return visuals_of(node, geometry, values, _color(node), body.around) if values else ()
+    return visuals_of(node, values, _color(node), body.around) if values else ()
 
 
 def _color(visual: Node) -> Color | None:
@@ -223,9 +223,7 @@ def read_sdf_joint(body: Body, node: Node, scope: Scope) -> Joint | None:
         return None
     if parent == child:
         node.fault(f"joins the link '{parent}' to itself")
-    limits = _limits(node, kind)
-    if kind == "revolute" and limits and limits.lower <= -ENDLESS and limits.upper >= ENDLESS:
-        kind, limits = "continuous", None
+    kind, limits = freed(kind, _limits(node, kind))
     axis = _axis(body, node, name, child, scope)
     rest = min(max(0.0, limits.lower), limits.upper) if limits and kind in BOUNDED else 0.0
     return Joint(

@@ -223,7 +223,9 @@ def _count_fault(text: str, words: list[str], names: list[str]) -> str:
     return f"expected {len(names)} numbers '{' '.join(names)}' with blanks between them, got {shown(text)}"
 
 
-def _fault(word: str, above: float = -math.inf, low: float = -math.inf, high: float = math.inf) -> str:
+def _fault(
+    word: str, above: float = -math.inf, low: float = -math.inf, high: float = math.inf, largest: float = LARGEST
+) -> str:
     """What is wrong with the text of a number; empty if nothing is."""
     if _NOT_FINITE.fullmatch(word):
         return f"must be finite, got {shown(word)}"
@@ -236,4 +238,4 @@ def _fault(word: str, above: float = -math.inf, low: float = -math.inf, high: fl
         return f"must be at least {low:g}, got {word}"
     if value > high:
         return f"must be at most {high:g}, got {word}"
-    return f"must lie between -{LARGEST:g} and {LARGEST:g}, got {word}" if abs(value) > LARGEST else ""
+    return f"must lie between -{largest:g} and {largest:g}, got {word}" if abs(value) > largest else ""

@@ -11,7 +11,7 @@ from vrx_mj.config.base import COLORS
 from vrx_mj.config.shapes import MESH_SUFFIXES, Shape, Visual
 from vrx_mj.config.wording import choice, one_of, shown
 from vrx_mj.errors import Problem, UnknownNameError, VrxError
-from vrx_mj.formats.urdf.elements import Findings, Node
+from vrx_mj.formats.urdf.elements import LARGEST, Findings, Node
 from vrx_mj.formats.urdf.meshes import MeshFiles, MissingMeshError, check_mesh
 from vrx_mj.formats.urdf.model import Inertial, Joint, Limits, Link, chained
 from vrx_mj.frames import Pose, compose, facing, inverse
@@ -78,6 +78,9 @@ VRX_IMU = (0.1, 0.000083, 0.000083, 0.0125)
 """Mass and moments that VRX gives its IMU. No body has them, but so light a part does not matter."""
 SLIGHT = 1.1
 """How far a moment may exceed the sum of the others before the inertia of a heavy link is an error."""
+THIN, ROUNDED = 1e-6, 1e-12
+"""Squares [m2] of radii of gyration, 1 mm and 1 um: moments off by less come of rounding, and are no error; or are
+not worth a word."""
 ONE = (1.0, 1.0, 1.0)
 """Scale of a mesh that is drawn as it is."""
 
@@ -95,8 +98,8 @@ class Surroundings:
     """Colours of the URDF's materials."""
     gazebo: Mapping[str, Color] = field(default_factory=dict)
     """Colours that Gazebo's tags give to links."""
-    impossible: list[tuple[Node, str, float, str]] = field(default_factory=list)
-    """Inertias that break the triangle inequality: element, link, how far, and in words."""
+    impossible: list[tuple[Node, str, bool, str]] = field(default_factory=list)
+    """Inertias that break the triangle inequality: element, link, whether by far, and in words."""
 
 
 def read_link(node: Node, around: Surroundings) -> Link:
@@ -185,11 +188,11 @@ def check_inertia(node: Node, name: str, values: tuple[float, ...], around: Surr
     mass, *tensor = values
     low, middle, high = moments = _principal(tensor)
     words = ", ".join(f"{moment:.6g}" for moment in moments)
-    if low < -1e-9 * abs(high):
+    if low < -max(1e-9 * high, THIN * mass):
         node.fault(f"impossible moments of inertia: about the principal axes they are {words} kg m2")
-    elif high > (low + middle) * (1 + 1e-6) and (mass, *tensor[:3]) != VRX_IMU:
-        excess = high / (low + middle) if low + middle > 0 else math.inf
-        around.impossible.append((node, name, excess, words))
+    elif high - low - middle > max(1e-6 * (low + middle), ROUNDED * mass) and (mass, *tensor[:3]) != VRX_IMU:
+        far = high - low - middle > max((SLIGHT - 1.0) * (low + middle), THIN * mass)
+        around.impossible.append((node, name, far, words))
 
 
 def _principal(tensor: list[float]) -> list[float]:
@@ -210,10 +213,12 @@ def _collision(node: Node, around: Surroundings) -> Shape | None:
 def collision_of(node: Node, geometry: Node, values: dict[str, Any], around: Surroundings) -> Shape | None:
     """A shape that collides, of these values; a mesh is looked for and read."""
     if values["type"] == "mesh":
-        found = _mesh(geometry, values, around, collides=True)
-        if found is None:
+        try:
+            values |= _mesh(values, around, collides=True)
+        except VrxError as error:
+            mesh = geometry.child("mesh") or geometry
+            mesh.fault(str(error), "uri" if mesh.child("uri") else "filename")
             return None
-        values |= found
     return node.configured(Shape, values)
 
 
@@ -225,16 +230,19 @@ def _visuals(node: Node, link: str, around: Surroundings) -> tuple[Visual, ...]:
         around.findings.note("shapeless", link)
     if geometry is None or values is None:
         return ()
-    return visuals_of(node, geometry, values, around.gazebo.get(link) or _visual_color(node, around), around)
+    return visuals_of(node, values, around.gazebo.get(link) or _visual_color(node, around), around)
 
 
 def visuals_of(
-    node: Node, geometry: Node, values: dict[str, Any], color: Color | None, around: Surroundings
-) -> tuple[Visual, ...]:
-    """What is seen of a shape of these values; a mesh that is missing is drawn by ours for it, if there are any."""
+    node: Node, values: dict[str, Any], color: Color | None, around: Surroundings
+) -> tuple[Visual, ...]:  # fmt: skip
+    """What is seen of a shape of these values; a mesh that is missing is drawn by ours for it, if there are any.
+
+    A mesh that is only looked at refuses no robot: one that cannot be read is left out.
+    """
     if values["type"] == "mesh":
         try:
-            found = _mesh(geometry, values, around, collides=False)
+            values |= _mesh(values, around, collides=False)
         except MissingMeshError:
             file = str(values.pop("file"))
             scale = values.get("scale", ())
@@ -242,9 +250,9 @@ def visuals_of(
             if not instead:
                 around.findings.note("mesh", file)
             return instead
-        if found is None:
+        except VrxError as error:
+            around.findings.note("unread", str(error))
             return ()
-        values |= found
         color = color or values.pop("own", None)
     values.pop("own", None)
     visual = node.configured(Visual, {**values, **({"color": color} if color else {})})
@@ -299,31 +307,26 @@ def _scale(mesh: Node) -> tuple[float, ...]:
     return scale
 
 
-def _mesh(geometry: Node, values: Mapping[str, Any], around: Surroundings, *, collides: bool) -> dict[str, Any] | None:
-    """Folder and path of a mesh, once it was found and read; None if it cannot be. Our own are known to be sound."""
-    name, scale = str(values["file"]), values.get("scale", ONE)
-    node = geometry.child("mesh") or geometry
-    key = "uri" if node.child("uri") else "filename"
-    try:
-        folder, path = around.files.find(name)
-        if not path.lower().endswith(MESH_SUFFIXES):
-            raise VrxError(f"expected a mesh that ends in {one_of(MESH_SUFFIXES)}, got {shown(name)}")
-        if (folder / path).resolve().is_relative_to(root() / "assets"):
-            return {"folder": folder, "file": path}
-        mesh = check_mesh(folder / path, scale, collides=collides)
-    except MissingMeshError as error:
-        if not collides:
-            raise
-        node.fault(str(error), key)
-    except VrxError as error:
-        node.fault(str(error), key)
-    else:
-        return {"folder": folder, "file": path} | ({} if collides else {"own": mesh.color})
-    return None
+def _mesh(values: Mapping[str, Any], around: Surroundings, *, collides: bool) -> dict[str, Any]:
+    """Folder and path of a mesh that was found and read, and its own colour. Our own are known to be sound.
+
+    Raises:
+        VrxError: it cannot be found or read.
+    """
+    folder, path = around.files.find(str(values["file"]))
+    if not path.lower().endswith(MESH_SUFFIXES):
+        raise VrxError(f"expected a mesh that ends in {one_of(MESH_SUFFIXES)}, got {shown(str(values['file']))}")
+    found = {"folder": folder, "file": path}
+    if (folder / path).resolve().is_relative_to(root() / "assets"):
+        return found
+    mesh = check_mesh(folder / path, values.get("scale", ONE), collides=collides)
+    return found if collides else found | {"own": mesh.color}
 
 
 TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating", "planar")
 BOUNDED = ("revolute", "prismatic")
+ENDLESS = 1e10
+"""Limit of a joint [rad or m] from which it has none; files write 1e16, as Gazebo does, or inf."""
 
 
 def read_joint(node: Node, links: Collection[str]) -> Joint:
@@ -336,7 +339,8 @@ def read_joint(node: Node, links: Collection[str]) -> Joint:
         node.fault(f"joins the link '{parent}' to itself")
     if node.child("mimic"):
         node.findings.note("mimic", name)
-    axis, limits = _axis(node, kind), _limits(node, kind)
+    axis = _axis(node, kind)
+    kind, limits = freed(kind, _limits(node, kind))
     rest = min(max(0.0, limits.lower), limits.upper) if limits and kind in BOUNDED else 0.0
     return Joint(
         name=name,
@@ -431,8 +435,14 @@ def _limits(node: Node, kind: str) -> Limits | None:
         if kind in BOUNDED:
             node.fault(f"required, but missing: a {kind} joint has limits", "limit")
         return None
-    lower, upper = (limit.number(key, 0.0) for key in ("lower", "upper"))
-    effort, velocity = (limit.number(key, 0.0, low=0) for key in ("effort", "velocity"))
+    lower, upper = (limit.number(key, 0.0, largest=math.inf) for key in ("lower", "upper"))
+    effort, velocity = (limit.number(key, 0.0, low=0, largest=math.inf) for key in ("effort", "velocity"))
     if kind in BOUNDED and lower > upper:
         limit.fault(f"lower {lower:g} is above upper {upper:g}")
-    return Limits(lower, upper, effort, velocity)
+    return Limits(max(lower, -LARGEST), min(upper, LARGEST), min(effort, LARGEST), min(velocity, LARGEST))
+
+
+def freed(kind: str, limits: Limits | None) -> tuple[str, Limits | None]:
+    """The type of a joint and its limits; a revolute one turns freely between limits that have no end."""
+    endless = limits is not None and limits.lower <= -ENDLESS and limits.upper >= ENDLESS
+    return "continuous" if kind == "revolute" and endless else kind, limits

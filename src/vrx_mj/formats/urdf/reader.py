@@ -7,7 +7,7 @@ from pathlib import Path
 from vrx_mj.config.search import display
 from vrx_mj.errors import VrxWarning, nearest
 from vrx_mj.formats.urdf.elements import Findings, Node
-from vrx_mj.formats.urdf.links import SLIGHT, Surroundings, material_colors, read_joint, read_link, root_of
+from vrx_mj.formats.urdf.links import Surroundings, material_colors, read_joint, read_link, root_of
 from vrx_mj.formats.urdf.meshes import MeshFiles
 from vrx_mj.formats.urdf.model import Joint, Link, Urdf
 from vrx_mj.formats.urdf.xml_text import parse_robot
@@ -21,6 +21,7 @@ ODD = {
     "inertia": "impossible moments of inertia, one more than the sum of the other two; they are used as they are",
     "shapeless": "visuals without a geometry; they are ignored",
     "mesh": "meshes not found in the folders that may be read; they are not drawn",
+    "unread": "meshes that cannot be read; they are not drawn",
     "geometry": "shapes that MuJoCo has none like; they are ignored",
     "unit": "links without <inertial>; by SDF each weighs 1 kg, with moments of inertia of 1 kg m2",
     "submesh": "meshes of which a <submesh> is meant; they are used whole",
@@ -121,9 +122,9 @@ def _check_masses(links: Mapping[str, Link], around: Surroundings, root: Node) -
     total = sum(link.inertial.mass for link in links.values() if link.inertial)
     if links and total == 0 and not around.findings.problems:
         root.fault("no link has a mass", root.tag)
-    for node, name, excess, words in around.impossible:
+    for node, name, far, words in around.impossible:
         inertial = links[name].inertial
-        if excess > SLIGHT and inertial and inertial.mass > LIGHT * total:
+        if far and inertial and inertial.mass > LIGHT * total:
             node.fault(f"impossible moments of inertia: about the principal axes they are {words} kg m2, "
                        "and the largest is more than the sum of the other two")  # fmt: skip
         else:

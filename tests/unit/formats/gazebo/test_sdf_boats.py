@@ -143,18 +143,22 @@ def test_a_quaternion_is_the_same_as_its_angles(turn):
 def test_limits_of_joints():
     """Those of 1e16 or inf are none; a joint that cannot move is one of VRX's ways to hold a link."""
     kinds = {}
-    for name, limit in {"free": "<lower>-1e16</lower><upper>inf</upper>", "held": "<lower>0</lower><upper>0</upper>",
-                        "half": "<lower>-1</lower>"}.items():  # fmt: skip
+    limits = {
+        "free": "<lower>-1e16</lower><upper>inf</upper><effort>50</effort>",
+        "held": "<lower>0</lower><upper>0</upper>",
+        "half": "<lower>-1</lower>",
+    }
+    for name, limit in limits.items():
         joint = (
             '<joint name="j" type="revolute"><parent>base_link</parent><child>screw</child>'
             f"<axis><limit>{limit}</limit></axis></joint>"
         )
         found = boat(HULL, link("screw", 1, (1, 1, 1)), joint).joints["j"]
-        kinds[name] = found.type, found.locked, found.limits and (found.limits.lower, found.limits.upper)
+        kinds[name] = found.type, found.locked, found.limits.lower, found.limits.upper, found.limits.effort
     assert kinds == {
-        "free": ("continuous", False, None),
-        "held": ("revolute", True, (0.0, 0.0)),
-        "half": ("revolute", False, (-1.0, 1e12)),
+        "free": ("continuous", False, -1e12, 1e12, 50),
+        "held": ("revolute", True, 0, 0, 0),
+        "half": ("revolute", False, -1, 1e12, 0),
     }
 
 
