@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 from typing import Any
@@ -10,11 +10,11 @@ from typing import Any
 from vrx_mj.config.base import COLORS
 from vrx_mj.config.shapes import MESH_SUFFIXES, Shape, Visual
 from vrx_mj.config.wording import choice, one_of, shown
-from vrx_mj.errors import Problem, UnknownNameError, VrxError
+from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.formats.urdf.elements import LARGEST, Findings, Node
 from vrx_mj.formats.urdf.meshes import MeshFiles, MissingMeshError, check_mesh
 from vrx_mj.formats.urdf.model import Inertial, Joint, Limits, Link, chained
-from vrx_mj.frames import Pose, compose, facing, inverse
+from vrx_mj.frames import Pose, inverse
 from vrx_mj.resources import root
 
 Color = tuple[float, float, float, float]
@@ -113,7 +113,7 @@ def read_link(node: Node, around: Surroundings) -> Link:
         inertial=None if short else _inertial(node, name, around),
         collisions=() if short else tuple(filter(None, (_collision(c, around) for c in node.children("collision")))),
         visuals=() if short else tuple(v for c in node.children("visual") for v in _visuals(c, name, around)),
-        line=node.line,
+        place=node.place,
     )
 
 
@@ -347,44 +347,33 @@ def read_joint(node: Node, links: Collection[str]) -> Joint:
         type=kind,
         parent=parent,
         child=child,
-        pose=at_rest(read_pose(node), kind, axis, rest),
+        pose=read_pose(node),
         axis=axis,
         limits=limits,
-        line=node.line,
+        place=node.place,
         rest=rest,
     )
 
 
-def at_rest(pose: Pose, kind: str, axis: Sequence[float], rest: float) -> Pose:
-    """The pose of the child in the parent with the joint at `rest` [rad or m]."""
-    if rest == 0.0:
-        return pose
-    if kind == "prismatic":
-        x, y, z = (rest * value for value in axis)
-        return compose(pose, (x, y, z, 0.0, 0.0, 0.0))
-    turn = facing(axis)
-    return compose(pose, compose(compose(turn, (0.0, 0.0, 0.0, 0.0, 0.0, rest)), inverse(turn)))
-
-
-def root_of(links: Mapping[str, Link] | Mapping[str, Node], joints: Mapping[str, Joint], findings: Findings) -> str:
+def root_of(links: Mapping[str, Link], joints: Mapping[str, Joint], findings: Findings) -> str:
     """The one link that is no joint's child, if the links hang together as a tree under it."""
     above: dict[str, Joint] = {}
     for joint in joints.values():
         if joint.child in above:
             other = above[joint.child].name
             message = f"the link '{joint.child}' is already the child of the joint '{other}'; it has one parent"
-            findings.problems.append(Problem(findings.file, joint.line, None, f"joint '{joint.name}'", message))
+            findings.problems.append(joint.place.problem(f"joint '{joint.name}'", message))
         above.setdefault(joint.child, joint)
     roots = [name for name in links if name not in above]
     if len(roots) > 1:
         names = ", ".join(f"'{name}'" for name in roots[:8]) + (f" and {len(roots) - 8} more" if len(roots) > 8 else "")
         message = f"{len(roots)} links are not a joint's child: {names}; there must be one, the root"
-        findings.problems.append(Problem(findings.file, links[roots[1]].line, None, f"link '{roots[1]}'", message))
+        findings.problems.append(links[roots[1]].place.problem(f"link '{roots[1]}'", message))
     loop = _loop(links, above)
     if loop:
-        line = above[loop[0]].line
         message = "the joints form a loop: " + " > ".join(f"'{name}'" for name in (*loop, loop[0]))
-        findings.problems.append(Problem(findings.file, line, None, f"joint '{above[loop[0]].name}'", message))
+        joint = above[loop[0]]
+        findings.problems.append(joint.place.problem(f"joint '{joint.name}'", message))
     return roots[0] if roots else ""
 
 

@@ -15,8 +15,7 @@ from hypothesis import strategies as st
 from lxml import etree
 
 from vrx_mj.errors import VrxError, VrxWarning
-from vrx_mj.formats.urdf.gazebo import read_gazebo
-from vrx_mj.formats.urdf.model import Limits, chained, link_pose
+from vrx_mj.formats.urdf.model import Limits, chained
 from vrx_mj.formats.urdf.reader import read_urdf
 from vrx_mj.frames import inverse
 
@@ -65,7 +64,7 @@ def test_a_broken_file_says_what_and_where(name, monkeypatch):
     monkeypatch.chdir(BROKEN)
     expected = Path(name).with_suffix(".expected").read_text(encoding="utf-8")
     with pytest.raises(VrxError) as caught:
-        read_gazebo(read_urdf(Path(name).read_text(encoding="utf-8"), Path(name)))
+        read_urdf(Path(name).read_text(encoding="utf-8"), Path(name))
     assert str(caught.value) == expected.rstrip("\n")
 
 
@@ -114,7 +113,7 @@ def test_values_are_as_in_the_file(wamv):
     ],
 )
 def test_links_are_where_vrx_puts_them(wamv, name, place):
-    assert link_pose(wamv, name) == pytest.approx(place, abs=1e-12)
+    assert wamv.places[name] == pytest.approx(place, abs=1e-12)
 
 
 def test_links_are_where_yourdfpy_finds_them(wamv):
@@ -124,7 +123,7 @@ def test_links_are_where_yourdfpy_finds_them(wamv):
     other = yourdfpy.URDF.load(io.BytesIO(GOLDEN.read_bytes()), load_meshes=False)
     assert other.base_link == wamv.root
     for name, part in wamv.links.items():
-        assert matrix(link_pose(wamv, name)) == pytest.approx(other.get_transform(name, wamv.root), abs=1e-12)
+        assert matrix(wamv.places[name]) == pytest.approx(other.get_transform(name, wamv.root), abs=1e-12)
         theirs = other.link_map[name]
         assert len(part.collisions) == len(theirs.collisions)
         if part.inertial is not None:
@@ -292,7 +291,7 @@ def test_what_is_missing_has_urdfs_defaults():
     urdf = read(link(), link("arm", ""), joint("hull", "arm", "continuous"))
     arm = urdf.joints["hull_arm"]
     assert (arm.pose, arm.axis, arm.limits) == ((0, 0, 0, 0, 0, 0), (1, 0, 0), None)
-    assert (urdf.namespace, urdf.local("arm"), urdf.links["hull"].line) == ("", "arm", 1)
+    assert (urdf.namespace, urdf.local("arm"), urdf.links["hull"].place.line) == ("", "arm", 1)
 
 
 def test_an_axis_has_length_one():
@@ -409,4 +408,4 @@ def test_no_change_to_a_file_ends_in_anything_but_a_boat_or_a_message(seed):
         elif node is not other and node not in other.iterancestors():
             other.append(node)
     with suppress(VrxError):
-        read_gazebo(read_urdf(etree.tostring(root, encoding="unicode"), GOLDEN))
+        read_urdf(etree.tostring(root, encoding="unicode"), GOLDEN)
