@@ -12,7 +12,8 @@ from typing import Any, TypeVar
 import numba
 from numba.core.registry import CPUDispatcher
 
-from vrx_mj.physics.kernel_cache import Choice, KernelCache, Uncached, chosen_folder, say_before_the_first
+from vrx_mj.cache_folder import Choice, chosen_folder
+from vrx_mj.physics.kernel_cache import KernelCache, Uncached, say_before_the_first
 from vrx_mj.physics.linked_library import LinkedCompiler
 
 F = TypeVar("F", bound=Callable[..., object])

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import vrx_mj.physics.kernel as module
-from vrx_mj.physics.kernel_cache import chosen_folder, insecure
+from vrx_mj.cache_folder import chosen_folder, insecure
 
 SOURCE = Path(module.__file__).parents[2]
 PROGRAM = "from vrx_mj.physics.elementary import cosine; print('imported'); print(cosine(0.0))"

@@ -1,0 +1,159 @@
+"""Asking for what is in strangers' files: answers come from the process without rights, or from those given before."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import sys
+import warnings
+from collections import OrderedDict
+from collections.abc import Iterable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+from vrx_mj.cache_folder import chosen_folder
+from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning
+from vrx_mj.foreign.cache import is_valid, keep, kept
+from vrx_mj.foreign.plain import checked, unpacked
+from vrx_mj.foreign.reader import READER, ReaderError
+
+PACKAGE = "vrx_mj"
+MEMORY, SECONDS, ANSWER = 512 << 20, 10, 128 << 20
+"""What a job may take unless its caller says otherwise: memory [bytes], processor time [s], bytes of the answer."""
+REMEMBERED = 64 << 20
+"""Bytes of answers that this process keeps."""
+PACKAGES = ("lxml", "numpy", "pycollada", "pyyaml", "rerun_sdk", "scipy", "trimesh", "xacro", "yourdfpy")
+"""Whose versions an answer depends on."""
+T = TypeVar("T")
+_answers: OrderedDict[str, bytes] = OrderedDict()
+
+
+def ask(
+    job: str, *arguments: object, returns: type[T], about: str, reads: Iterable[Path | str] = (),
+    memory: int = MEMORY, seconds: int = SECONDS, answer: int = ANSWER, threads: bool = False, cached: bool = True,
+) -> T:  # fmt: skip
+    """What a function of ours gives in the process without rights; its warnings and errors are those of this call.
+
+    Args:
+        job: the function, as "formats.urdf.mesh_file:mesh". Its module is imported there alone.
+        arguments: plain data; paths become texts.
+        returns: the type of what it returns: dataclasses of plain data and arrays.
+        about: what is read, for messages: "mesh hull.stl".
+        reads: folders and files below which it may read.
+        memory: it may take [bytes].
+        seconds: of processor time that it may take.
+        answer: bytes that its answer may have.
+        threads: whether it may start threads.
+        cached: whether an answer that was given before will do, and this one may be kept.
+
+    Raises:
+        ReaderError: it took too much, or ended.
+        VrxError: what it raises, of the same class if that is loaded here.
+    """
+    module, _, function = job.partition(":")
+    limits = {"memory": memory, "seconds": seconds, "answer": answer, "threads": int(threads)}
+    told: dict[str, Any] = {
+        "module": f"{PACKAGE}.{module}", "function": function, "arguments": _plain(arguments),
+        "reads": sorted({str(Path(each).absolute()) for each in reads}), "folder": str(Path.cwd()), "limits": limits,
+    }  # fmt: skip
+    key = _key(told) if cached else ""
+    found = _given_before(key) if cached else None
+    if found is None:
+        found = _new(told, key, about)
+    return _outcome(found, returns, about)
+
+
+def _plain(value: Any) -> Any:
+    """Arguments with texts for paths."""
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, dict):
+        return {key: _plain(each) for key, each in value.items()}
+    return [_plain(each) for each in value] if isinstance(value, list | tuple) else value
+
+
+def _key(told: dict[str, Any]) -> str:
+    """Of all that an answer depends on but files; the current folder counts where paths are shown relative to it."""
+    here = told["folder"]
+    near = any(os.path.commonpath([here, each]) in {here, each} for each in told["reads"])
+    text = json.dumps([{**told, "folder": here if near else "", "limits": ""}, _versions()], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+@cache
+def _versions() -> str:
+    """Of Python, of this package's sources and of what reads files."""
+    package = Path(__file__).parents[1]
+    sources = (entry for folder in (package, *package.rglob("*/")) for entry in os.scandir(folder))
+    stamps = sorted((entry.path, entry.stat().st_mtime_ns, entry.stat().st_size)
+                    for entry in sources if entry.name.endswith(".py"))  # fmt: skip
+    found = (entry.name for folder in sys.path if Path(folder).is_dir() for entry in os.scandir(folder))
+    installed = sorted(name for name in found if name.endswith(".dist-info") and name.split("-")[0].lower() in PACKAGES)
+    return hashlib.sha256(repr((sys.version, stamps, installed)).encode()).hexdigest()
+
+
+@cache
+def _folder() -> Path | None:
+    return chosen_folder("answers").folder
+
+
+def _given_before(key: str) -> dict[str, Any] | None:
+    """The answer of a key, if all that it came from is as it was."""
+    folder = _folder()
+    block = _answers.get(key) or (kept(folder, key) if folder else None)
+    if block is None:
+        return None
+    found: dict[str, Any] = unpacked(block)
+    if not is_valid(found["files"]):
+        return None
+    _remember(key, block)
+    return found
+
+
+def _remember(key: str, block: bytes) -> None:
+    _answers[key] = block
+    _answers.move_to_end(key)
+    while len(_answers) > 1 and sum(map(len, _answers.values())) > REMEMBERED:
+        _answers.popitem(last=False)
+
+
+def _new(told: dict[str, Any], key: str, about: str) -> dict[str, Any]:
+    """The answer of the process, which is kept if it is one of a key."""
+    block = READER.answer(told, about)
+    try:
+        found: dict[str, Any] = unpacked(block)
+    except ValueError as error:
+        raise ReaderError(about, f"the answer of its reader is {error}") from None
+    if "fault" in found:
+        raise ReaderError(about, str(found["fault"]))
+    if key and found["files"] is not None:
+        _remember(key, block)
+        if folder := _folder():
+            keep(folder, key, block)
+    return found
+
+
+def _outcome(found: dict[str, Any], returns: type[T], about: str) -> T:
+    """What was returned, after the warnings; or what was raised."""
+    try:
+        for text in found["warnings"]:
+            warnings.warn(VrxWarning(text), stacklevel=3)
+        if "error" in found:
+            raise _error(*found["error"])
+        return checked(found["value"], returns)
+    except (ValueError, KeyError, TypeError) as error:
+        raise ReaderError(about, f"the answer of its reader is damaged: {str(error).splitlines()[0]}") from None
+
+
+def _error(name: str, arguments: Sequence[Any]) -> VrxError:
+    """An error of a class by its name, or its message alone where that is not loaded."""
+    kinds, waiting = {VrxError.__name__: VrxError}, [VrxError]
+    while waiting:
+        below = waiting.pop().__subclasses__()
+        kinds |= {kind.__name__: kind for kind in below}
+        waiting += below
+    if name == ConfigError.__name__:
+        return ConfigError(checked(arguments[0], tuple[Problem, ...]))
+    return kinds.get(name, VrxError)(*arguments)

@@ -1,0 +1,82 @@
+"""Answers that were given before, in files: each valid while all that it came from is as it was."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import secrets
+import stat
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+
+from vrx_mj.foreign.confinement import LISTED, READ
+
+LARGEST = 256 << 20
+"""Bytes that are kept; the oldest go first."""
+DIGEST = 32
+"""Bytes of the digest in front of a file."""
+
+
+def states(paths: Mapping[str, tuple[str, object]]) -> dict[str, tuple[str, str]]:
+    """How each path is now, by what was made of it."""
+    return {path: (use, state(use, path)) for path, (use, _) in paths.items()}
+
+
+def state(use: str, path: str) -> str:
+    """The digest of what was read of a path, or what it is."""
+    try:
+        found = os.stat(path)  # noqa: PTH116 - a path is a text here
+        if use == READ and stat.S_ISREG(found.st_mode):
+            return _content(path, (found.st_mtime_ns, found.st_size, found.st_ino))
+        if use == LISTED and stat.S_ISDIR(found.st_mode):
+            return hashlib.sha256("\0".join(sorted(os.listdir(path))).encode("utf-8", "surrogateescape")).hexdigest()  # noqa: PTH208
+        return "folder" if stat.S_ISDIR(found.st_mode) else "file"
+    except (OSError, ValueError):
+        return "missing"
+
+
+@lru_cache(maxsize=4096)
+def _content(path: str, _stamp: tuple[int, int, int]) -> str:
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+
+
+def is_valid(files: Mapping[str, tuple[str, str]]) -> bool:
+    """Whether all paths are as they were."""
+    return all(state(use, path) == before for path, (use, before) in files.items())
+
+
+def kept(folder: Path, key: str) -> bytes | None:
+    """The answer of a key; None without a whole one."""
+    with contextlib.suppress(OSError):
+        content = (folder / key).read_bytes()
+        if hashlib.blake2b(content[DIGEST:], digest_size=DIGEST).digest() == content[:DIGEST]:
+            os.utime(folder / key)
+            return content[DIGEST:]
+    return None
+
+
+def keep(folder: Path, key: str, answer: bytes) -> None:
+    """Keep an answer whole, or not at all, and remove the oldest if all are too large; a full disk is no error."""
+    draft = folder / f".{key[:16]}.{secrets.token_hex(4)}"
+    with contextlib.suppress(OSError):
+        try:
+            draft.write_bytes(hashlib.blake2b(answer, digest_size=DIGEST).digest() + answer)
+            draft.replace(folder / key)
+        finally:
+            draft.unlink(missing_ok=True)
+        _trim(folder)
+
+
+def _trim(folder: Path) -> None:
+    """Remove the oldest files until those that are left are small enough."""
+    with os.scandir(folder) as entries:
+        found = sorted((entry.stat().st_mtime_ns, entry.stat().st_size, entry.path) for entry in entries)
+    total = sum(size for _, size, _ in found)
+    for _, size, path in found:
+        if total <= LARGEST:
+            return
+        total -= size
+        with contextlib.suppress(OSError):
+            Path(path).unlink()

@@ -1,0 +1,93 @@
+"""The process in which strangers' files are read, run by its path: `vrx_mj.foreign.reader` starts it and talks to it.
+
+Where the system can fork it waits for jobs, imports what each needs, and has a copy of itself do it; else it does one.
+Standard input has blocks: first the folders of modules, then jobs. Standard output has pieces of an answer, an empty
+one at its end, and the status with which the copy ended.
+"""
+
+import contextlib
+import json
+import os
+import select
+import struct
+import sys
+import warnings
+from collections.abc import Sequence
+from importlib import import_module
+from typing import IO, BinaryIO
+
+LENGTH, STATUS = struct.Struct("<Q"), struct.Struct("<q")
+IDLE = 60.0
+"""Wall time without a job after which it ends [s]."""
+
+
+def block_from(stream: IO[bytes]) -> bytes:
+    """The next block; nothing at the end of the stream."""
+    head = stream.read(LENGTH.size)
+    return stream.read(LENGTH.unpack(head)[0]) if len(head) == LENGTH.size else b""
+
+
+def main() -> None:
+    """Take jobs until the stream of them ends."""
+    jobs, answers = os.fdopen(os.dup(0), "rb", buffering=0), os.fdopen(os.dup(1), "wb")
+    nothing = os.open(os.devnull, os.O_RDWR)
+    for handle in (0, 1, 2):  # whatever is printed stays out of the answers
+        os.dup2(nothing, handle)
+    places = json.loads(block_from(jobs))
+    sys.path[:] = places["modules"]
+    warnings.simplefilter("ignore")
+    if places["forks"]:
+        while select.select([jobs], [], [], IDLE)[0] and (job := block_from(jobs)):
+            relay(*started(job, (jobs, answers), places["libraries"]), answers)
+    else:
+        answer = done(json.loads(block_from(jobs)), places["libraries"])
+        answers.write(LENGTH.pack(len(answer)) + answer + LENGTH.pack(0) + STATUS.pack(0))
+        answers.flush()
+        os._exit(0)  # no thread of a library is waited for
+
+
+def started(text: bytes, streams: Sequence[BinaryIO], libraries: list[str]) -> tuple[int, int]:
+    """Have a copy of this process do a job: its number, and the pipe that its answer comes from."""
+    job = json.loads(text)
+    prepare(job["module"])
+    source, target = os.pipe()
+    if pid := os.fork():
+        os.close(target)
+        return pid, source
+    try:
+        for stream in streams:
+            os.close(stream.fileno())
+        os.close(source)
+        with os.fdopen(target, "wb") as output:
+            output.write(done(job, libraries))
+    finally:
+        os._exit(0)
+
+
+def prepare(module: str) -> None:
+    """Import a job's module; where that fails the job says so."""
+    with contextlib.suppress(Exception):
+        import_module("vrx_mj.foreign.work")
+        import_module(module)
+
+
+def relay(pid: int, source: int, answers: BinaryIO) -> None:
+    """Write what comes from a pipe, and how the process at its other end ended."""
+    while piece := os.read(source, 1 << 20):
+        answers.write(LENGTH.pack(len(piece)) + piece)
+        answers.flush()
+    os.close(source)
+    status = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+    answers.write(LENGTH.pack(0) + STATUS.pack(status))
+    answers.flush()
+
+
+def done(job: dict[str, object], libraries: list[str]) -> bytes:
+    """The answer to a job."""
+    from vrx_mj.foreign.work import answer
+
+    return answer(job, libraries)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,185 @@
+"""The rights of a process that reads strangers' files: some folders may be read, and nothing else is allowed.
+
+Three walls, of which a system may lack the last two: a hook of Python's own that sees what Python opens and starts,
+limits of the system, and Landlock, which Linux has since 5.13, for what native code opens.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import stat
+import struct
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from vrx_mj.unix import resource
+
+QUIET = {
+    "_thread.start_joinable_thread", "_thread.start_new_thread", "array.__new__", "builtins.id", "code.__new__",
+    "compile", "exec", "gc.get_objects", "glob.glob", "glob.glob/2", "import", "marshal.loads", "object.__getattr__",
+    "object.__setattr__", "object.__delattr__", "re.compile", "sys._current_frames", "sys._getframe",
+    "sys._getframemodulename", "sys.excepthook", "sys.setrecursionlimit", "sys.unraisablehook", "time.sleep",
+}  # fmt: skip
+"""Events of Python that are allowed; `open`, `os.listdir` and `os.scandir` are where they lead."""
+CODE = (".py", ".pyc", ".so", ".pyd")
+"""What may be read of Python's own folders: a late import."""
+FILES = 64
+"""Files that may be open."""
+READ, LISTED, SEEN = "read", "listed", "seen"
+"""What was made of a path: its content, the names in it, or whether it is there."""
+
+
+class Notes:
+    """Paths that were looked at, each with what was made of it and how it then was."""
+
+    def __init__(self) -> None:
+        self.paths: dict[str, tuple[str, object]] = {}
+        self._stat, self._busy = os.stat, False
+
+    def add(self, use: str, path: str) -> None:
+        """Note a path; reading counts for more than looking whether it is there."""
+        if use != SEEN or path not in self.paths:
+            self.paths[path] = (use, self._stamp(path))
+
+    def _stamp(self, path: str) -> object:
+        with contextlib.suppress(OSError, ValueError):
+            found = self._stat(path)
+            return found.st_mtime_ns, found.st_size
+        return None
+
+    def unchanged(self) -> bool:
+        """Whether what was read and listed has not changed since."""
+        return all(self._stamp(path) == stamp for path, (use, stamp) in self.paths.items() if use != SEEN)
+
+    def watch(self) -> None:
+        """Note what Python asks the system about; it has no event for that."""
+
+        def noting(ask: Callable[..., Any]) -> Callable[..., Any]:
+            def asked(path: Any, *arguments: Any, **options: Any) -> Any:
+                if not self._busy and isinstance(path, str | os.PathLike):
+                    self.add(SEEN, os.path.join(os.getcwd(), path))  # noqa: PTH109, PTH118 - pathlib would ask again
+                return ask(path, *arguments, **options)
+
+            return asked
+
+        os.stat, os.lstat = noting(os.stat), noting(os.lstat)
+
+    @contextlib.contextmanager
+    def silent(self) -> Any:
+        """Note nothing."""
+        before, self._busy = self._busy, True
+        try:
+            yield
+        finally:
+            self._busy = before
+
+
+def confine(folders: Sequence[str], libraries: Sequence[str], limits: Mapping[str, int]) -> Notes:
+    """Take all rights from this process but to read below some folders, and Python's code; returns what it looks at.
+
+    Args:
+        folders: absolute paths.
+        libraries: folders of Python's own, and of its packages.
+        limits: `memory` more than now [bytes], `seconds` of processor time from now on, `threads` if any may start.
+    """
+    notes = Notes()
+    limit(limits["memory"], limits["seconds"], threads=bool(limits["threads"]))
+    lock_files([*folders, *libraries])
+    notes.watch()
+    sys.addaudithook(_hook([os.path.realpath(each) for each in folders], libraries, notes))
+    return notes
+
+
+def limit(memory: int, seconds: int, *, threads: bool = True) -> None:
+    """Let this process take at most so many bytes and seconds of processor time more; only where the system can.
+
+    It writes no byte into a file, and starts no process, nor a thread without `threads`.
+    """
+    if resource is None:
+        return
+    spent = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
+    limits = {resource.RLIMIT_CORE: 0, resource.RLIMIT_CPU: int(spent) + seconds, resource.RLIMIT_FSIZE: 0}
+    limits[resource.RLIMIT_NOFILE] = FILES
+    if not threads:
+        limits[resource.RLIMIT_NPROC] = 0
+    with contextlib.suppress(OSError):
+        status = Path("/proc/self/status").read_text(encoding="ascii")
+        held = next(int(line.split()[1]) for line in status.splitlines() if line.startswith("VmData"))
+        limits[resource.RLIMIT_DATA] = 1024 * held + memory
+    for kind, most in limits.items():
+        hard = resource.getrlimit(kind)[1]
+        least = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        resource.setrlimit(kind, (least, least + 1 if kind == resource.RLIMIT_CPU and least == most else least))
+
+
+def _hook(folders: Sequence[str], libraries: Sequence[str], notes: Notes) -> Callable[[str, tuple[Any, ...]], None]:
+    """What is called with each event of Python's; it raises PermissionError where the event is not allowed."""
+    writes = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
+
+    def watch(event: str, arguments: tuple[Any, ...]) -> None:
+        if event in QUIET:
+            return
+        if event not in {"open", "os.listdir", "os.scandir"}:
+            raise PermissionError(f"not allowed: {event}")
+        path = arguments[0]
+        if event == "open" and isinstance(arguments[2], int) and arguments[2] & writes:
+            raise PermissionError(13, "not allowed to write", str(path))
+        if not isinstance(path, int):
+            with notes.silent():
+                _check(event, os.path.abspath(os.fsdecode(path or ".")), folders, libraries)  # noqa: PTH100 - of any path
+                notes.add(READ if event == "open" else LISTED, os.path.abspath(os.fsdecode(path or ".")))  # noqa: PTH100
+
+    return watch
+
+
+def _check(event: str, path: str, folders: Sequence[str], libraries: Sequence[str]) -> None:
+    """Refuse to open what is not below a folder, or no regular file."""
+    real = os.path.realpath(path)
+    code = event != "open" or real.endswith(CODE)
+    if not (_below(real, folders) or (code and _below(real, libraries))):
+        raise PermissionError(13, "not allowed to read", path)
+    with contextlib.suppress(FileNotFoundError):
+        if event == "open" and not stat.S_ISREG(os.stat(real).st_mode):  # noqa: PTH116
+            raise PermissionError(13, "not a file", path)
+
+
+def _below(path: str, folders: Sequence[str]) -> bool:
+    return any(path == folder or path.startswith(folder.rstrip(os.sep) + os.sep) for folder in folders)
+
+
+_CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF, _VERSION, _PATH_BENEATH, _NO_NEW_PRIVS = 444, 445, 446, 1, 1, 38
+_READ_FILE, _READ_DIR = 1 << 2, 1 << 3
+_RIGHTS = {1: 13, 2: 14, 3: 15, 5: 16}
+"""Rights on files, as many bits as a version of Landlock has."""
+_NETWORK, _SCOPES = 3, 3
+"""All rights on TCP, from version 4 on, and all scopes, from version 6 on."""
+
+
+def lock_files(folders: Sequence[str]) -> bool:
+    """Let this process, native code too, read files below some folders, and open no others and no TCP connection.
+
+    Returns whether the system can: Linux, from 5.13 on.
+    """
+    if not sys.platform.startswith("linux"):
+        return False
+    call = ctypes.CDLL(None, use_errno=True).syscall
+    if (version := call(_CREATE_RULESET, None, 0, _VERSION)) < 1:
+        return False
+    rights = (1 << max(bits for since, bits in _RIGHTS.items() if since <= version)) - 1
+    fields = [rights] + [_NETWORK] * (version >= 4) + [_SCOPES] * (version >= 6)
+    attributes = struct.pack(f"={len(fields)}Q", *fields)
+    rules = call(_CREATE_RULESET, attributes, len(attributes), 0)
+    for folder in folders:
+        with contextlib.suppress(OSError):  # what is not there cannot be read
+            handle = os.open(folder, os.O_PATH | os.O_CLOEXEC)
+            allowed = _READ_FILE | (_READ_DIR if stat.S_ISDIR(os.fstat(handle).st_mode) else 0)
+            call(_ADD_RULE, rules, _PATH_BENEATH, struct.pack("=Qi", allowed, handle), 0)
+            os.close(handle)
+    ctypes.CDLL(None).prctl(_NO_NEW_PRIVS, 1, 0, 0, 0)
+    locked = rules >= 0 and call(_RESTRICT_SELF, rules, 0) == 0
+    os.close(rules)
+    return bool(locked)

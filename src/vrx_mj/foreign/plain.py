@@ -1,0 +1,118 @@
+"""Plain data as a block of bytes: JSON, and beside it the bytes of arrays."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+import struct
+import sys
+from collections.abc import Mapping
+from collections.abc import Set as AbstractSet
+from enum import Enum
+from functools import lru_cache
+from pathlib import PurePath
+from typing import Any, TypeVar
+
+LENGTH = struct.Struct("<Q")
+"""Length of the JSON [bytes], before it."""
+ARRAY, BYTES = "\0array", "\0bytes"
+"""Keys of what stands for an array, by its type, shape and place, and for bytes."""
+_NUMBERS = re.compile(r"[<|][fiub][0-9]{1,2}")
+T = TypeVar("T")
+
+
+def packed(value: object) -> bytes:
+    """A block of dataclasses, mappings, sequences, texts, numbers, paths, bytes and arrays.
+
+    Raises:
+        TypeError: there is something else in it.
+    """
+    blobs: list[bytes] = []
+    text = json.dumps(_plain(value, blobs)).encode()
+    return b"".join([LENGTH.pack(len(text)), text, *blobs])
+
+
+def _plain(value: Any, blobs: list[bytes]) -> Any:
+    if isinstance(value, Enum):
+        value = value.value
+    if value is None or isinstance(value, str | bool | int | float):
+        return value
+    if isinstance(value, Mapping):
+        return {str(key): _plain(each, blobs) for key, each in value.items()}
+    if isinstance(value, list | tuple | AbstractSet):
+        return [_plain(each, blobs) for each in value]
+    if dataclasses.is_dataclass(value):
+        fields = dataclasses.fields(value)
+        return {field.name: _plain(getattr(value, field.name), blobs) for field in fields if field.init}
+    return _blob(value, blobs)
+
+
+def _blob(value: Any, blobs: list[bytes]) -> Any:
+    """Bytes, or a number or an array of numpy's, which need not be imported."""
+    numpy = sys.modules.get("numpy")
+    if isinstance(value, PurePath):
+        return str(value)
+    if isinstance(value, bytes | bytearray | memoryview):
+        return {BYTES: _place(bytes(value), blobs)}
+    if numpy is not None and isinstance(value, numpy.generic):
+        return value.item()
+    if numpy is None or not isinstance(value, numpy.ndarray):
+        raise TypeError(f"a value of type {type(value).__name__} is not plain data")
+    return {ARRAY: [value.dtype.str, list(value.shape), _place(value.tobytes(), blobs)]}
+
+
+def _place(blob: bytes, blobs: list[bytes]) -> int:
+    """The number of a blob, after its length and those before."""
+    blobs += [LENGTH.pack(len(blob)), blob]
+    return len(blobs) // 2 - 1
+
+
+def unpacked(block: bytes) -> Any:
+    """What `packed` was given, with dictionaries for dataclasses and lists for all sequences.
+
+    Raises:
+        ValueError: the block is damaged.
+    """
+    try:
+        view, (length,) = memoryview(block), LENGTH.unpack_from(block)
+        place, blobs = LENGTH.size + length, list[memoryview]()
+        while place < len(view):
+            (size,) = LENGTH.unpack_from(view, place)
+            place += LENGTH.size + size
+            blobs.append(view[place - size : place])
+        text = bytes(view[LENGTH.size : LENGTH.size + length])
+        return json.loads(text, object_hook=lambda found: _restored(found, blobs))
+    except (struct.error, IndexError, TypeError, RecursionError) as error:
+        raise ValueError(f"damaged: {error}") from None
+
+
+def _restored(found: dict[str, Any], blobs: list[memoryview]) -> Any:
+    if BYTES in found:
+        return bytes(blobs[found[BYTES]])
+    if ARRAY in found:
+        import numpy as np
+
+        kind, shape, number = found[ARRAY]
+        if not _NUMBERS.fullmatch(kind):
+            raise ValueError(f"an array of type {kind}")
+        return np.frombuffer(blobs[number], kind).reshape(shape).copy()
+    return found
+
+
+def checked(value: object, kind: type[T]) -> T:
+    """Unpacked data as the type that it must be of.
+
+    Raises:
+        ValueError: it is not.
+    """
+    found: T = _adapter((kind,)).validate_python((value,))[0]
+    return found
+
+
+@lru_cache(maxsize=64)
+def _adapter(kinds: tuple[Any]) -> Any:
+    from pydantic import ConfigDict, TypeAdapter
+
+    rows: Any = tuple.__class_getitem__(kinds)
+    return TypeAdapter(rows, config=ConfigDict(arbitrary_types_allowed=True))
