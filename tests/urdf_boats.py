@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from vrx_mj.config.robots import RobotConfig
-from vrx_mj.formats.urdf.gazebo import read_gazebo
 from vrx_mj.formats.urdf.reader import read_urdf
 from vrx_mj.mjcf.boats import assembled
 
@@ -44,4 +43,4 @@ def robot(*parts, hull=None):
 def assemble(*parts, hull=None, **config):
     """The boat of a URDF's parts and of the YAML beside it."""
     urdf = read_urdf(robot(*parts, hull=hull), FILE)
-    return assembled(urdf, read_gazebo(urdf), RobotConfig.model_validate({"urdf": FILE.name, **config}))
+    return assembled(urdf, RobotConfig.model_validate({"urdf": FILE.name, **config}))

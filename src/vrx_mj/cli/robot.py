@@ -103,14 +103,13 @@ def _judge(components: "PartsFile", thrusters: "PartsFile | None") -> None:
 
 def _write_mjcf(urdf: str, file: Path, output: Path, namespace: str) -> None:
     from vrx_mj.config.robots import RobotConfig
-    from vrx_mj.formats.urdf.gazebo import read_gazebo
     from vrx_mj.formats.urdf.reader import read_urdf
     from vrx_mj.formats.urdf.xacro_files import own_packages
     from vrx_mj.mjcf.boats import assembled
     from vrx_mj.mjcf.robots import save_robot
 
     robot = read_urdf(urdf, file, packages=own_packages())
-    boat = assembled(robot, read_gazebo(robot), RobotConfig(urdf="wamv.urdf"))
+    boat = assembled(robot, RobotConfig(urdf="wamv.urdf"))
     if boat.warnings:
         warnings.warn("; ".join(boat.warnings), VrxWarning, stacklevel=2)
     save_robot(boat, output, name=namespace)

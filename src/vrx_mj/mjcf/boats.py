@@ -16,10 +16,10 @@ from vrx_mj.config.robots import RobotConfig
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.windage import WindageConfig
-from vrx_mj.errors import ConfigError, Problem
-from vrx_mj.formats.urdf.model import Gazebo, Inertial, Joint, Urdf, UrdfThruster
+from vrx_mj.errors import ConfigError
+from vrx_mj.formats.urdf.model import ZERO, Gazebo, Inertial, Joint, Urdf, UrdfThruster
 from vrx_mj.frames import Pose, apply, compose, facing, inverse, rotation
-from vrx_mj.mjcf.steering import HERE, Hinges, Tree, known, own_problem, read_hinges, room
+from vrx_mj.mjcf.steering import Hinges, known, own_problem, read_hinges, room
 
 Vector = tuple[float, float, float]
 YIELDING = ContactConfig()
@@ -107,10 +107,8 @@ class Boat:
     """Its URDF, with the places of its meshes; empty if it is made of the package's own files alone."""
 
 
-def assembled(
-    urdf: Urdf, gazebo: Gazebo, config: RobotConfig, drive: Mapping[str, object] = MappingProxyType({})
-) -> Boat:  # fmt: skip
-    """The boat of a URDF, of its Gazebo tags and of the YAML beside it, which has the last word.
+def assembled(urdf: Urdf, config: RobotConfig, drive: Mapping[str, object] = MappingProxyType({})) -> Boat:
+    """The boat of a URDF and of the YAML beside it, which has the last word.
 
     `drive` is what all its thrusters have in common, whatever the files give: fields of `ThrusterConfig`.
 
@@ -119,22 +117,22 @@ def assembled(
             name; a joint cannot steer what it should.
     """
     _check_links(urdf)
-    tree = Tree(urdf)
+    gazebo = urdf.gazebo
     thrusters = {
         name: replace(item, drive=item.drive.model_copy(update=drive))
         for name, item in _thrusters(urdf, gazebo, config)
     }
-    hinges = read_hinges(tree, thrusters, config)
+    hinges = read_hinges(urdf, thrusters, config)
     taken = {link for links in hinges.turning.values() for link in links}
-    pushing = (*_engines(tree, thrusters, config, hinges.by_name), *_rudders(tree, config, hinges.by_name))
-    sensors = _sensors(tree, gazebo, config)
-    spinning = {joint.name for item in thrusters.values() if (joint := tree.above.get(item.propeller_link))
+    pushing = (*_engines(urdf, thrusters, config, hinges.by_name), *_rudders(urdf, config, hinges.by_name))
+    sensors = _sensors(urdf, gazebo, config)
+    spinning = {joint.name for item in thrusters.values() if (joint := urdf.above.get(item.propeller_link))
                 and joint.name != item.engine_joint}  # fmt: skip
     held = frozenset[str]() if gazebo.hydrodynamics is not None else urdf.joints.keys() - spinning
     return Boat(
         name=urdf.name,
         link=urdf.local(urdf.root),
-        parts=tuple(_part(tree, name, urdf.root, held=held) for name in urdf.links if name not in taken),
+        parts=tuple(_part(urdf, name, urdf.root, held=held) for name in urdf.links if name not in taken),
         thrusters=pushing,
         hydrodynamics=gazebo.hydrodynamics,
         water=gazebo.water,
@@ -146,7 +144,7 @@ def assembled(
             *urdf.remarks,
             *gazebo.warnings,
             *hinges.notes,
-            *_loose(tree, thrusters, hinges),
+            *_loose(urdf, thrusters, hinges),
             *_swinging(urdf, sensors, hinges),
             *(
                 []
@@ -164,20 +162,20 @@ def _check_links(urdf: Urdf) -> None:
         other = seen.setdefault(urdf.local(name), name)
         if other != name:
             message = f"has the same name as '{other}' without the namespace '{urdf.namespace}'"
-            raise ConfigError([Problem(urdf.label or urdf.file.name, link.line, None, f"link '{name}'", message)])
+            raise ConfigError([link.place.problem(f"link '{name}'", message)])
 
 
-def _part(tree: Tree, name: str, base: str, turn: Pose = HERE, *, held: Collection[str] = ()) -> Part:
+def _part(urdf: Urdf, name: str, base: str, turn: Pose = ZERO, *, held: Collection[str] = ()) -> Part:
     """A link in the frame of one above it, or in that frame turned by `turn`; joints in `held` hold like fixed ones."""
-    link = tree.urdf.links[name]
-    pose = tree.pose(name, base)
+    link = urdf.links[name]
+    pose = urdf.pose(name, base)
     return Part(
-        name=tree.urdf.local(name),
-        pose=pose if turn == HERE else compose(inverse(turn), pose),
+        name=urdf.local(name),
+        pose=pose if turn == ZERO else compose(inverse(turn), pose),
         inertial=link.inertial,
         collisions=link.collisions,
         visuals=link.visuals,
-        lumped=all(joint.type == "fixed" or joint.name in held for joint in tree.path(name, base)),
+        lumped=all(joint.type == "fixed" or joint.name in held for joint in urdf.path(name, base)),
     )
 
 
@@ -196,43 +194,43 @@ def _thrusters(urdf: Urdf, gazebo: Gazebo, config: RobotConfig) -> Iterator[tupl
 
 
 def _engines(
-    tree: Tree, thrusters: Mapping[str, UrdfThruster], config: RobotConfig, hinges: Mapping[str, Joint]
+    urdf: Urdf, thrusters: Mapping[str, UrdfThruster], config: RobotConfig, hinges: Mapping[str, Joint]
 ) -> Iterator[AssembledThruster]:  # fmt: skip
     for name, item in thrusters.items():
         entry, measured = config.thrusters.get(name), config.propellers.get(name)
         given = entry.servo if entry is not None and "servo" in entry.model_fields_set else None
         if name in hinges:
-            yield replace(_steered(tree, name, item, hinges[name], given), measured=measured)
+            yield replace(_steered(urdf, name, item, hinges[name], given), measured=measured)
             continue
         servo = given or ServoConfig(kp=item.kp, kd=item.kd, effort=10.0, velocity=10.0)
-        where = tree.pose(item.propeller_link, tree.urdf.root)
-        link = tree.urdf.local(item.propeller_link)
+        where = urdf.pose(item.propeller_link, urdf.root)
+        link = urdf.local(item.propeller_link)
         fixed = item.drive.model_copy(update={"max_angle": 0.0})
         yield AssembledThruster(
             name, link, None, where, (0.0, 0.0, 0.0), item.axis, fixed, servo, (), measured=measured
         )
 
 
-def _steered(tree: Tree, name: str, item: UrdfThruster, hinge: Joint, given: ServoConfig | None) -> AssembledThruster:
+def _steered(urdf: Urdf, name: str, item: UrdfThruster, hinge: Joint, given: ServoConfig | None) -> AssembledThruster:
     turn = facing(hinge.axis)
-    propeller = _part(tree, item.propeller_link, hinge.child, turn).pose
+    propeller = _part(urdf, item.propeller_link, hinge.child, turn).pose
     return AssembledThruster(
         name=name,
-        link=tree.urdf.local(hinge.child),
-        joint=tree.urdf.local(hinge.name),
-        pose=_hinge_pose(tree, hinge),
+        link=urdf.local(hinge.child),
+        joint=urdf.local(hinge.name),
+        pose=_hinge_pose(urdf, hinge),
         center=propeller[:3],
         direction=apply(rotation(*propeller[3:]), item.axis),
         drive=item.drive.model_copy(update={"max_angle": min(item.drive.max_angle, room(hinge))}),
         servo=given or ServoConfig(kp=item.kp, kd=item.kd, effort=_effort(hinge), velocity=_velocity(hinge)),
-        parts=tuple(_part(tree, link, hinge.child, turn) for link in tree.below(hinge.child)),
+        parts=tuple(_part(urdf, link, hinge.child, turn) for link in urdf.below(hinge.child)),
     )
 
 
-def _rudders(tree: Tree, config: RobotConfig, hinges: Mapping[str, Joint]) -> Iterator[AssembledThruster]:
+def _rudders(urdf: Urdf, config: RobotConfig, hinges: Mapping[str, Joint]) -> Iterator[AssembledThruster]:
     for name, entry in config.rudders.items():
         if name not in hinges:
-            raise own_problem(tree.urdf, f"rudders.{name}.joint", f"the joint '{entry.joint}' does not turn")
+            raise own_problem(urdf, f"rudders.{name}.joint", f"the joint '{entry.joint}' does not turn")
         hinge = hinges[name]
         turn = facing(hinge.axis)
         wing = Rudder(
@@ -240,22 +238,22 @@ def _rudders(tree: Tree, config: RobotConfig, hinges: Mapping[str, Joint]) -> It
         )  # fmt: skip
         yield AssembledThruster(
             name=name,
-            link=tree.urdf.local(hinge.child),
-            joint=tree.urdf.local(hinge.name),
-            pose=_hinge_pose(tree, hinge),
+            link=urdf.local(hinge.child),
+            joint=urdf.local(hinge.name),
+            pose=_hinge_pose(urdf, hinge),
             center=apply(rotation(*inverse(turn)[3:]), entry.center),
             direction=(0.0, 1.0, 0.0),
             drive=ThrusterConfig(mapping="linear", max_angle=min(entry.max_angle, room(hinge)), timeout=0.0),
             servo=entry.servo,
-            parts=tuple(_part(tree, link, hinge.child, turn) for link in tree.below(hinge.child)),
+            parts=tuple(_part(urdf, link, hinge.child, turn) for link in urdf.below(hinge.child)),
             rudder=wing,
         )
 
 
-def _hinge_pose(tree: Tree, hinge: Joint) -> Pose:
+def _hinge_pose(urdf: Urdf, hinge: Joint) -> Pose:
     """Pose in the base link of the joint's frame, turned so that its axis is z."""
-    turn, pose = facing(hinge.axis), tree.pose(hinge.child, tree.urdf.root)
-    return pose if turn == HERE else compose(pose, turn)
+    turn, pose = facing(hinge.axis), urdf.pose(hinge.child, urdf.root)
+    return pose if turn == ZERO else compose(pose, turn)
 
 
 def _effort(hinge: Joint) -> float:
@@ -268,29 +266,28 @@ def _velocity(hinge: Joint) -> float:
     return hinge.limits.velocity if hinge.limits and hinge.limits.velocity > 0 else 10.0
 
 
-def _sensors(tree: Tree, gazebo: Gazebo, config: RobotConfig) -> tuple[SensorConfig, ...]:
+def _sensors(urdf: Urdf, gazebo: Gazebo, config: RobotConfig) -> tuple[SensorConfig, ...]:
     """Those of the URDF, then those of the YAML, posed in the base link's frame."""
-    urdf = tree.urdf
     found = {sensor.name: sensor for sensor in gazebo.sensors}
     for index, sensor in enumerate(config.sensors):
         if sensor.name in found:
             raise own_problem(urdf, f"sensors[{index}].name", f"duplicate name of a sensor, '{sensor.name}'")
         link = known(urdf, "link", sensor.link, f"sensors[{index}].link")
         local = urdf.local(link)
-        pose = compose(tree.pose(link, urdf.root), sensor.pose)
+        pose = compose(urdf.pose(link, urdf.root), sensor.pose)
         found[sensor.name] = sensor.model_copy(update={"pose": pose, "link": local, "frame": sensor.frame or local})
     return tuple(found.values())
 
 
-def _loose(tree: Tree, thrusters: Mapping[str, UrdfThruster], hinges: Hinges) -> Iterator[str]:
+def _loose(urdf: Urdf, thrusters: Mapping[str, UrdfThruster], hinges: Hinges) -> Iterator[str]:
     """Joints that could move in the file and do not here."""
     used = {joint.name for joint in hinges.by_name.values()}
     for name, item in thrusters.items():
-        way = tree.path(item.propeller_link, tree.urdf.root)
+        way = urdf.path(item.propeller_link, urdf.root)
         used |= {item.propeller_joint or "", *(joint.name for joint in way[-1:])}
         if name not in hinges.by_name:  # VRX too holds an engine at zero that does not steer
             used |= {joint.name for joint in way if joint.type == "revolute"}
-    for joint in tree.urdf.joints.values():
+    for joint in urdf.joints.values():
         if not (joint.type == "fixed" or joint.locked or joint.name in used):
             place = f"{joint.rest:g}" if joint.rest else "zero"
             yield f"joint '{joint.name}' ({joint.type}) is not simulated: it stays at {place}"

@@ -20,11 +20,9 @@ from vrx_mj.formats.gazebo.sdf_boats import read_boat
 from vrx_mj.formats.parts.generate import wamv_urdf
 from vrx_mj.formats.parts.read import load_parts
 from vrx_mj.formats.urdf.expand import check_library, expand
-from vrx_mj.formats.urdf.gazebo import read_gazebo
 from vrx_mj.formats.urdf.meshes import MeshFiles, with_file_uris
 from vrx_mj.formats.urdf.model import Urdf
 from vrx_mj.formats.urdf.reader import read_urdf
-from vrx_mj.formats.urdf.writing import urdf_text
 from vrx_mj.formats.urdf.xacro_files import own_packages
 from vrx_mj.formats.urdf.xml_document import read_bytes
 from vrx_mj.formats.urdf.xml_text import in_namespace
@@ -67,7 +65,7 @@ def _built(order: Order, config: RobotConfig) -> Boat:
     arguments, wanted = _equipment(order, config)
     urdf, text = _sdf_boat(order, config) if config.is_sdf else _urdf_boat(order, config, arguments)
     try:
-        boat = replace(assembled(urdf, read_gazebo(urdf), config, _drive(order, profile)), name=order.robot)
+        boat = replace(assembled(urdf, config, _drive(order, profile)), name=order.robot)
     except ConfigError as error:
         raise located(error, robot_section(order.robot, order.folder)) from None
     hull = config.hull if order.profile == MARINE else None
@@ -100,7 +98,7 @@ def _sdf_boat(order: Order, config: RobotConfig) -> tuple[Urdf, str]:
     if order.arguments:
         raise VrxError(f"robot {order.robot} takes no arguments: it is a model of Gazebo")
     urdf = read_boat(config.description_file)
-    return urdf, urdf_text(urdf)
+    return urdf, urdf.text
 
 
 def _names_for_ros(boat: Boat) -> list[str]:

@@ -9,55 +9,13 @@ from vrx_mj.config.robots import RobotConfig
 from vrx_mj.config.tree import Section
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError
 from vrx_mj.formats.urdf.model import Joint, Urdf, UrdfThruster
-from vrx_mj.frames import Pose, compose
 
-HERE: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 TURNING = ("revolute", "continuous")
 """Types of joints that can steer."""
 YAML_OF = "the YAML of"
 """Prefix of a problem's file until the file is known."""
 FREE = "free"
 """Name of the joint on which a boat floats."""
-
-
-class Tree:
-    """Who hangs on whom."""
-
-    def __init__(self, urdf: Urdf) -> None:
-        self.urdf = urdf
-        self.above = {joint.child: joint for joint in urdf.joints.values()}
-        self.poses: dict[str, dict[str, Pose]] = {}
-        self.children: dict[str, list[str]] = {}
-        for joint in urdf.joints.values():
-            self.children.setdefault(joint.parent, []).append(joint.child)
-
-    def below(self, link: str) -> tuple[str, ...]:
-        """A link and all that hangs on it."""
-        found, waiting = [], [link]
-        while waiting:
-            found.append(waiting.pop())
-            waiting += reversed(self.children.get(found[-1], ()))
-        return tuple(found)
-
-    def path(self, link: str, base: str) -> list[Joint]:
-        """The joints from `base` to a link that hangs on it."""
-        joints: list[Joint] = []
-        while link != base:
-            joints.append(self.above[link])
-            link = self.above[link].parent
-        return joints[::-1]
-
-    def pose(self, link: str, base: str) -> Pose:
-        """Pose of a link in the frame of one above it, with all joints at zero."""
-        found = self.poses.setdefault(base, {base: HERE})
-        waiting, above = [], link
-        while above not in found:
-            waiting.append(self.above[above])
-            above = self.above[above].parent
-        for joint in reversed(waiting):
-            outer = found[joint.parent]
-            found[joint.child] = joint.pose if outer == HERE else compose(outer, joint.pose)
-        return found[link]
 
 
 @dataclass(frozen=True)
@@ -72,14 +30,13 @@ class Hinges:
     """Remarks about what is legal and unusual."""
 
 
-def read_hinges(tree: Tree, thrusters: Mapping[str, UrdfThruster], config: RobotConfig) -> Hinges:
+def read_hinges(urdf: Urdf, thrusters: Mapping[str, UrdfThruster], config: RobotConfig) -> Hinges:
     """The hinges of thrusters and rudders. A joint that is fixed, or that cannot leave zero, steers nothing.
 
     Raises:
         ConfigError: a joint cannot steer, or steers two things, or hangs on another that steers; a rudder has the
             name of a thruster, or is in the race of one that does not exist; a propeller is that of none.
     """
-    urdf = tree.urdf
     wanted = {name: item.engine_joint for name, item in thrusters.items()}
     for name, entry in config.rudders.items():
         _check_rudder(urdf, name, entry.propeller, thrusters)
@@ -90,7 +47,7 @@ def read_hinges(tree: Tree, thrusters: Mapping[str, UrdfThruster], config: Robot
     for name in wanted:
         if f"{name}_angle" in wanted:
             message = f"duplicate name '{name}_angle': a thruster, and the command that steers the thruster '{name}'"
-            raise ConfigError([Problem(urdf.label or urdf.file.name, None, None, "", message)])
+            raise ConfigError([Problem(urdf.label, None, None, "", message)])
     hinges: dict[str, Joint] = {}
     notes: list[str] = []
     for name, joint in ((name, urdf.joints[joint]) for name, joint in wanted.items() if joint is not None):
@@ -99,7 +56,7 @@ def read_hinges(tree: Tree, thrusters: Mapping[str, UrdfThruster], config: Robot
             notes += _limited(name, joint)
             if room(joint) > 0:
                 hinges[name] = joint
-    turning = {name: tree.below(joint.child) for name, joint in hinges.items()}
+    turning = {name: urdf.below(joint.child) for name, joint in hinges.items()}
     _check_nesting(urdf, hinges, turning)
     _check_propellers(urdf, thrusters, hinges, turning)
     return Hinges(hinges, turning, tuple(notes))
@@ -142,9 +99,8 @@ def _steps(key: str) -> tuple[str | int, ...]:
     return tuple(int(number) if number else name for number, name in re.findall(r"\[(\d+)\]|([^.\[\]]+)", key))
 
 
-def _problem(urdf: Urdf, joint: Joint, message: str) -> ConfigError:
-    place = urdf.label or urdf.file.name
-    return ConfigError([Problem(place, joint.line, None, f"joint '{joint.name}'", message)])
+def _problem(joint: Joint, message: str) -> ConfigError:
+    return ConfigError([joint.place.problem(f"joint '{joint.name}'", message)])
 
 
 def _check_rudder(urdf: Urdf, name: str, propeller: str | None, thrusters: Mapping[str, UrdfThruster]) -> None:
@@ -156,14 +112,14 @@ def _check_rudder(urdf: Urdf, name: str, propeller: str | None, thrusters: Mappi
 
 def _check_hinge(urdf: Urdf, name: str, joint: Joint, hinges: Mapping[str, Joint]) -> None:
     if joint.type not in TURNING:
-        raise _problem(urdf, joint, f"is {joint.type} and cannot steer '{name}'; expected {' or '.join(TURNING)}")
+        raise _problem(joint, f"is {joint.type} and cannot steer '{name}'; expected {' or '.join(TURNING)}")
     if urdf.local(joint.name) == FREE:
-        raise _problem(urdf, joint, f"cannot be named '{FREE}', the name of the boat's free joint")
+        raise _problem(joint, f"cannot be named '{FREE}', the name of the boat's free joint")
     for other, hinge in hinges.items():
         if hinge is joint:
-            raise _problem(urdf, joint, f"steers both '{other}' and '{name}'; each needs a joint of its own")
+            raise _problem(joint, f"steers both '{other}' and '{name}'; each needs a joint of its own")
         if urdf.local(hinge.name) == urdf.local(joint.name):
-            raise _problem(urdf, joint, f"has the same name as '{hinge.name}' without the namespace '{urdf.namespace}'")
+            raise _problem(joint, f"has the same name as '{hinge.name}' without the namespace '{urdf.namespace}'")
 
 
 def _check_nesting(urdf: Urdf, hinges: Mapping[str, Joint], turning: Mapping[str, tuple[str, ...]]) -> None:
@@ -171,7 +127,7 @@ def _check_nesting(urdf: Urdf, hinges: Mapping[str, Joint], turning: Mapping[str
         for other, links in turning.items():
             if other != name and hinge.child in links:
                 carrier = hinges[other].name
-                raise _problem(urdf, hinge, f"steers '{name}' and moves with '{carrier}', which steers '{other}': "
+                raise _problem(hinge, f"steers '{name}' and moves with '{carrier}', which steers '{other}': "
                                "no steering joint may move with another one")  # fmt: skip
 
 
@@ -185,10 +141,10 @@ def _check_propellers(
     for name, item in thrusters.items():
         link = item.propeller_link
         if name in hinges and link not in turning[name]:
-            raise _problem(urdf, hinges[name], f"steers '{name}', whose propeller '{link}' does not move with it")
+            raise _problem(hinges[name], f"steers '{name}', whose propeller '{link}' does not move with it")
         for other, links in turning.items():
             if other != name and link in links:
-                raise _problem(urdf, hinges[other], f"steers '{other}', and the propeller '{link}' of '{name}', which "
+                raise _problem(hinges[other], f"steers '{other}', and the propeller '{link}' of '{name}', which "
                                "it does not steer, moves with it")  # fmt: skip
 
 

@@ -10,13 +10,13 @@ from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Any
+from xml.sax.saxutils import quoteattr
 
 from vrx_mj.config.kinds import wrong_kind
 from vrx_mj.config.loading import Loading, read_source, validated
 from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.robots import load_robot, robot_section
 from vrx_mj.config.search import SCHEME, XML_SUFFIXES, display, kind_name, package_paths
-from vrx_mj.config.shapes import Shape
 from vrx_mj.config.tree import Entry, File, Items, Place, Section
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, shortened
@@ -32,9 +32,7 @@ from vrx_mj.formats.gazebo.worlds import gazebo_world, is_gazebo_world
 from vrx_mj.formats.series.worlds import section_text
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
 from vrx_mj.formats.urdf.expand import check_library, declared, expand
-from vrx_mj.formats.urdf.gazebo import read_gazebo
 from vrx_mj.formats.urdf.meshes import MeshFiles, with_mesh_names
-from vrx_mj.formats.urdf.writing import urdf_text
 from vrx_mj.formats.urdf.xacro_files import own_packages
 from vrx_mj.formats.urdf.xml_document import read_bytes
 from vrx_mj.resources import root
@@ -228,22 +226,21 @@ class _Writer:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", VrxWarning)
             boat = read_boat(file)
-            seen = read_gazebo(boat)
         model = model_element(file)[0]
         self.made.notes.append(Note(model.place, model.label, "taken over", f"`{path}`, a boat"))
-        for remark in (*boat.remarks, *seen.warnings):
+        for remark in (*boat.remarks, *boat.gazebo.warnings):
             what, _, text = remark.partition(": ")[2].rpartition(": ")
             line = remark.partition(": ")[0].rpartition(":")[2]
             place = model.place._replace(line=int(line)) if line.isdigit() else model.place
             self.made.notes.append(Note(place, what, "approximated", text))
 
-        def mesh(shape: Shape) -> str:
-            assert shape.folder is not None, "a mesh comes from a file"
-            own = f"meshes/{stem}/{shape.file}"
-            self.made.copies[f"robots/{own}"] = shape.folder / str(shape.file)
-            return own
-
-        self.made.texts[path] = urdf_text(boat, mesh)
+        text = boat.text
+        for shape in (shape for link in boat.links.values() for shape in (*link.collisions, *link.visuals)):
+            if shape.folder is not None:
+                source_file, own = shape.folder / str(shape.file), f"meshes/{stem}/{shape.file}"
+                self.made.copies[f"robots/{own}"] = source_file
+                text = text.replace(quoteattr(source_file.resolve().as_uri()), quoteattr(own))
+        self.made.texts[path] = text
         return path
 
     def add_robot(self, name: str, file: Path, arguments: Mapping[str, str]) -> str:

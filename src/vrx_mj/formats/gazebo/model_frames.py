@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 
 from vrx_mj.config.wording import shown
 from vrx_mj.formats.gazebo.document import Element
-from vrx_mj.formats.gazebo.sdf_frames import HERE, MODEL, NESTED, Frames, Given, Scope, relative
+from vrx_mj.formats.gazebo.sdf_frames import MODEL, NESTED, Frames, Given, Scope
 from vrx_mj.formats.series.calls import At
+from vrx_mj.formats.urdf.model import ZERO, relative
 from vrx_mj.frames import Pose, compose
 
 MODELS = {"include", "model"}
@@ -25,7 +26,7 @@ def pose_of(element: Element) -> At:
     """The pose of a model, a link or a shape; angles are in degrees where SDF says so."""
     found = element.child("pose")
     if found is None or not found.own_text:
-        return At(list(HERE), element.place)
+        return At(list(ZERO), element.place)
     frame = found.attributes.get("relative_to") or found.attributes.get("frame") or ""
     if frame not in {"", "world", "__model__"}:
         raise found.fault(f"a pose relative to {shown(frame)} cannot be taken over: give it in the frame of the model")
@@ -92,7 +93,7 @@ class ModelFrames:
 
     def named(self, element: Element, name: str, scope: Scope) -> Pose:
         """The pose of the frame of a name, which an element gives. Raises ConfigError."""
-        return self._frames.pose(self._frames.known(scope.name(name), Given(HERE, name, _Raising(element))))
+        return self._frames.pose(self._frames.known(scope.name(name), Given(ZERO, name, _Raising(element))))
 
     def model(self, scope: Scope) -> Pose:
         """The pose of a model in the outermost one."""
@@ -108,7 +109,7 @@ def _frame(pose: Element | None) -> str:
 
 def _given(element: Element) -> Given:
     pose = element.child("pose")
-    own: Pose = HERE
+    own: Pose = ZERO
     if pose is not None and pose.own_text:
         x, y, z, *turn = pose.read_numbers("x y z roll pitch yaw")
         degrees = pose.attribute_switch("degrees")

@@ -12,8 +12,9 @@ from vrx_mj.config.wording import choice, shown
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.gazebo.document import Element, Report
 from vrx_mj.formats.gazebo.model_frames import ModelFrames, inner_scope, pose_of, safe_name
-from vrx_mj.formats.gazebo.sdf_frames import HERE, MODEL, Scope, relative
+from vrx_mj.formats.gazebo.sdf_frames import MODEL, Scope
 from vrx_mj.formats.series.calls import At
+from vrx_mj.formats.urdf.model import ZERO, relative
 from vrx_mj.frames import Pose, apply, compose, rotation
 
 Content = dict[str, Any]
@@ -106,7 +107,7 @@ class _Links:
         self._numbers: dict[str, int] = {}
         self._attached: dict[str, str] = {}
         self._report = report
-        self._gather(model, HERE, Scope())
+        self._gather(model, ZERO, Scope())
 
     def _gather(self, model: Element, place: Pose, scope: Scope) -> None:
         for link in model.all("link"):
@@ -145,7 +146,7 @@ class _Links:
 
     def as_one(self) -> Body:
         """All links as one body in the frame of the model."""
-        return Body(safe_name(self.all[0][0]), HERE, [(link, pose) for _, link, pose in self.all])
+        return Body(safe_name(self.all[0][0]), ZERO, [(link, pose) for _, link, pose in self.all])
 
 
 class _Tree:
@@ -200,7 +201,7 @@ class _Tree:
                 edges.setdefault(end, []).append(joint)
         is_anchored = self._of(self.world) != self.world or self.world in edges
         root = self._of(self.world) if is_anchored else self._top(0)
-        self.bodies[root] = Body(self._root_name(root), HERE)
+        self.bodies[root] = Body(self._root_name(root), ZERO)
         self._grow(root, edges)
         for number in range(self.world):
             if self._of(number) not in self.bodies:
@@ -257,7 +258,7 @@ class _Tree:
     def _hang(self, joint: _Joint, near: int, far: int, *, backward: bool) -> None:
         """Add a group at the far end of a joint."""
         number = joint.ends[0 if backward else 1]
-        name, _, pose = self.links.all[number] if number < self.world else (WORLD, None, HERE)
+        name, _, pose = self.links.all[number] if number < self.world else (WORLD, None, ZERO)
         body = self.bodies[far] = Body(self._own("link", name), pose)
         element, kind = joint.element, TYPES[joint.type]
         place = self.frames.joint(element, joint.scope)
@@ -377,7 +378,7 @@ def _inertial(link: Element, pose: Pose) -> Inertial:
     mass = inertial.number("mass") if inertial else None
     if inertial and mass is not None and mass <= 0:
         raise inertial.fault(f"must be above 0, got {shown(mass)}", "mass")
-    place = compose(pose, _pose(inertial) if inertial else HERE)
+    place = compose(pose, _pose(inertial) if inertial else ZERO)
     tensor = inertial.child("inertia") if inertial else None
     entry = {key: (tensor.number(key, float(key[1] == key[2])) if tensor else float(key[1] == key[2])) or 0.0
              for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")}  # fmt: skip

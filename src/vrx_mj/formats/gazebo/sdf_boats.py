@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,8 @@ from vrx_mj.formats.urdf.gazebo import is_thruster
 from vrx_mj.formats.urdf.links import Surroundings
 from vrx_mj.formats.urdf.meshes import MeshFiles
 from vrx_mj.formats.urdf.model import Joint, Urdf
-from vrx_mj.formats.urdf.reader import checked_tree
+from vrx_mj.formats.urdf.reader import robot_of
+from vrx_mj.formats.urdf.writing import urdf_text
 
 DEEPEST = 8
 """Models that may be in each other."""
@@ -90,23 +92,13 @@ class _Reader:
             if joint is None and WORLD in {node.text("parent"), node.text("child")}:
                 self.remarks.append((node, "nothing fixes the boat in place: a joint to the world is ignored"))
             elif joint is not None and joint.name in joints:
-                node.fault(f"duplicate name: line {joints[joint.name].line} has a joint of this name")
+                node.fault(f"duplicate name: line {joints[joint.name].place.line} has a joint of this name")
             elif joint is not None:
                 joints[joint.name] = joint
-        gazebo = tuple(self.tags())
-        top = checked_tree(links, joints, body.around, self.root)
-        return Urdf(
-            file=self.file,
-            name=self.root.attribute("name") or self.file.stem,
-            root=top,
-            links=links,
-            joints=joints,
-            gazebo=gazebo,
-            namespace=top.partition("/")[0] if "/" in top else "",
-            label=self.findings.file,
-            is_sdf=True,
-            remarks=(*(f"{node.place}: {node.path}: {text}" for node, text in self.remarks), *self.offset(top)),
-        )
+        tags = [Node(tag, "", self.findings) for tag in self.tags()]
+        robot = robot_of(self.root, self.file, links, joints, body.around, tags)
+        remarks = (*(f"{node.place}: {node.path}: {text}" for node, text in self.remarks), *self.offset(robot.root))
+        return replace(robot, remarks=remarks, text=urdf_text(robot, tags))
 
     def tree(self, model: Element, folder: Path, around: str) -> Any:
         """The elements of a model, with the URIs in them as a URDF has them."""

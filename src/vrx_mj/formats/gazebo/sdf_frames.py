@@ -8,9 +8,9 @@ import numpy as np
 
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.urdf.elements import Node
-from vrx_mj.frames import Pose, angles, compose, inverse, rotation_matrix
+from vrx_mj.formats.urdf.model import ZERO, relative
+from vrx_mj.frames import Pose, angles, compose, rotation_matrix
 
-HERE: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 MODEL = "__model__"
 """Name of a model's own frame."""
 FARTHEST = 1e6
@@ -56,24 +56,19 @@ def given_pose(node: Node) -> Given:
     """The `<pose>` of an element; without one nothing is moved. Angles may be in degrees, or a quaternion."""
     found = node.child("pose")
     if found is None:
-        return Given(HERE, "", node)
+        return Given(ZERO, "", node)
     frame = found.attribute("relative_to") or found.attribute("frame") or ""
     if found.attribute("rotation_format") == "quat_xyzw":
         x, y, z, *turn = node.values("pose", "x y z qx qy qz qw", (0.0,) * 6 + (1.0,), low=-FARTHEST, high=FARTHEST)
         if math.hypot(*turn) == 0.0:
             found.fault("the quaternion must have a length, got '0 0 0 0'")
-            return Given(HERE, frame, found)
+            return Given(ZERO, frame, found)
         matrix = rotation_matrix(np.array([turn[3], *turn[:3]]) / math.hypot(*turn))
         return Given((x, y, z, *angles(tuple(map(tuple, matrix.tolist())))), frame, found)  # type: ignore[arg-type]
-    x, y, z, *turn = node.values("pose", "x y z roll pitch yaw", HERE, low=-FARTHEST, high=FARTHEST)
+    x, y, z, *turn = node.values("pose", "x y z roll pitch yaw", ZERO, low=-FARTHEST, high=FARTHEST)
     if found.attribute_flag("degrees"):
         turn = [math.radians(angle) for angle in turn]
     return Given((x, y, z, *turn), frame, found)  # type: ignore[arg-type]
-
-
-def relative(outer: Pose, inner: Pose) -> Pose:
-    """The pose of one frame in another, both given in a third."""
-    return inner if outer == HERE else HERE if inner == outer else compose(inverse(outer), inner)
 
 
 class Frames:
@@ -82,7 +77,7 @@ class Frames:
     def __init__(self) -> None:
         self.given: dict[str, tuple[str, Given]] = {}
         """Frame that a frame's pose is in, and the pose, by its name."""
-        self.found: dict[str, Pose] = {MODEL: HERE}
+        self.found: dict[str, Pose] = {MODEL: ZERO}
 
     def add(self, name: str, given: Given, scope: Scope, usual: str) -> None:
         """Add a frame of a model, whose pose is in the frame `usual` unless it gives another."""
@@ -103,15 +98,15 @@ class Frames:
             if name in chain:
                 names = " > ".join(f"'{_shown(one)}'" for one in (*chain[chain.index(name) :], name))
                 self.given[name][1].node.fault(f"the poses are relative to each other: {names}")
-                return HERE
+                return ZERO
             chain.append(name)
             above, given = self.given[name]
             name = self.known(above, given)
             if not name:
-                return HERE
+                return ZERO
         for one in reversed(chain):
             outer, own = self.found[name], self.given[one][1].pose
-            self.found[one] = own if outer == HERE else compose(outer, own)
+            self.found[one] = own if outer == ZERO else compose(outer, own)
             name = one
         return self.found[name]
 
@@ -121,7 +116,7 @@ class Frames:
         if not given.relative_to:
             return given.pose
         frame = self.known(_around(given, scope, link), given)
-        return compose(relative(self.pose(link), self.pose(frame)), given.pose) if frame else HERE
+        return compose(relative(self.pose(link), self.pose(frame)), given.pose) if frame else ZERO
 
 
 def _shown(name: str) -> str:

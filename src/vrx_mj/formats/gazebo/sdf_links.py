@@ -8,28 +8,27 @@ from typing import Any
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.wording import choice, shown
 from vrx_mj.errors import UnknownNameError
-from vrx_mj.formats.gazebo.sdf_frames import HERE, Frames, Scope, given_pose, relative
+from vrx_mj.formats.gazebo.sdf_frames import Frames, Scope, given_pose
 from vrx_mj.formats.urdf.elements import LARGEST, Node
 from vrx_mj.formats.urdf.links import (
     BOUNDED,
+    ENDLESS,
     Surroundings,
-    at_rest,
     check_inertia,
     collision_of,
+    freed,
     gazebo_color,
     length_one,
     shape_name,
     visuals_of,
 )
-from vrx_mj.formats.urdf.model import Inertial, Joint, Limits, Link
+from vrx_mj.formats.urdf.model import ZERO, Inertial, Joint, Limits, Link, relative
 from vrx_mj.frames import Pose, apply, compose, inverse, rotation
 
 UNIT = 1.0
 """Mass [kg] and moments of inertia [kg m2] of a link that gives none, by SDF."""
 WATER = 1000.0
 """Density [kg/m3] of what a shape is full of whose file gives none, by SDF."""
-ENDLESS = 1e10
-"""Limit of a joint [rad or m] from which it has none."""
 WORLD = "world"
 """Name of what does not move."""
 AXIS_OF_JOINT = (1, 5)
@@ -82,7 +81,7 @@ def read_sdf_link(body: Body, name: str) -> Link:
         inertial=_inertial(node, name, scope, body, [(part, shape) for part, shape in felt if shape]),
         collisions=tuple(shape for _, shape in felt if shape),
         visuals=tuple(visuals),
-        line=node.line,
+        place=node.place,
     )
 
 
@@ -92,7 +91,7 @@ def _inertial(
     node = link.child("inertial")
     if node is None:
         body.around.findings.note("unit", name)
-        return Inertial(UNIT, _from_joint(body, HERE, name), (UNIT, UNIT, UNIT, 0.0, 0.0, 0.0))
+        return Inertial(UNIT, _from_joint(body, ZERO, name), (UNIT, UNIT, UNIT, 0.0, 0.0, 0.0))
     if node.attribute_flag("auto"):
         return _filled(node, felt)
     if node.child("fluid_added_mass"):
@@ -154,7 +153,7 @@ def _visuals(node: Node, link: str, scope: Scope, body: Body) -> tuple[Visual, .
         body.around.findings.note("shapeless", link)
         return ()
     values = _shape(node, geometry, link, scope, body)
-    return visuals_of(node, geometry, values, _color(node), body.around) if values else ()
+    return visuals_of(node, values, _color(node), body.around) if values else ()
 
 
 def _color(visual: Node) -> Color | None:
@@ -223,9 +222,7 @@ def read_sdf_joint(body: Body, node: Node, scope: Scope) -> Joint | None:
         return None
     if parent == child:
         node.fault(f"joins the link '{parent}' to itself")
-    limits = _limits(node, kind)
-    if kind == "revolute" and limits and limits.lower <= -ENDLESS and limits.upper >= ENDLESS:
-        kind, limits = "continuous", None
+    kind, limits = freed(kind, _limits(node, kind))
     axis = _axis(body, node, name, child, scope)
     rest = min(max(0.0, limits.lower), limits.upper) if limits and kind in BOUNDED else 0.0
     return Joint(
@@ -233,10 +230,10 @@ def read_sdf_joint(body: Body, node: Node, scope: Scope) -> Joint | None:
         type=kind,
         parent=parent,
         child=child,
-        pose=at_rest(_between(body, parent, child), kind, axis, rest),
+        pose=_between(body, parent, child),
         axis=axis,
         limits=limits,
-        line=node.line,
+        place=node.place,
         rest=rest,
     )
 
@@ -279,8 +276,8 @@ def _axis(body: Body, node: Node, name: str, child: str, scope: Scope) -> Vector
     if not frame and not found.flag("use_parent_model_frame", body.version < AXIS_OF_JOINT):
         return axis
     outer = body.frames.known(scope.name(frame), given_pose(node)) if frame else scope.model
-    turn = relative(body.place(child), body.frames.pose(outer)) if outer else HERE
-    return axis if turn[3:] == HERE[3:] else length_one(apply(rotation(*turn[3:]), axis))
+    turn = relative(body.place(child), body.frames.pose(outer)) if outer else ZERO
+    return axis if turn[3:] == ZERO[3:] else length_one(apply(rotation(*turn[3:]), axis))
 
 
 def _limits(node: Node, kind: str) -> Limits | None:

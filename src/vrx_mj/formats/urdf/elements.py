@@ -16,6 +16,7 @@ from vrx_mj.config.loading import problems_of
 from vrx_mj.config.tree import File, of_python
 from vrx_mj.config.wording import choice, shown
 from vrx_mj.errors import ConfigError, Problem
+from vrx_mj.formats.urdf.model import Place
 
 ConfigT = TypeVar("ConfigT", bound=Config)
 
@@ -99,14 +100,14 @@ class Node:
         return next((str(one.get(FILE)) for one in around if one.get(FILE)), self.findings.file)
 
     @property
-    def place(self) -> str:
-        """File and line, as messages show them."""
-        return self.file if self.line is None else f"{self.file}:{self.line}"
+    def place(self) -> Place:
+        """File and line."""
+        return Place(self.file, self.line)
 
     def fault(self, message: str, key: str = "") -> None:
         """Notes a problem with the element, or with its attribute or child `key`."""
         path = " / ".join(filter(None, (self.path, key)))
-        self.findings.problems.append(Problem(self.file, self.line, None, path, message))
+        self.findings.problems.append(self.place.problem(path, message))
 
     def children(self, tag: str) -> list["Node"]:
         """All children of this name; those with a name of their own are called by it."""
@@ -223,7 +224,9 @@ def _count_fault(text: str, words: list[str], names: list[str]) -> str:
     return f"expected {len(names)} numbers '{' '.join(names)}' with blanks between them, got {shown(text)}"
 
 
-def _fault(word: str, above: float = -math.inf, low: float = -math.inf, high: float = math.inf) -> str:
+def _fault(
+    word: str, above: float = -math.inf, low: float = -math.inf, high: float = math.inf, largest: float = LARGEST
+) -> str:
     """What is wrong with the text of a number; empty if nothing is."""
     if _NOT_FINITE.fullmatch(word):
         return f"must be finite, got {shown(word)}"
@@ -236,4 +239,4 @@ def _fault(word: str, above: float = -math.inf, low: float = -math.inf, high: fl
         return f"must be at least {low:g}, got {word}"
     if value > high:
         return f"must be at most {high:g}, got {word}"
-    return f"must lie between -{LARGEST:g} and {LARGEST:g}, got {word}" if abs(value) > LARGEST else ""
+    return f"must lie between -{largest:g} and {largest:g}, got {word}" if abs(value) > largest else ""

@@ -1,13 +1,12 @@
 """Gazebo's tags in a URDF: plugins of forces, thrusters and others, and the sensors."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from vrx_mj.config.dynamics import HullConfig, HydrodynamicsConfig, ThrusterConfig
-from vrx_mj.config.search import display
-from vrx_mj.errors import Problem, UnknownNameError
+from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.urdf.elements import Findings, Node
 from vrx_mj.formats.urdf.gazebo_sensors import INSTRUMENTS, Scope, library, plugin_kind, read_sensor
 from vrx_mj.formats.urdf.gz_sim import Control, controlled, read_buoyancy, read_controls, read_fossen
@@ -51,14 +50,13 @@ def _thruster(node: Node, timeout: float, scope: Scope) -> UrdfThruster | None:
         return None
     name = topic.rpartition("/")[2].removesuffix("_thrust_cmd") or scope.local(link).removesuffix("_propeller_link")
     engine = (engine or _steering_joint(scope.urdf, link)) if steers else None
-    return UrdfThruster(name, link, propeller, engine, config, line=node.line)
+    return UrdfThruster(name, link, propeller, engine, config, place=node.place)
 
 
 def _steering_joint(urdf: Urdf, propeller: str) -> str | None:
     """The hinge above a propeller's own, which turns it if no file names another."""
-    above = {joint.child: joint for joint in urdf.joints.values()}
-    own = above.get(propeller)
-    hinge = above.get(own.parent) if own else None
+    own = urdf.above.get(propeller)
+    hinge = urdf.above.get(own.parent) if own else None
     return hinge.name if hinge and hinge.type == "revolute" and not hinge.locked else None
 
 
@@ -86,7 +84,7 @@ def read_newer_thruster(node: Node, scope: Scope) -> list[UrdfThruster]:
     scope.warn(node, "commands are newtons only in worlds of profile vrx3, else shares of the largest thrust, -1 to 1")
     link = scope.local(joint.child).rpartition("::")[2].removesuffix("_link").removesuffix("_propeller")
     own = node.text("name") or topic.rpartition("/")[2] or link
-    return [UrdfThruster(own, joint.child, name, engine, config, line=node.line, axis=joint.axis)] if config else []
+    return [UrdfThruster(own, joint.child, name, engine, config, place=node.place, axis=joint.axis)] if config else []
 
 
 def read_hydrodynamics(node: Node, scope: Scope) -> HydrodynamicsConfig | None:
@@ -201,7 +199,7 @@ def read_uuv_thruster(node: Node, scope: Scope) -> list[UrdfThruster]:
     link = _link(node, "linkName", scope)
     if not link:
         return []
-    joint = next((joint for joint in scope.urdf.joints.values() if joint.child == link), None)
+    joint = scope.urdf.above.get(link)
     largest, least = node.value("thrustMax", 0.0), node.value("thrustMin", 0.0)
     largest = largest if largest > 0.0 else _converted(node)
     if largest <= 0.0:
@@ -214,7 +212,7 @@ def read_uuv_thruster(node: Node, scope: Scope) -> list[UrdfThruster]:
     scope.warn(node, SHARES)
     turns = joint is not None and joint.type in {"continuous", "revolute"}
     own, axis = scope.local(link).rpartition("/")[2], joint.axis if joint and turns else (1.0, 0.0, 0.0)
-    return [UrdfThruster(own, link, joint.name if joint else None, None, config, line=node.line, axis=axis)]
+    return [UrdfThruster(own, link, joint.name if joint else None, None, config, place=node.place, axis=axis)]
 
 
 def _link(node: Node, tag: str, scope: Scope) -> str:
@@ -255,10 +253,10 @@ def read_freefloating(node: Node, scope: Scope) -> list[UrdfThruster]:
         if config is None or not link:
             continue
         scope.warn(part, SHARES)
-        above = next((joint for joint in scope.urdf.joints.values() if joint.child == link), None)
+        above = scope.urdf.above.get(link)
         hinge = above.name if above and above.type == "revolute" and not above.locked else None
         name = scope.local(link).rpartition("/")[2]
-        found.append(UrdfThruster(name, link, None, hinge, config, line=part.line, axis=(0.0, 0.0, -1.0)))
+        found.append(UrdfThruster(name, link, None, hinge, config, place=part.place, axis=(0.0, 0.0, -1.0)))
     return found
 
 
@@ -353,8 +351,8 @@ _FORCES: Mapping[str, Callable[[_Forces, Node, Scope], None]] = {
 """What takes a plugin of forces, by its kind."""
 
 
-def read_gazebo(urdf: Urdf) -> Gazebo:
-    """Thrusters, water, wind and sensors of a robot, in the order of the file.
+def read_gazebo(urdf: Urdf, tags: Sequence[Node], findings: Findings) -> Gazebo:
+    """Thrusters, water, wind and sensors of a robot, by its `<gazebo>` elements, in the order of the file.
 
     VRX's and Hector's plugins of Gazebo classic are known by their files' names, and those that took their place in
     newer VRX as far as they mean the same; and thrusters of the UUV simulator and of freefloating_gazebo. Names and
@@ -363,9 +361,9 @@ def read_gazebo(urdf: Urdf) -> Gazebo:
     Raises:
         ConfigError: For values that are wrong, and links and joints that are not there.
     """
-    scope, forces = Scope(urdf, Findings(urdf.label or display(urdf.file))), _Forces()
-    for element in urdf.gazebo:
-        _read_element(Node(element, "" if urdf.is_sdf else "gazebo", scope.findings), scope, forces)
+    scope, forces = Scope(urdf, findings), _Forces()
+    for node in tags:
+        _read_element(node, scope, forces)
     if forces.newer_drag is not None and forces.water is None:
         forces.water = read_newer_hydrodynamics(forces.newer_drag, forces.newer_hulls, scope)
         forces.known |= {} if forces.water else _coefficients(forces.newer_drag)
@@ -389,7 +387,7 @@ def _read_element(node: Node, scope: Scope, forces: _Forces) -> None:
     """One `<gazebo>`, about a link or about the whole robot."""
     reference = node.attribute("reference")
     if reference:
-        node.path = f"{'link' if scope.urdf.is_sdf else 'gazebo'} '{reference}'"
+        node.path = f"{node.path or 'link'} '{reference}'"
     if reference and reference not in scope.urdf.links and reference not in scope.urdf.joints:
         scope.warn(node, f"no link or joint named '{reference}'; the element is ignored")
         return
@@ -422,6 +420,5 @@ def _check_names(thrusters: list[UrdfThruster], scope: Scope) -> None:
     for thruster in thrusters:
         if thruster.name in lines:
             message = f"duplicate name: line {lines[thruster.name]} has a thruster of this name"
-            place = (scope.findings.file, thruster.line, None, f"thruster '{thruster.name}'")
-            scope.findings.problems.append(Problem(*place, message))
-        lines.setdefault(thruster.name, thruster.line)
+            scope.findings.problems.append(thruster.place.problem(f"thruster '{thruster.name}'", message))
+        lines.setdefault(thruster.name, thruster.place.line)

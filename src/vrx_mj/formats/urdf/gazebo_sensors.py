@@ -18,10 +18,9 @@ from vrx_mj.config.sensors import (
 )
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.urdf.elements import Findings, Node
-from vrx_mj.formats.urdf.model import Urdf, chained, link_pose
+from vrx_mj.formats.urdf.model import ZERO, Urdf, chained
 from vrx_mj.frames import Pose
 
-ZERO: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 HARD_CODED = ("wamv/", "cora/")
 """Prefixes that VRX's files write whatever the boat's namespace is."""
 USUAL_RATE = 100.0
@@ -80,7 +79,7 @@ class Scope:
     def pose(self, link: str, node: Node | None = None) -> Pose:
         """Of a link, or of a sensor with a `<pose>` in it, in the root link's frame [m, rad]."""
         inside = node.values("pose", "x y z roll pitch yaw", ZERO) if node else ZERO
-        return chained(link_pose(self.urdf, link), inside)  # type: ignore[arg-type]
+        return chained(self.urdf.places.get(link, ZERO), inside)  # type: ignore[arg-type]
 
     def local(self, name: str, *, hard_coded: bool = False) -> str:
         """A frame's or link's name without slash in front and namespace, nor one that VRX hard-codes."""

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 from typing import Any
@@ -10,11 +10,11 @@ from typing import Any
 from vrx_mj.config.base import COLORS
 from vrx_mj.config.shapes import MESH_SUFFIXES, Shape, Visual
 from vrx_mj.config.wording import choice, one_of, shown
-from vrx_mj.errors import Problem, UnknownNameError, VrxError
-from vrx_mj.formats.urdf.elements import Findings, Node
+from vrx_mj.errors import UnknownNameError, VrxError
+from vrx_mj.formats.urdf.elements import LARGEST, Findings, Node
 from vrx_mj.formats.urdf.meshes import MeshFiles, MissingMeshError, check_mesh
 from vrx_mj.formats.urdf.model import Inertial, Joint, Limits, Link, chained
-from vrx_mj.frames import Pose, compose, facing, inverse
+from vrx_mj.frames import Pose, inverse
 from vrx_mj.resources import root
 
 Color = tuple[float, float, float, float]
@@ -78,6 +78,9 @@ VRX_IMU = (0.1, 0.000083, 0.000083, 0.0125)
 """Mass and moments that VRX gives its IMU. No body has them, but so light a part does not matter."""
 SLIGHT = 1.1
 """How far a moment may exceed the sum of the others before the inertia of a heavy link is an error."""
+THIN, ROUNDED = 1e-6, 1e-12
+"""Squares [m2] of radii of gyration, 1 mm and 1 um: moments off by less come of rounding, and are no error; or are
+not worth a word."""
 ONE = (1.0, 1.0, 1.0)
 """Scale of a mesh that is drawn as it is."""
 
@@ -95,8 +98,8 @@ class Surroundings:
     """Colours of the URDF's materials."""
     gazebo: Mapping[str, Color] = field(default_factory=dict)
     """Colours that Gazebo's tags give to links."""
-    impossible: list[tuple[Node, str, float, str]] = field(default_factory=list)
-    """Inertias that break the triangle inequality: element, link, how far, and in words."""
+    impossible: list[tuple[Node, str, bool, str]] = field(default_factory=list)
+    """Inertias that break the triangle inequality: element, link, whether by far, and in words."""
 
 
 def read_link(node: Node, around: Surroundings) -> Link:
@@ -110,7 +113,7 @@ def read_link(node: Node, around: Surroundings) -> Link:
         inertial=None if short else _inertial(node, name, around),
         collisions=() if short else tuple(filter(None, (_collision(c, around) for c in node.children("collision")))),
         visuals=() if short else tuple(v for c in node.children("visual") for v in _visuals(c, name, around)),
-        line=node.line,
+        place=node.place,
     )
 
 
@@ -185,11 +188,11 @@ def check_inertia(node: Node, name: str, values: tuple[float, ...], around: Surr
     mass, *tensor = values
     low, middle, high = moments = _principal(tensor)
     words = ", ".join(f"{moment:.6g}" for moment in moments)
-    if low < -1e-9 * abs(high):
+    if low < -max(1e-9 * high, THIN * mass):
         node.fault(f"impossible moments of inertia: about the principal axes they are {words} kg m2")
-    elif high > (low + middle) * (1 + 1e-6) and (mass, *tensor[:3]) != VRX_IMU:
-        excess = high / (low + middle) if low + middle > 0 else math.inf
-        around.impossible.append((node, name, excess, words))
+    elif high - low - middle > max(1e-6 * (low + middle), ROUNDED * mass) and (mass, *tensor[:3]) != VRX_IMU:
+        far = high - low - middle > max((SLIGHT - 1.0) * (low + middle), THIN * mass)
+        around.impossible.append((node, name, far, words))
 
 
 def _principal(tensor: list[float]) -> list[float]:
@@ -210,10 +213,12 @@ def _collision(node: Node, around: Surroundings) -> Shape | None:
 def collision_of(node: Node, geometry: Node, values: dict[str, Any], around: Surroundings) -> Shape | None:
     """A shape that collides, of these values; a mesh is looked for and read."""
     if values["type"] == "mesh":
-        found = _mesh(geometry, values, around, collides=True)
-        if found is None:
+        try:
+            values |= _mesh(values, around, collides=True)
+        except VrxError as error:
+            mesh = geometry.child("mesh") or geometry
+            mesh.fault(str(error), "uri" if mesh.child("uri") else "filename")
             return None
-        values |= found
     return node.configured(Shape, values)
 
 
@@ -225,16 +230,19 @@ def _visuals(node: Node, link: str, around: Surroundings) -> tuple[Visual, ...]:
         around.findings.note("shapeless", link)
     if geometry is None or values is None:
         return ()
-    return visuals_of(node, geometry, values, around.gazebo.get(link) or _visual_color(node, around), around)
+    return visuals_of(node, values, around.gazebo.get(link) or _visual_color(node, around), around)
 
 
 def visuals_of(
-    node: Node, geometry: Node, values: dict[str, Any], color: Color | None, around: Surroundings
-) -> tuple[Visual, ...]:
-    """What is seen of a shape of these values; a mesh that is missing is drawn by ours for it, if there are any."""
+    node: Node, values: dict[str, Any], color: Color | None, around: Surroundings
+) -> tuple[Visual, ...]:  # fmt: skip
+    """What is seen of a shape of these values; a mesh that is missing is drawn by ours for it, if there are any.
+
+    A mesh that is only looked at refuses no robot: one that cannot be read is left out.
+    """
     if values["type"] == "mesh":
         try:
-            found = _mesh(geometry, values, around, collides=False)
+            values |= _mesh(values, around, collides=False)
         except MissingMeshError:
             file = str(values.pop("file"))
             scale = values.get("scale", ())
@@ -242,9 +250,9 @@ def visuals_of(
             if not instead:
                 around.findings.note("mesh", file)
             return instead
-        if found is None:
+        except VrxError as error:
+            around.findings.note("unread", str(error))
             return ()
-        values |= found
         color = color or values.pop("own", None)
     values.pop("own", None)
     visual = node.configured(Visual, {**values, **({"color": color} if color else {})})
@@ -299,31 +307,26 @@ def _scale(mesh: Node) -> tuple[float, ...]:
     return scale
 
 
-def _mesh(geometry: Node, values: Mapping[str, Any], around: Surroundings, *, collides: bool) -> dict[str, Any] | None:
-    """Folder and path of a mesh, once it was found and read; None if it cannot be. Our own are known to be sound."""
-    name, scale = str(values["file"]), values.get("scale", ONE)
-    node = geometry.child("mesh") or geometry
-    key = "uri" if node.child("uri") else "filename"
-    try:
-        folder, path = around.files.find(name)
-        if not path.lower().endswith(MESH_SUFFIXES):
-            raise VrxError(f"expected a mesh that ends in {one_of(MESH_SUFFIXES)}, got {shown(name)}")
-        if (folder / path).resolve().is_relative_to(root() / "assets"):
-            return {"folder": folder, "file": path}
-        mesh = check_mesh(folder / path, scale, collides=collides)
-    except MissingMeshError as error:
-        if not collides:
-            raise
-        node.fault(str(error), key)
-    except VrxError as error:
-        node.fault(str(error), key)
-    else:
-        return {"folder": folder, "file": path} | ({} if collides else {"own": mesh.color})
-    return None
+def _mesh(values: Mapping[str, Any], around: Surroundings, *, collides: bool) -> dict[str, Any]:
+    """Folder and path of a mesh that was found and read, and its own colour. Our own are known to be sound.
+
+    Raises:
+        VrxError: it cannot be found or read.
+    """
+    folder, path = around.files.find(str(values["file"]))
+    if not path.lower().endswith(MESH_SUFFIXES):
+        raise VrxError(f"expected a mesh that ends in {one_of(MESH_SUFFIXES)}, got {shown(str(values['file']))}")
+    found = {"folder": folder, "file": path}
+    if (folder / path).resolve().is_relative_to(root() / "assets"):
+        return found
+    mesh = check_mesh(folder / path, values.get("scale", ONE), collides=collides)
+    return found if collides else found | {"own": mesh.color}
 
 
 TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating", "planar")
 BOUNDED = ("revolute", "prismatic")
+ENDLESS = 1e10
+"""Limit of a joint [rad or m] from which it has none; files write 1e16, as Gazebo does, or inf."""
 
 
 def read_joint(node: Node, links: Collection[str]) -> Joint:
@@ -336,51 +339,41 @@ def read_joint(node: Node, links: Collection[str]) -> Joint:
         node.fault(f"joins the link '{parent}' to itself")
     if node.child("mimic"):
         node.findings.note("mimic", name)
-    axis, limits = _axis(node, kind), _limits(node, kind)
+    axis = _axis(node, kind)
+    kind, limits = freed(kind, _limits(node, kind))
     rest = min(max(0.0, limits.lower), limits.upper) if limits and kind in BOUNDED else 0.0
     return Joint(
         name=name,
         type=kind,
         parent=parent,
         child=child,
-        pose=at_rest(read_pose(node), kind, axis, rest),
+        pose=read_pose(node),
         axis=axis,
         limits=limits,
-        line=node.line,
+        place=node.place,
         rest=rest,
     )
 
 
-def at_rest(pose: Pose, kind: str, axis: Sequence[float], rest: float) -> Pose:
-    """The pose of the child in the parent with the joint at `rest` [rad or m]."""
-    if rest == 0.0:
-        return pose
-    if kind == "prismatic":
-        x, y, z = (rest * value for value in axis)
-        return compose(pose, (x, y, z, 0.0, 0.0, 0.0))
-    turn = facing(axis)
-    return compose(pose, compose(compose(turn, (0.0, 0.0, 0.0, 0.0, 0.0, rest)), inverse(turn)))
-
-
-def root_of(links: Mapping[str, Link] | Mapping[str, Node], joints: Mapping[str, Joint], findings: Findings) -> str:
+def root_of(links: Mapping[str, Link], joints: Mapping[str, Joint], findings: Findings) -> str:
     """The one link that is no joint's child, if the links hang together as a tree under it."""
     above: dict[str, Joint] = {}
     for joint in joints.values():
         if joint.child in above:
             other = above[joint.child].name
             message = f"the link '{joint.child}' is already the child of the joint '{other}'; it has one parent"
-            findings.problems.append(Problem(findings.file, joint.line, None, f"joint '{joint.name}'", message))
+            findings.problems.append(joint.place.problem(f"joint '{joint.name}'", message))
         above.setdefault(joint.child, joint)
     roots = [name for name in links if name not in above]
     if len(roots) > 1:
         names = ", ".join(f"'{name}'" for name in roots[:8]) + (f" and {len(roots) - 8} more" if len(roots) > 8 else "")
         message = f"{len(roots)} links are not a joint's child: {names}; there must be one, the root"
-        findings.problems.append(Problem(findings.file, links[roots[1]].line, None, f"link '{roots[1]}'", message))
+        findings.problems.append(links[roots[1]].place.problem(f"link '{roots[1]}'", message))
     loop = _loop(links, above)
     if loop:
-        line = above[loop[0]].line
         message = "the joints form a loop: " + " > ".join(f"'{name}'" for name in (*loop, loop[0]))
-        findings.problems.append(Problem(findings.file, line, None, f"joint '{above[loop[0]].name}'", message))
+        joint = above[loop[0]]
+        findings.problems.append(joint.place.problem(f"joint '{joint.name}'", message))
     return roots[0] if roots else ""
 
 
@@ -431,8 +424,14 @@ def _limits(node: Node, kind: str) -> Limits | None:
         if kind in BOUNDED:
             node.fault(f"required, but missing: a {kind} joint has limits", "limit")
         return None
-    lower, upper = (limit.number(key, 0.0) for key in ("lower", "upper"))
-    effort, velocity = (limit.number(key, 0.0, low=0) for key in ("effort", "velocity"))
+    lower, upper = (limit.number(key, 0.0, largest=math.inf) for key in ("lower", "upper"))
+    effort, velocity = (limit.number(key, 0.0, low=0, largest=math.inf) for key in ("effort", "velocity"))
     if kind in BOUNDED and lower > upper:
         limit.fault(f"lower {lower:g} is above upper {upper:g}")
-    return Limits(lower, upper, effort, velocity)
+    return Limits(max(lower, -LARGEST), min(upper, LARGEST), min(effort, LARGEST), min(velocity, LARGEST))
+
+
+def freed(kind: str, limits: Limits | None) -> tuple[str, Limits | None]:
+    """The type of a joint and its limits; a revolute one turns freely between limits that have no end."""
+    endless = limits is not None and limits.lower <= -ENDLESS and limits.upper >= ENDLESS
+    return "continuous" if kind == "revolute" and endless else kind, limits

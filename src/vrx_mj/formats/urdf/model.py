@@ -1,15 +1,34 @@
-"""A robot as its URDF describes it: links with masses, shapes and looks, and joints; poses along them."""
+"""A robot as a URDF or SDF describes it, in plain rows: links with masses and shapes, joints, plugins, sensors."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import reduce
+from functools import cached_property, reduce
 from pathlib import Path
-from typing import Any
 
-from vrx_mj.config.dynamics import HydrodynamicsConfig, ThrusterConfig
+from vrx_mj.config.dynamics import HullConfig, HydrodynamicsConfig, ThrusterConfig
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.shapes import Shape, Visual
-from vrx_mj.frames import Pose, compose
+from vrx_mj.errors import Problem
+from vrx_mj.frames import Pose, compose, inverse
+
+ZERO: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where an element is."""
+
+    file: str = ""
+    """As messages call it."""
+    line: int | None = None
+    column: int | None = None
+
+    def __str__(self) -> str:
+        return self.file if self.line is None else f"{self.file}:{self.line}"
+
+    def problem(self, key: str, message: str) -> Problem:
+        """What is wrong with the element, or with a part of it."""
+        return Problem(self.file, self.line, self.column, key, message)
 
 
 @dataclass(frozen=True)
@@ -32,7 +51,7 @@ class Link:
     inertial: Inertial | None
     collisions: tuple[Shape, ...]
     visuals: tuple[Visual, ...]
-    line: int | None = None
+    place: Place = Place()
 
 
 @dataclass(frozen=True)
@@ -57,7 +76,7 @@ class Joint:
     pose: Pose
     axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
     limits: Limits | None = None
-    line: int | None = None
+    place: Place = Place()
     rest: float = 0.0
     """Angle [rad] or distance [m] at rest: 0, or the limit that is nearest to it."""
 
@@ -83,9 +102,12 @@ class UrdfThruster:
     drive: ThrusterConfig
     kp: float = 300.0
     kd: float = 20.0
-    line: int | None = None
+    place: Place = Place()
     axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
     """Direction of the thrust in the propeller's link, of length 1."""
+
+
+Water = Mapping[str, float | tuple[float | None, ...] | tuple[HullConfig, ...]]
 
 
 @dataclass(frozen=True)
@@ -94,7 +116,7 @@ class Gazebo:
 
     thrusters: tuple[UrdfThruster, ...] = ()
     hydrodynamics: HydrodynamicsConfig | None = None
-    water: Mapping[str, Any] = field(default_factory=dict)
+    water: Water = field(default_factory=dict)
     """Fields of `HydrodynamicsConfig` that are known where the rest is not; in a six None is what is not."""
     wind: tuple[float, float, float] | None = None
     """Coefficients, from VRX's wind plugin."""
@@ -109,38 +131,62 @@ class Urdf:
     """A robot; its links hang together as one tree."""
 
     file: Path
+    label: str
+    """What messages call the file, or the text that was made of it."""
     name: str
     root: str
     links: Mapping[str, Link]
     joints: Mapping[str, Joint]
     """Joints by name; each link but the root is the child of one."""
-    gazebo: tuple[Any, ...] = ()
-    """The `<gazebo>` elements (lxml), in the order of the file."""
+    places: Mapping[str, Pose]
+    """Pose of each link's frame in the root link's, all joints at rest [m, rad]."""
     namespace: str = ""
     """Namespace of the links' names: `wamv` of `wamv/base_link`; empty if they have none."""
+    gazebo: Gazebo = Gazebo()
+    """What plugins and sensors mean."""
     remarks: tuple[str, ...] = ()
-    """What the file asks for and is not done, besides its Gazebo tags, each with its line."""
-    is_sdf: bool = False
-    """Whether the file is a model of Gazebo: its plugins and sensors are in no `<gazebo>` there."""
-    label: str = ""
-    """What messages call the text that line numbers are of; empty: the file."""
+    """What the file asks for and is not done, besides its plugins and sensors, each with its line."""
+    text: str = ""
+    """A URDF of it, where the file is none."""
 
     def local(self, name: str) -> str:
         """A link's or joint's name without the namespace."""
         return name.removeprefix(f"{self.namespace}/") if self.namespace else name
 
+    @cached_property
+    def above(self) -> Mapping[str, Joint]:
+        """The joint on which each link hangs."""
+        return {joint.child: joint for joint in self.joints.values()}
 
-ZERO: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    def below(self, link: str) -> tuple[str, ...]:
+        """A link and all that hangs on it."""
+        children: dict[str, list[str]] = {}
+        for joint in self.joints.values():
+            children.setdefault(joint.parent, []).append(joint.child)
+        found, waiting = [], [link]
+        while waiting:
+            found.append(waiting.pop())
+            waiting += reversed(children.get(found[-1], ()))
+        return tuple(found)
+
+    def path(self, link: str, base: str) -> list[Joint]:
+        """The joints from `base` to a link that hangs on it."""
+        joints: list[Joint] = []
+        while link != base:
+            joints.append(self.above[link])
+            link = joints[-1].parent
+        return joints[::-1]
+
+    def pose(self, link: str, base: str) -> Pose:
+        """Pose of a link in the frame of one above it, all joints at rest [m, rad]."""
+        if link != base and self.above[link].parent == base:
+            return self.above[link].pose
+        return relative(self.places[base], self.places[link])
 
 
-def link_pose(urdf: Urdf, link: str) -> Pose:
-    """Pose of a link's frame in the root link's, every joint at zero [m, rad]. `link` is as the file calls it."""
-    above = {joint.child: joint for joint in urdf.joints.values()}
-    poses: list[Pose] = []
-    while link in above:
-        poses.append(above[link].pose)
-        link = above[link].parent
-    return chained(*reversed(poses))
+def relative(outer: Pose, inner: Pose) -> Pose:
+    """The pose of one frame in another, both given in a third."""
+    return inner if outer == ZERO else ZERO if inner == outer else compose(inverse(outer), inner)
 
 
 def chained(*poses: Pose) -> Pose:

@@ -2,16 +2,21 @@
 
 import warnings
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.search import display
 from vrx_mj.errors import VrxWarning, nearest
 from vrx_mj.formats.urdf.elements import Findings, Node
-from vrx_mj.formats.urdf.links import SLIGHT, Surroundings, material_colors, read_joint, read_link, root_of
+from vrx_mj.formats.urdf.gazebo import read_gazebo
+from vrx_mj.formats.urdf.links import Surroundings, material_colors, read_joint, read_link, root_of
 from vrx_mj.formats.urdf.meshes import MeshFiles
 from vrx_mj.formats.urdf.model import Joint, Link, Urdf
 from vrx_mj.formats.urdf.xml_text import parse_robot
+from vrx_mj.frames import Pose, angles, rotation
 
+FIXED = "fixed"
 LIGHT = 0.01
 """Share of a robot's mass below which a link's impossible inertia does not matter."""
 
@@ -21,6 +26,7 @@ ODD = {
     "inertia": "impossible moments of inertia, one more than the sum of the other two; they are used as they are",
     "shapeless": "visuals without a geometry; they are ignored",
     "mesh": "meshes not found in the folders that may be read; they are not drawn",
+    "unread": "meshes that cannot be read; they are not drawn",
     "geometry": "shapes that MuJoCo has none like; they are ignored",
     "unit": "links without <inertial>; by SDF each weighs 1 kg, with moments of inertia of 1 kg m2",
     "submesh": "meshes of which a <submesh> is meant; they are used whole",
@@ -69,21 +75,19 @@ def read_urdf(
     links = {link.name: link for link in (read_link(node, around) for node in named(root, "link"))}
     joints = {joint.name: joint for joint in (read_joint(node, links) for node in named(root, "joint"))}
     _note_misspelt(root)
-    top = checked_tree(links, joints, around, root)
-    return Urdf(
-        file=file,
-        name=root.attribute("name") or file.stem,
-        root=top,
-        links=links,
-        joints=joints,
-        gazebo=tuple(root.element.iterchildren("gazebo")),
-        namespace=top.partition("/")[0] if "/" in top else "",
-        label=findings.file,
-    )
+    tags = [Node(tag, "gazebo", findings) for tag in root.element.iterchildren("gazebo")]
+    return robot_of(root, file, links, joints, around, tags)
 
 
-def checked_tree(links: Mapping[str, Link], joints: Mapping[str, Joint], around: Surroundings, root: Node) -> str:
-    """The root link of a robot whose links hang together and can exist; what is suspicious is warned of.
+def robot_of(
+    root: Node,
+    file: Path,
+    links: Mapping[str, Link],
+    joints: Mapping[str, Joint],
+    around: Surroundings,
+    tags: Sequence[Node],
+) -> Urdf:
+    """A robot whose links hang together and can exist, with what its tags mean; what is suspicious is warned of.
 
     Raises:
         ConfigError: With everything that is wrong.
@@ -92,7 +96,54 @@ def checked_tree(links: Mapping[str, Link], joints: Mapping[str, Joint], around:
     _check_masses(links, around, root)
     root.findings.settle()
     _warn(root.findings)
-    return top
+    robot = _robot(root, file, links, joints, top)
+    return replace(robot, gazebo=read_gazebo(robot, tags, root.findings))
+
+
+def read_joints(text: str, label: str) -> Urdf:
+    """The tree of a URDF alone: the names of its links, and its joints; `label` is what messages call it.
+
+    Raises:
+        ConfigError: The joints are wrong.
+    """
+    findings = Findings(label)
+    root = Node(parse_robot(text, label), "", findings)
+    links = {node.name(): Link(node.name(), None, (), (), node.place) for node in root.children("link")}
+    joints = {joint.name: joint for joint in (read_joint(node, links) for node in root.children("joint"))}
+    top = _checked_root(links, joints, root)
+    findings.settle()
+    return _robot(root, Path(label), links, joints, top)
+
+
+def _robot(root: Node, file: Path, links: Mapping[str, Link], joints: Mapping[str, Joint], top: str) -> Urdf:
+    """A robot without plugins and sensors, its joints at rest: yourdfpy says where that puts their links."""
+    import numpy as np
+    import yourdfpy
+
+    rows = []
+    for joint in joints.values():
+        origin = np.eye(4)
+        origin[:3, :3], origin[:3, 3] = rotation(*joint.pose[3:]), joint.pose[:3]
+        kind = joint.type if joint.rest else FIXED
+        rows.append(yourdfpy.Joint(joint.name, kind, joint.parent, joint.child, origin, np.array(joint.axis)))
+    model = yourdfpy.URDF(yourdfpy.Robot("", [yourdfpy.Link(name) for name in links], rows), load_meshes=False)
+    model.update_cfg({joint.name: joint.rest for joint in joints.values() if joint.rest})
+    turns = {joint.child: model.get_transform(joint.child, joint.parent) for joint in joints.values()}
+    resting = {
+        name: replace(joint, pose=_pose(turns[joint.child])) if joint.rest else joint for name, joint in joints.items()
+    }
+    namespace = top.partition("/")[0] if "/" in top else ""
+    robot = Urdf(file, root.findings.file, root.attribute("name") or file.stem, top, links, resting, {}, namespace)
+    places = {top: np.eye(4)}
+    for link in robot.below(top)[1:]:
+        places[link] = places[robot.above[link].parent] @ turns[link]
+    return replace(robot, places={link: _pose(place) for link, place in places.items()})
+
+
+def _pose(turn: FloatArray) -> Pose:
+    """A (4, 4) matrix as a pose; zeros have no sign."""
+    (x, y, z), (roll, pitch, yaw) = turn[:3, 3].tolist(), angles(turn[:3, :3].tolist())
+    return x + 0.0, y + 0.0, z + 0.0, roll + 0.0, pitch + 0.0, yaw + 0.0
 
 
 def named(root: Node, tag: str) -> list[Node]:
@@ -121,9 +172,9 @@ def _check_masses(links: Mapping[str, Link], around: Surroundings, root: Node) -
     total = sum(link.inertial.mass for link in links.values() if link.inertial)
     if links and total == 0 and not around.findings.problems:
         root.fault("no link has a mass", root.tag)
-    for node, name, excess, words in around.impossible:
+    for node, name, far, words in around.impossible:
         inertial = links[name].inertial
-        if excess > SLIGHT and inertial and inertial.mass > LIGHT * total:
+        if far and inertial and inertial.mass > LIGHT * total:
             node.fault(f"impossible moments of inertia: about the principal axes they are {words} kg m2, "
                        "and the largest is more than the sum of the other two")  # fmt: skip
         else:

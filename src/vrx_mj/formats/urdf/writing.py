@@ -1,24 +1,18 @@
 """A robot as the text of a URDF, for programs that read one."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from copy import deepcopy
 from typing import Any
 
 from vrx_mj.config.shapes import Shape, Visual
-from vrx_mj.formats.urdf.elements import FILE
+from vrx_mj.formats.urdf.elements import FILE, Node
 from vrx_mj.formats.urdf.links import TYPES
 from vrx_mj.formats.urdf.model import Joint, Link, Urdf
 from vrx_mj.frames import Pose
 
 
-def file_uri(shape: Shape) -> str:
-    """Where the file of a mesh is."""
-    assert shape.folder is not None, "a mesh comes from a file"
-    return (shape.folder / str(shape.file)).resolve().as_uri()
-
-
-def urdf_text(robot: Urdf, mesh: Callable[[Shape], str] = file_uri) -> str:
-    """A robot as a URDF, with its Gazebo tags; `mesh` gives what the file of a mesh is called in it.
+def urdf_text(robot: Urdf, tags: Iterable[Node]) -> str:
+    """A robot as a URDF, with Gazebo's tags and the places of its meshes.
 
     A joint of a kind that URDF has not, and one that does not rest at 0, is fixed in it; an ellipsoid is the box
     around it.
@@ -27,11 +21,11 @@ def urdf_text(robot: Urdf, mesh: Callable[[Shape], str] = file_uri) -> str:
 
     root = etree.Element("robot", name=robot.name)
     for link in robot.links.values():
-        _add_link(root, link, mesh)
+        _add_link(root, link)
     for joint in robot.joints.values():
         _add_joint(root, joint)
-    for tags in robot.gazebo:
-        root.append(deepcopy(tags))
+    for tag in tags:
+        root.append(deepcopy(tag.element))
     for element in root.iter("*"):
         element.attrib.pop(FILE, None)
         element.tail = None
@@ -39,7 +33,7 @@ def urdf_text(robot: Urdf, mesh: Callable[[Shape], str] = file_uri) -> str:
     return f"{etree.tostring(root, encoding='unicode')}\n"
 
 
-def _add_link(root: Any, link: Link, mesh: Callable[[Shape], str]) -> None:
+def _add_link(root: Any, link: Link) -> None:
     made = _child(root, "link", name=link.name)
     if link.inertial is not None:
         inertial = _child(made, "inertial")
@@ -49,14 +43,16 @@ def _add_link(root: Any, link: Link, mesh: Callable[[Shape], str]) -> None:
         _child(inertial, "inertia", **dict(zip(keys, map(repr, link.inertial.tensor), strict=True)))
     for tag, shapes in (("visual", link.visuals), ("collision", link.collisions)):
         for shape in shapes:
-            _add_shape(_child(made, tag, **({"name": shape.name} if shape.name else {})), shape, mesh)
+            _add_shape(_child(made, tag, **({"name": shape.name} if shape.name else {})), shape)
 
 
-def _add_shape(made: Any, shape: Shape, mesh: Callable[[Shape], str]) -> None:
+def _add_shape(made: Any, shape: Shape) -> None:
     _add_origin(made, shape.pose)
     geometry = _child(made, "geometry")
     if shape.type == "mesh":
-        _child(geometry, "mesh", filename=mesh(shape), scale=_words(shape.scale))
+        assert shape.folder is not None, "a mesh comes from a file"
+        uri = (shape.folder / str(shape.file)).resolve().as_uri()
+        _child(geometry, "mesh", filename=uri, scale=_words(shape.scale))
     elif shape.size is not None:
         _child(geometry, "box", size=_words(shape.size))
     else:

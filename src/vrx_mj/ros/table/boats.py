@@ -12,10 +12,9 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.config.fleet import BoatConfig, Order
 from vrx_mj.drive.pilot import Wheel, engine_commands, engines_of
 from vrx_mj.errors import CommandError, ConfigError, VrxError
-from vrx_mj.formats.urdf.elements import Findings, Node
-from vrx_mj.formats.urdf.links import read_joint, root_of
-from vrx_mj.formats.urdf.model import Joint
-from vrx_mj.formats.urdf.xml_text import in_namespace, parse_robot
+from vrx_mj.formats.urdf.model import Urdf
+from vrx_mj.formats.urdf.reader import read_joints
+from vrx_mj.formats.urdf.xml_text import in_namespace
 from vrx_mj.frames import quaternion
 from vrx_mj.mjcf.build import boat_urdf
 from vrx_mj.mjcf.world import World
@@ -143,58 +142,33 @@ class BoatJoint(NamedTuple):
 @lru_cache(maxsize=256)
 def boat_joints(text: str, boat: str) -> tuple[BoatJoint, ...]:
     """The joints of a URDF, parents first; none for a text that is not a robot."""
-    findings = Findings("robot_description")
     try:
-        root = Node(parse_robot(text, findings.file), "", findings)
-        links = {node.name(): node for node in root.children("link")}
-        joints = {joint.name: joint for joint in (read_joint(node, links) for node in root.children("joint"))}
-        findings.settle()
-        top = root_of(links, joints, findings)
-        findings.settle()
+        robot = read_joints(text, "robot_description")
     except ConfigError:
         return ()
-    return tuple(_joints_from(top, list(joints.values()), boat)) if top else ()
+    return tuple(_joints_of_links(robot, boat))
 
 
-def _joints_from(top: str, joints: Sequence[Joint], boat: str) -> Iterator[BoatJoint]:
-    namespace, slash, name = top.rpartition("/")
-    places = {top: (np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))}
+def _joints_of_links(robot: Urdf, boat: str) -> Iterator[BoatJoint]:
+    namespace, slash, name = robot.root.rpartition("/")
     base = f"{boat}/{BASE}"
-    frames = {top: base}
+    frames = {link: f"{boat}/{link.removeprefix(namespace + slash)}" for link in robot.links} | {robot.root: base}
     if name != BASE:
-        frames[top] = f"{boat}/{name}"
-        yield BoatJoint("", base, frames[top], *places[top], np.zeros(3), False, places[top][0])
-    children: dict[str, list[Joint]] = {}
-    for joint in joints:
-        children.setdefault(joint.parent, []).append(joint)
-    waiting = [top]
-    while waiting:
-        parent = waiting.pop()
-        for joint in children.get(parent, ()):
-            position, turn = np.array(joint.pose[:3]), np.array(quaternion(*joint.pose[3:]))
-            frames[joint.child] = f"{boat}/{joint.child.removeprefix(namespace + slash)}"
-            places[joint.child] = _carried(places[parent], position, turn)
-            yield BoatJoint(
-                joint.name,
-                frames[parent],
-                frames[joint.child],
-                position,
-                turn,
-                np.array(joint.axis),
-                joint.type != FIXED and not joint.locked,
-                places[joint.child][0],
-            )
-            waiting.append(joint.child)
-
-
-def _carried(
-    outer: tuple[FloatArray, FloatArray], position: FloatArray, turn: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Where something is that is at `position`, turned by `turn`, in a frame that is at `outer`."""
-    place, around = np.empty(3), np.empty(4)
-    mujoco.mju_rotVecQuat(place, position, outer[1])
-    mujoco.mju_mulQuat(around, outer[1], turn)
-    return outer[0] + place, around
+        frames[robot.root] = f"{boat}/{name}"
+        still = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
+        yield BoatJoint("", base, frames[robot.root], *still, np.zeros(3), False, np.zeros(3))
+    for link in robot.below(robot.root)[1:]:
+        joint = robot.above[link]
+        yield BoatJoint(
+            joint.name,
+            frames[joint.parent],
+            frames[link],
+            np.array(joint.pose[:3]),
+            np.array(quaternion(*joint.pose[3:])),
+            np.array(joint.axis),
+            joint.type != FIXED and not joint.locked,
+            np.array(robot.places[link][:3]),
+        )
 
 
 JOINT_RATE = 100.0

@@ -15,10 +15,7 @@ from vrx_mj.config.robots import load_robot
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.formats.gazebo.document import read_document
 from vrx_mj.formats.gazebo.sdf_boats import is_boat, read_boat
-from vrx_mj.formats.urdf.gazebo import read_gazebo
-from vrx_mj.formats.urdf.model import link_pose
 from vrx_mj.formats.urdf.reader import read_urdf
-from vrx_mj.formats.urdf.writing import urdf_text
 from vrx_mj.frames import compose, quaternion, rotation
 from work import calls_at_most
 
@@ -75,7 +72,7 @@ def test_a_broken_boat_says_what_and_where(case):
     text = f'<sdf version="1.9">\n<model name="boat">\n{text}\n</model></sdf>\n'
     Path("model.sdf").write_text(text, encoding="utf-8")
     with calls_at_most(CALLS), pytest.raises(VrxError) as caught:
-        read_gazebo(read_boat(Path("model.sdf")))
+        read_boat(Path("model.sdf"))
     assert str(caught.value) == BROKEN[case]["says"]
 
 
@@ -110,7 +107,7 @@ def test_everything_is_where_the_file_has_it_whatever_it_is_relative_to(hull, fr
         "</joint>",
     )
     root, above = matrix(hull), matrix(hull) @ matrix(frame) @ matrix(child)
-    arm = root @ matrix(link_pose(made, "arm"))
+    arm = root @ matrix(made.places["arm"])
     assert arm == pytest.approx(above @ matrix(joint), abs=1e-6)
     assert arm @ matrix(made.links["arm"].collisions[0].pose) == pytest.approx(above @ matrix(shape), abs=1e-6)
     assert arm @ matrix(made.links["arm"].inertial.pose) == pytest.approx(above, abs=1e-6)
@@ -143,23 +140,27 @@ def test_a_quaternion_is_the_same_as_its_angles(turn):
 def test_limits_of_joints():
     """Those of 1e16 or inf are none; a joint that cannot move is one of VRX's ways to hold a link."""
     kinds = {}
-    for name, limit in {"free": "<lower>-1e16</lower><upper>inf</upper>", "held": "<lower>0</lower><upper>0</upper>",
-                        "half": "<lower>-1</lower>"}.items():  # fmt: skip
+    limits = {
+        "free": "<lower>-1e16</lower><upper>inf</upper><effort>50</effort>",
+        "held": "<lower>0</lower><upper>0</upper>",
+        "half": "<lower>-1</lower>",
+    }
+    for name, limit in limits.items():
         joint = (
             '<joint name="j" type="revolute"><parent>base_link</parent><child>screw</child>'
             f"<axis><limit>{limit}</limit></axis></joint>"
         )
         found = boat(HULL, link("screw", 1, (1, 1, 1)), joint).joints["j"]
-        kinds[name] = found.type, found.locked, found.limits and (found.limits.lower, found.limits.upper)
+        kinds[name] = found.type, found.locked, found.limits.lower, found.limits.upper, found.limits.effort
     assert kinds == {
-        "free": ("continuous", False, None),
-        "held": ("revolute", True, (0.0, 0.0)),
-        "half": ("revolute", False, (-1.0, 1e12)),
+        "free": ("continuous", False, -1e12, 1e12, 50),
+        "held": ("revolute", True, 0, 0, 0),
+        "half": ("revolute", False, -1, 1e12, 0),
     }
 
 
 def test_the_thrust_is_along_the_axis_of_its_joint():
-    (port, starboard) = read_gazebo(boat(*BOATS["skiff"]().splitlines()[2:-2])).thrusters
+    (port, starboard) = boat(*BOATS["skiff"]().splitlines()[2:-2]).gazebo.thrusters
     assert (port.name, starboard.name) == ("motor_port", "motor_stbd")
     assert port.axis == (0.0, 0.0, -1.0)
 
@@ -168,7 +169,7 @@ def water(more, name="base_link"):
     plugin = (
         f'<plugin filename="ignition-gazebo-hydrodynamics-system" name="h"><link_name>{name}</link_name>{more}</plugin>'
     )
-    return read_gazebo(boat(HULL, plugin))
+    return boat(HULL, plugin).gazebo
 
 
 @pytest.mark.parametrize("names", [("xUabsU", "nRabsR"), ("xUU", "nRR")])
@@ -206,7 +207,7 @@ def test_channels_of_ardupilot_say_how_hard_a_thruster_pushes(factor, offset, mo
     )
     pilot = f'<plugin filename="ArduPilotPlugin" name="a">{control}</plugin>'
     made = boat(HULL, PARTS["SCREW"], PARTS["DRIVE"], thruster("drive", repr(most)), pilot)
-    (found,) = read_gazebo(made).thrusters
+    (found,) = made.gazebo.thrusters
     low, high = sorted((factor * offset, factor * (offset + 1.0)))
     assert found.drive.max_force_forward == pytest.approx(max(min(high, most), 0.0))
     assert found.drive.max_force_reverse == pytest.approx(min(max(low, -most), 0.0))
@@ -220,7 +221,7 @@ def test_a_channel_limits_the_angle_of_what_steers():
     )
     wheel = link("wheel", 1, (1, 1, 1)) + spinning("wheel", "base_link", "wheel")
     pilot = f'{wheel}\n<plugin filename="libArduPilotPlugin.so" name="a">{control}</plugin>\n</model>'
-    found = read_gazebo(boat(*text.replace("</model>", pilot).splitlines()[2:-2]))
+    found = boat(*text.replace("</model>", pilot).splitlines()[2:-2]).gazebo
     assert found.thrusters[0].drive.max_angle == 0.25
     assert found.warnings[-1].endswith(
         "control: the joint 'wheel' neither pushes nor steers here: no thruster is on it"
@@ -238,14 +239,14 @@ def test_a_model_in_a_boat_is_part_of_it_and_errors_in_it_are_of_its_file():
     hold = '<joint name="h" type="fixed"><parent>base_link</parent><child>aft::pole</child></joint>'
     made = boat(HULL, include, hold)
     assert list(made.links) == ["base_link", "aft::pole"]
-    assert link_pose(made, "aft::pole") == (-1.0, 0.0, 1.0, 0.0, 0.0, 0.0)
-    (sensor,) = read_gazebo(made).sensors
+    assert made.places["aft::pole"] == (-1.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+    (sensor,) = made.gazebo.sensors
     assert sensor.pose == (-1.0, 0.0, 1.0, 0.0, 0.0, 0.0)
     merged = boat(HULL, include.replace("<include", '<include merge="true"'), hold.replace("aft::", ""))
-    assert link_pose(merged, "pole") == (-1.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+    assert merged.places["pole"] == (-1.0, 0.0, 1.0, 0.0, 0.0, 0.0)
     Path("../mast/model.sdf").write_text(mast.replace(">20<", ">often<"), encoding="utf-8")
     with pytest.raises(VrxError) as caught:
-        read_gazebo(boat(HULL, include, hold))
+        boat(HULL, include, hold)
     place = (Path.cwd().parent / "mast" / "model.sdf").as_posix()
     assert str(caught.value) == (
         f"{place}:5: link 'aft::pole' / sensor 'imu' / update_rate: expected a number, got 'often'"
@@ -282,7 +283,7 @@ def test_what_a_boat_has_and_is_not_simulated_is_said():
     assert [str(one.message) for one in said] == [
         "model.sdf: links without <inertial>; by SDF each weighs 1 kg, with moments of inertia of 1 kg m2: bare"
     ]
-    assert (*made.remarks, *read_gazebo(made).warnings) == (
+    assert (*made.remarks, *made.gazebo.warnings) == (
         "model.sdf:9: include: no model named 'cow' beside the file, nor on the path of models",
         "model.sdf:2: model: static is ignored; everything floats and falls",
         "model.sdf:6: joint 'moor': nothing fixes the boat in place: a joint to the world is ignored",
@@ -298,14 +299,14 @@ def test_a_boat_written_as_a_urdf_is_read_as_the_same(name):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", VrxWarning)
         one = read_boat(Path("model.sdf"))
-        other = read_urdf(urdf_text(one), Path("boat.urdf"))
+        other = read_urdf(one.text, Path("boat.urdf"))
     for kind in ("links", "joints"):
         for key, ours in getattr(one, kind).items():
             theirs = getattr(other, kind)[key]
-            assert [ours.__dict__[part] for part in ours.__dict__ if part != "line"] == [
-                theirs.__dict__[part] for part in theirs.__dict__ if part != "line"
+            assert [ours.__dict__[part] for part in ours.__dict__ if part != "place"] == [
+                theirs.__dict__[part] for part in theirs.__dict__ if part != "place"
             ], key
-    assert read_gazebo(one).sensors == read_gazebo(other).sensors
+    assert one.gazebo.sensors == other.gazebo.sensors
 
 
 def test_a_thing_without_a_thruster_is_no_boat():
@@ -319,7 +320,7 @@ def test_a_joint_of_another_kind_is_held():
     made = boat(HULL, link("screw", 1, (1, 1, 1), pose="0 1 0 0 0 0"), joint)
     assert made.joints["u"].type == "universal"
     assert compose(made.joints["u"].pose, (0.0,) * 6) == (0.0, 1.0, 0.0, 0.0, 0.0, 0.0)
-    assert math.dist(link_pose(made, "screw")[:3], (0, 1, 0)) == 0.0
+    assert math.dist(made.places["screw"][:3], (0, 1, 0)) == 0.0
 
 
 @settings(max_examples=25)

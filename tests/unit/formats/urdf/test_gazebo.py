@@ -10,7 +10,6 @@ from pydantic import TypeAdapter
 from urdf_boats import assemble, joint, link
 from vrx_mj.config.dynamics import HydrodynamicsConfig, ThrusterConfig
 from vrx_mj.config.sensors import CameraConfig, GpsConfig, LidarConfig, P3dConfig, PingerConfig, SensorConfig
-from vrx_mj.formats.urdf.gazebo import read_gazebo
 from vrx_mj.formats.urdf.reader import read_urdf
 from vrx_mj.frames import apply, rotation
 
@@ -33,7 +32,7 @@ def boat(tags, *links, namespace="", poses=None):
 
 
 def gazebo(tags, *links, **kinds):
-    return read_gazebo(boat(tags, *links, **kinds))
+    return boat(tags, *links, **kinds).gazebo
 
 
 def plugin(filename, content=""):
@@ -46,7 +45,7 @@ def sensor(kind, content, link="eye_link", attributes=""):
 
 @pytest.fixture(scope="module")
 def wamv():
-    return read_gazebo(read_urdf(GOLDEN.read_text(encoding="utf-8"), GOLDEN))
+    return read_urdf(GOLDEN.read_text(encoding="utf-8"), GOLDEN).gazebo
 
 
 def test_a_file_of_vrx_leaves_nothing_undone(wamv):
@@ -128,7 +127,7 @@ def test_another_namespace_changes_nothing_but_the_links(wamv):
     text = text.replace("_WAMV/", "_wamv/")
     text = text.replace("<frameId>defender_a/pinger", "<frameId>wamv/pinger")
     text = text.replace("<frame>defender_a/ball_shooter", "<frame>wamv/ball_shooter")
-    other = read_gazebo(read_urdf(text, GOLDEN))
+    other = read_urdf(text, GOLDEN).gazebo
     assert other.sensors == wamv.sensors
     assert [thruster.name for thruster in other.thrusters] == ["left", "right"]
     assert other.thrusters[0].propeller_link == "defender_a/left_propeller_link"
@@ -163,7 +162,7 @@ def test_older_files_do_not_name_the_hinge_that_steers():
         <joint name="shaft" type="continuous"><parent link="engine"/><child link="screw"/></joint>"""
     thruster = "<thruster><linkName>screw</linkName><angleTopic>left_thrust_angle</angleTopic></thruster>"
     text = f"<robot>{hinge}{plugin('libusv_gazebo_thrust_plugin.so', thruster)}</robot>"
-    (found,) = read_gazebo(read_urdf(text, Path("boat.urdf"))).thrusters
+    (found,) = read_urdf(text, Path("boat.urdf")).gazebo.thrusters
     assert (found.name, found.engine_joint) == ("screw", "hinge")
 
 

@@ -4,6 +4,7 @@ import io
 import math
 import random
 import re
+import warnings
 from contextlib import suppress
 from pathlib import Path
 
@@ -14,8 +15,7 @@ from hypothesis import strategies as st
 from lxml import etree
 
 from vrx_mj.errors import VrxError, VrxWarning
-from vrx_mj.formats.urdf.gazebo import read_gazebo
-from vrx_mj.formats.urdf.model import Limits, chained, link_pose
+from vrx_mj.formats.urdf.model import Limits, chained
 from vrx_mj.formats.urdf.reader import read_urdf
 from vrx_mj.frames import inverse
 
@@ -64,7 +64,7 @@ def test_a_broken_file_says_what_and_where(name, monkeypatch):
     monkeypatch.chdir(BROKEN)
     expected = Path(name).with_suffix(".expected").read_text(encoding="utf-8")
     with pytest.raises(VrxError) as caught:
-        read_gazebo(read_urdf(Path(name).read_text(encoding="utf-8"), Path(name)))
+        read_urdf(Path(name).read_text(encoding="utf-8"), Path(name))
     assert str(caught.value) == expected.rstrip("\n")
 
 
@@ -113,7 +113,7 @@ def test_values_are_as_in_the_file(wamv):
     ],
 )
 def test_links_are_where_vrx_puts_them(wamv, name, place):
-    assert link_pose(wamv, name) == pytest.approx(place, abs=1e-12)
+    assert wamv.places[name] == pytest.approx(place, abs=1e-12)
 
 
 def test_links_are_where_yourdfpy_finds_them(wamv):
@@ -123,7 +123,7 @@ def test_links_are_where_yourdfpy_finds_them(wamv):
     other = yourdfpy.URDF.load(io.BytesIO(GOLDEN.read_bytes()), load_meshes=False)
     assert other.base_link == wamv.root
     for name, part in wamv.links.items():
-        assert matrix(link_pose(wamv, name)) == pytest.approx(other.get_transform(name, wamv.root), abs=1e-12)
+        assert matrix(wamv.places[name]) == pytest.approx(other.get_transform(name, wamv.root), abs=1e-12)
         theirs = other.link_map[name]
         assert len(part.collisions) == len(theirs.collisions)
         if part.inertial is not None:
@@ -200,6 +200,59 @@ def test_a_light_part_may_have_an_impossible_inertia():
     ]
 
 
+def inertial(mass, *moments):
+    moments = " ".join(f'i{axis}{axis}="{moment}"' for axis, moment in zip("xyz", moments, strict=True))
+    return f'<inertial><mass value="{mass}"/><inertia {moments}/></inertial>'
+
+
+@pytest.mark.parametrize(
+    ("moments", "said"), [((-2.4e-35, 0, 2.4e-35), 0), ((-3.5e-8, 1e-6, 1e-6), 1), ((1e-7, 1e-7, 3e-7), 1)]
+)
+def test_moments_that_are_off_by_rounding_refuse_no_robot(moments, said):
+    """A heavy link as those of iCub and of CAD programs: a light one would be no fault anyway."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        urdf = read(link(), link("head", inertial(2.5, *moments)), joint("hull", "head"))
+    assert urdf.links["head"].inertial.tensor[:3] == moments
+    assert [str(warning.message).partition(": ")[2][:30] for warning in caught] == [
+        "impossible moments of inertia,"
+    ] * said
+
+
+@given(mass=st.floats(1e-3, 1e3), size=st.floats(1e-3, 10), share=st.floats(1e-3, 1))
+def test_a_moment_of_more_than_a_millimetre_below_0_is_impossible(mass, size, share):
+    moments = mass * size**2, mass * size**2, -share * mass * size**2 - 2e-6 * mass
+    with pytest.raises(VrxError, match="impossible moments of inertia: about the principal axes they are -"):
+        read(link(inner=inertial(mass, *moments)))
+
+
+def test_a_mesh_that_is_only_looked_at_refuses_no_robot():
+    """A mesh of more triangles than are read, and one without any; what collides must be read."""
+    meshes = "".join(
+        f'<visual><geometry><mesh filename="meshes/{name}.obj"/></geometry></visual>' for name in ("empty", "three")
+    )
+    with pytest.warns(VrxWarning) as caught:
+        urdf = read(link(inner=INERTIAL + meshes + BOX.format("")), folder=BROKEN)
+    assert [visual.type for visual in urdf.links["hull"].visuals] == ["box"]
+    assert [str(warning.message).rpartition("boat.urdf: ")[2] for warning in caught] == [
+        (
+            "meshes that cannot be read; they are not drawn: mesh empty.obj is empty: it has no triangles, "
+            "mesh three.obj has 3 different points; a shape needs at least 4"
+        )
+    ]
+
+
+def test_limits_of_1e16_are_none():
+    """As Gazebo writes them, and iris_description has them: a hinge turns freely, a slide as far as numbers go."""
+    limit = '<limit lower="-1e16" upper="1e16" effort="1e18" velocity="3"/>'
+    found = {
+        kind: read(link(), link("arm", ""), joint("hull", "arm", kind, limit)).joints["hull_arm"]
+        for kind in ("revolute", "prismatic", "continuous")
+    }
+    assert [joint.type for joint in found.values()] == ["continuous", "prismatic", "continuous"]
+    assert {joint.limits for joint in found.values()} == {Limits(-1e12, 1e12, 1e12, 3)}
+
+
 @pytest.mark.parametrize(
     ("parts", "message"),
     [
@@ -211,6 +264,13 @@ def test_a_light_part_may_have_an_impossible_inertia():
         (
             [link("frame", '<visual><geometry><mesh filename="package://a/b.dae"/></geometry></visual>')],
             "meshes not found in the folders that may be read; they are not drawn: package://a/b.dae",
+        ),
+        (
+            [link("frame", '<visual><geometry><mesh filename="ftp://a.org/b.dae"/></geometry></visual>')],
+            (
+                "meshes that cannot be read; they are not drawn: no downloads: expected a path, package://, model:// "
+                "or file://, got 'ftp://a.org/b.dae'"
+            ),
         ),
         ([link("frame", "<colision/>")], ("unknown elements; they are ignored: <colision> in line 1 "
                                          "(did you mean 'collision'?)")),
@@ -231,7 +291,7 @@ def test_what_is_missing_has_urdfs_defaults():
     urdf = read(link(), link("arm", ""), joint("hull", "arm", "continuous"))
     arm = urdf.joints["hull_arm"]
     assert (arm.pose, arm.axis, arm.limits) == ((0, 0, 0, 0, 0, 0), (1, 0, 0), None)
-    assert (urdf.namespace, urdf.local("arm"), urdf.links["hull"].line) == ("", "arm", 1)
+    assert (urdf.namespace, urdf.local("arm"), urdf.links["hull"].place.line) == ("", "arm", 1)
 
 
 def test_an_axis_has_length_one():
@@ -348,4 +408,4 @@ def test_no_change_to_a_file_ends_in_anything_but_a_boat_or_a_message(seed):
         elif node is not other and node not in other.iterancestors():
             other.append(node)
     with suppress(VrxError):
-        read_gazebo(read_urdf(etree.tostring(root, encoding="unicode"), GOLDEN))
+        read_urdf(etree.tostring(root, encoding="unicode"), GOLDEN)

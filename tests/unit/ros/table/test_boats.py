@@ -12,7 +12,6 @@ import pytest
 import vrx_mj
 from ros_scene import run, served
 from vrx_mj.errors import VrxError
-from vrx_mj.formats.urdf.model import link_pose
 from vrx_mj.formats.urdf.reader import read_urdf
 from vrx_mj.frames import quaternion
 from vrx_mj.ros.messages import new
@@ -83,7 +82,7 @@ def test_every_link_is_where_the_description_has_it(afloat):
     for link in urdf.links:
         if link == urdf.root:
             continue
-        pose = link_pose(urdf, link)
+        pose = urdf.places[link]
         if urdf.local(link) in sensors:  # the frame of what it measures, which may be mounted beside the link's
             sensor = sensors[urdf.local(link)]
             pose = (*sensor.mount.position, *sensor.config.pose[3:])
