@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
-from vrx_mj.errors import CommandError
+from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.ros.interface import Answer, Inbox, RosInterface, Sent, Traffic
 from vrx_mj.ros.limits import TopicQueue
 from vrx_mj.ros.messages import Message, is_known, new, stamp
@@ -16,6 +16,8 @@ from vrx_mj.ros.network import Network, Notices
 from vrx_mj.ros.parameters import Parameters, joined, plain
 
 ROSOUT, LOG, LOGGER = "/rosout", "rosgraph_msgs/Log", "ros.vrx_mj"
+OF_SIMULATION = ("/gazebo/", "/vrx/")
+"""What names of its services begin with."""
 LEVELS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
 """Of rosgraph_msgs/Log."""
 MOST_TYPES = 100_000
@@ -308,6 +310,14 @@ class Graph:
         self.local.add(service.node)
         self.services[name] = service
         self._notify("service", name)
+
+    def missed_service(self, name: str, node: str) -> None:
+        """A node asked for a service that there is not: report once if it could be the simulation's."""
+        services = self.table.services
+        if not (services and name.startswith(OF_SIMULATION)) or name in services:
+            return
+        hint = self.table.elsewhere.get(name) or UnknownNameError("service", name, services)
+        self.notices.write("WARN", "missed service", name, f"{node} asks for the service {name}: {hint}")
 
     def unregister(self, kind: str, name: str, node: str) -> None:
         """Take back what a node of this process has registered."""

@@ -41,6 +41,7 @@ from vrx_mj.ros.table import CLOCK, make_tables
 from vrx_mj.ros.table.boats import description
 from vrx_mj.ros.table.host import Bodies, CmdVel, Scenery
 from vrx_mj.ros.table.tasks import TASK_INFO
+from vrx_mj.runtime.applied import AppliedForces
 from vrx_mj.runtime.observation import BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.subscriptions import Subscription
@@ -324,7 +325,9 @@ class RosServer:
         self.sim, self.cmd_vel, self.truth, self.paused, self.pace = sim, cmd_vel, truth, False, 0.0
         self.sensor_load: Mapping[tuple[str, str], float] = {}
         self.lockstep = lockstep
+        self.update_rate = 0.0
         self.bodies, self.scenery = Bodies(sim), Scenery(sim.world.parameters)
+        self.applied = AppliedForces(sim, report)
         self.diagnosis = Diagnosis(sim, report)
         self._transports, self._inbox, self._report, self._clock_rate = transports, inbox, report, clock_rate
         self._autopilot, self._initial_poses, self._held = Autopilot(sim, report), InitialPoses(sim), HeldThrust(sim)
@@ -391,7 +394,7 @@ class RosServer:
         steps = min(most, steps_to_time(then, sim.time, sim.timestep))
         self._autopilot.steer()
         self._held.renew()
-        sim.advance(steps)
+        self.applied.advance(steps)
         self.announce()
         self.diagnosis.look()
         return steps
@@ -550,6 +553,7 @@ class RosServer:
             CommandError: the run is being recorded: a recording is of one run.
         """
         self.sim.reset(self.sim.seed)
+        self.applied.begin()
         for name in self._left:
             self.sim.remove(name)
         for name, newcomer in self._joined.items():
@@ -588,6 +592,7 @@ class RosServer:
         """Boats or objects came or went, or time began anew."""
         self._seen = None
         self.bodies.bind()
+        self.applied.bind()
         self._autopilot.bind()
         self._held.bind()
         self._initial_poses.bind()

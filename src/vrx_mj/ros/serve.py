@@ -183,6 +183,8 @@ def serve(
                 lockstep=None if wanted.lockstep is None else Lockstep(wanted.lockstep),
             )
             server.paused = wanted.paused
+            if wanted.rate is not None and wanted.lockstep is None:
+                server.update_rate = wanted.rate / sim.timestep
             for line in lines:
                 report("INFO", line)
             _greet(server, wanted, report)

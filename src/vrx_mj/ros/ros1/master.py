@@ -201,8 +201,10 @@ class Master:
         api = self.graph.registrations.nodes.get(name)
         return (-1, f"unknown node [{name}]", "") if api is None else (1, "node api", api)
 
-    def _lookup_service(self, _: str, name: str) -> Reply:
+    def _lookup_service(self, node: str, name: str) -> Reply:
         apis = self.graph.registrations.apis("service", name)
+        if not apis:
+            self.graph.missed_service(name, node)
         return (1, f"rosrpc URI: [{apis[0]}]", apis[0]) if apis else (-1, "no provider", "")
 
     def _published_topics(self, node: str, subgraph: object) -> Reply:

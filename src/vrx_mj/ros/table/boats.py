@@ -34,13 +34,15 @@ SIDES = (("left", "right"), ("left_rear", "right_rear"))
 
 
 def boat_inputs(host: Host, boat: str) -> Iterator[Input]:
-    """`thrusters/NAME_thrust_cmd`, `thrusters/NAME_thrust_angle` and `cmd_vel`; of the only boat `/cmd_vel`, too."""
-    thrusters = [*_thruster_inputs(host, boat)]
+    """`thrusters/NAME_thrust_cmd`, `thrusters/NAME_thrust_angle`, `cmd_drive` of 2018, and `cmd_vel`.
+
+    The last two are topics of no boat's namespace, too, where there is one boat.
+    """
+    stems = (f"/{boat}", "") if len(host.sim.boats) == 1 else (f"/{boat}",)
+    thrusters = [*_thruster_inputs(host, boat), *(_cmd_drive(host, boat, f"{stem}/cmd_drive") for stem in stems)]
     yield from thrusters
     if host.cmd_vel != "off":
-        yield _cmd_vel(host, boat, f"/{boat}/cmd_vel", thrusters)
-        if len(host.sim.boats) == 1:
-            yield _cmd_vel(host, boat, "/cmd_vel", thrusters)
+        yield from (_cmd_vel(host, boat, f"{stem}/cmd_vel", thrusters) for stem in stems)
 
 
 def _thruster_inputs(host: Host, boat: str) -> Iterator[Input]:
@@ -57,6 +59,16 @@ def _thruster_inputs(host: Host, boat: str) -> Iterator[Input]:
         stem = f"/{boat}/thrusters/{name.removesuffix(ANGLE)}"
         tail, done = ("pos", take) if name.endswith(ANGLE) else ("thrust", push)
         yield Input(f"{stem}/{tail}", "std_msgs/Float64", done, boat, VRX3)
+
+
+def _cmd_drive(host: Host, boat: str, name: str) -> Input:
+    """Shares of full thrust of both sides."""
+
+    def take(message: Message) -> None:
+        left, right = message.left, message.right
+        host.command(boat, twist_commands(host, boat, 0.5 * (left + right), 0.5 * (right - left)))
+
+    return Input(name, "usv_gazebo_plugins/UsvDrive", take, boat)
 
 
 def command_topic(boat: str, name: str) -> str:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 
 import mujoco
 import numpy as np
@@ -11,7 +12,8 @@ from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.frames import Pose, angles, conjugate, quaternion_product, rotation, rotation_matrix
 from vrx_mj.ros.interface import Input, Output, Service
 from vrx_mj.ros.messages import Message, new
-from vrx_mj.ros.table.host import Host, JointAxis, Placed, header, pose_message, twist_message
+from vrx_mj.ros.table.host import Host, JointAxis, Placed, header, pose_message, twist_message, vector
+from vrx_mj.runtime.applied import AppliedForce
 
 STATE_RATE = 100.0
 """[Hz]; Gazebo's is that of its physics, at most 1000."""
@@ -50,12 +52,12 @@ def gazebo_inputs(host: Host) -> Iterator[Input]:
 def gazebo_services(host: Host) -> Iterator[Service]:
     """Those of which the tutorials speak, and their likes."""
     for name, do in (
-        ("reset_world", host.reset_world),
-        ("reset_simulation", host.reset_simulation),
-        ("pause_physics", lambda: _pause(host, paused=True)),
-        ("unpause_physics", lambda: _pause(host, paused=False)),
+        ("reset_world", lambda _: host.reset_world()),
+        ("reset_simulation", lambda _: host.reset_simulation()),
+        ("pause_physics", lambda _: _pause(host, paused=True)),
+        ("unpause_physics", lambda _: _pause(host, paused=False)),
     ):
-        yield Service(f"/gazebo/{name}", "std_srvs/Empty", _emptily(do))
+        yield Service(f"/gazebo/{name}", "std_srvs/Empty", _emptily(do, "std_srvs/Empty"))
     for name, kind, answer in (
         ("spawn_urdf_model", "SpawnModel", _spawn),
         ("spawn_sdf_model", "SpawnModel", _spawn_sdf),
@@ -67,8 +69,17 @@ def gazebo_services(host: Host) -> Iterator[Service]:
         ("get_world_properties", "GetWorldProperties", _world_properties),
         ("get_model_properties", "GetModelProperties", _model_properties),
         ("get_joint_properties", "GetJointProperties", _joint_properties),
+        ("get_physics_properties", "GetPhysicsProperties", lambda host, _: {"pause": host.paused, **_physics(host)}),
+        ("set_physics_properties", "SetPhysicsProperties", _set_physics),
+        ("apply_body_wrench", "ApplyBodyWrench", _apply_wrench),
+        ("apply_joint_effort", "ApplyJointEffort", _apply_effort),
     ):
         yield _service(host, name, kind, answer)
+    for name, kind, clear in (
+        ("clear_body_wrenches", "gazebo_msgs/BodyRequest", _clear_wrenches),
+        ("clear_joint_forces", "gazebo_msgs/JointRequest", _clear_efforts),
+    ):
+        yield Service(f"/gazebo/{name}", kind, _emptily(partial(clear, host), kind))
 
 
 def _states(kind: str, placed: Mapping[str, Placed]) -> Message:
@@ -98,10 +109,10 @@ def _pause(host: Host, *, paused: bool) -> None:
     host.paused = paused
 
 
-def _emptily(do: Callable[[], None]) -> Callable[[Message], Message]:
-    def answer(_request: Message) -> Message:
-        do()
-        return new("std_srvs/EmptyResponse")
+def _emptily(do: Callable[[Message], None], kind: str) -> Callable[[Message], Message]:
+    def answer(request: Message) -> Message:
+        do(request)
+        return new(f"{kind}Response")
 
     return answer
 
@@ -245,7 +256,65 @@ def _three(what: str, given: Message) -> FloatArray:
     return values
 
 
+# What pushes
+
+
+def _apply_wrench(host: Host, asked: Message) -> None:
+    """As Gazebo: about the centre of mass, in the axes of the frame and moved there from its origin."""
+    link, base = host.bodies.link(asked.body_name), host.bodies.frame(asked.reference_frame)
+    force, torque = _three("wrench.force", asked.wrench.force), _three("wrench.torque", asked.wrench.torque)
+    torque = torque + np.cross(_three("reference_point", asked.reference_point), force)
+    if base is not None:
+        to_world = rotation_matrix(base.quaternion)
+        force, torque = to_world @ force, to_world @ torque
+        torque = torque + np.cross(base.position - link.position, force)
+    values = np.concatenate((force, torque))
+    host.applied.add(AppliedForce(asked.body_name, host.bodies.body(asked.body_name), "", values, *_span(asked)))
+
+
+def _apply_effort(host: Host, asked: Message) -> None:
+    values = np.array([asked.effort])
+    host.applied.add(AppliedForce(asked.joint_name, "", _axis(host, asked.joint_name), values, *_span(asked)))
+
+
+def _clear_wrenches(host: Host, asked: Message) -> None:
+    host.applied.clear(body=host.bodies.body(asked.body_name))
+
+
+def _clear_efforts(host: Host, asked: Message) -> None:
+    host.applied.clear(joint=_axis(host, asked.joint_name))
+
+
+def _axis(host: Host, name: str) -> str:
+    """The first axis of a joint, by its name in the MJCF."""
+    joint = str(host.sim.model.joint(host.bodies.joint_numbers(name)[0]).name)
+    if any(one.joint == joint for one in host.sim.world.parameters.thrusters):
+        raise CommandError(f"the joint '{name}' steers an engine: its topic thrust_angle turns it")
+    return joint
+
+
+def _span(asked: Message) -> tuple[float, float]:
+    """When a force begins and ends [s]; one of a negative duration does not end."""
+    begins, duration = (one.sec + 1e-9 * one.nanosec for one in (asked.start_time, asked.duration))
+    return begins, begins + duration if duration >= 0.0 else math.inf
+
+
 # What there is
+
+
+def _physics(host: Host) -> dict[str, object]:
+    """What GetPhysicsProperties and SetPhysicsProperties have both; ODE is not there."""
+    gravity = new("geometry_msgs/Vector3", **vector(host.sim.model.opt.gravity))
+    ode = new("gazebo_msgs/ODEPhysics")
+    return {
+        "time_step": host.sim.timestep, "max_update_rate": host.update_rate, "gravity": gravity, "ode_config": ode,
+    }  # fmt: skip
+
+
+def _set_physics(host: Host, asked: Message) -> None:
+    for name, own in _physics(host).items():
+        if (given := getattr(asked, name)) != own:
+            raise CommandError(f"{name} stays as get_physics_properties gives it: {own}, got {given}")
 
 
 def _world_properties(host: Host, _asked: Message) -> Mapping[str, object]:

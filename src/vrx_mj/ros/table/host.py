@@ -13,6 +13,7 @@ from vrx_mj.frames import rotation_vector
 from vrx_mj.model.world import Parameters
 from vrx_mj.ros.interface import Input
 from vrx_mj.ros.messages import Message, kind, new, stamp
+from vrx_mj.runtime.applied import AppliedForces
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.simulation import Simulation
 
@@ -116,6 +117,12 @@ class Bodies:
         self._refresh()
         return self._placed(self._links[name])
 
+    def body(self, link: str) -> str:
+        """The name of a link's body in the MJCF; UnknownNameError for an unknown name."""
+        if link not in self._links:
+            raise UnknownNameError("link", link, self._links)
+        return str(self._sim.model.body(self._links[link]).name)
+
     def all_models(self) -> Iterator[tuple[str, Placed]]:
         """Every model and where it is."""
         self._refresh()
@@ -136,10 +143,14 @@ class Bodies:
 
         Those of a ball are the world's of its child link, where its turn is a rotation vector.
         """
+        return [axis for joint in self.joint_numbers(name) for axis in self._axes(joint)]
+
+    def joint_numbers(self, name: str) -> Sequence[int]:
+        """MuJoCo's joints that a joint is, as `joint` finds it; UnknownNameError without one."""
         known = {whole.rpartition("::")[2]: numbers for whole, numbers in reversed(self._joints.items())} | self._joints
         if name not in known:
             raise UnknownNameError("joint", name, self._joints)
-        return [axis for joint in known[name] for axis in self._axes(joint)]
+        return known[name]
 
     def _axes(self, joint: int) -> Iterator[JointAxis]:
         model, data = self._sim.model, self._sim.data
@@ -276,6 +287,9 @@ class Host(Protocol):
     sim: Simulation
     bodies: Bodies
     scenery: Scenery
+    applied: AppliedForces
+    update_rate: float
+    """Physics steps per second of wall time that are asked for; 0: as many as possible."""
     cmd_vel: CmdVel
     truth: bool
     """Whether `/tf` has the true poses of boats."""

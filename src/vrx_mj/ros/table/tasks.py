@@ -63,6 +63,12 @@ def _goal_and_errors(host: Host, stem: str, vrx3_stem: str = "") -> Iterator[Out
     yield from _errors(host, stem, vrx3_stem)
 
 
+def _station_keeping(host: Host) -> Iterator[Output]:
+    """The mean error has 2019's name, too."""
+    yield from _goal_and_errors(host, "/vrx/station_keeping", "/vrx/stationkeeping")
+    yield Output("/vrx/station_keeping/rms_error", "std_msgs/Float64", partial(_number, host, "mean_pose_error"), RATE)
+
+
 def _animal_poses(host: Host) -> Iterator[Output]:
     """All animals in one topic; VRX 3 has a topic for each."""
     yield Output("/vrx/wildlife/animals/poses", "geographic_msgs/GeoPath", lambda: _animals(host), 10.0)
@@ -273,9 +279,9 @@ def elsewhere(host: Host) -> dict[str, str]:
     """Of the topics and services of the tasks that this world has not, whose they are."""
     owners: dict[str, dict[str, None]] = {}
     for kind, topics in TASK_TOPICS.items():
-        entries: tuple[Output | Input | Service, ...] = (
-            *topics.outputs(host), *topics.inputs(host), *topics.services(host),
-        )  # fmt: skip
+        entries: list[Output | Input | Service] = [
+            *topics.outputs(host), *topics.inputs(host), *topics.services(host)
+        ]  # fmt: skip
         for entry in entries:
             owners.setdefault(entry.name, {})[kind] = None
     own = _task(host).get("type")
@@ -287,9 +293,7 @@ def elsewhere(host: Host) -> dict[str, str]:
 
 
 TASK_TOPICS: Mapping[str, TaskTopics] = {
-    "stationkeeping": TaskTopics(
-        partial(_goal_and_errors, stem="/vrx/station_keeping", vrx3_stem="/vrx/stationkeeping")
-    ),
+    "stationkeeping": TaskTopics(_station_keeping),
     "wayfinding": TaskTopics(partial(_waypoints, stem="/vrx/wayfinding")),
     "perception": TaskTopics(inputs=_landmark),
     "navigation_course": TaskTopics(),
