@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from itertools import chain
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -57,34 +58,16 @@ WHOLE_RUN = rrb.TimeAxis(link="Independent", view_range=rr.TimeRange(start=END, 
 """From the first moment to the last: an axis that is linked to others shows a minute around the cursor."""
 
 
-def blueprint_bytes(
-    scene: RecordScene, application: str, *, track: FloatArray | None = None, result: str = ""
-) -> bytes:
-    """A blueprint for `scene` as the bytes of an `.rbl` file.
+def save_views(
+    file: Path, scene: RecordScene, application: str, *, track: FloatArray | None = None, result: str = ""
+) -> None:
+    """Write a blueprint for `scene` as an `.rbl` file, which has itself used.
 
     The plan frames `track`, the least and the greatest x and y (2, 2) [m] of all boats over the run, or else follows
     the fleet; `result` of a finished task is in the title of what it says.
-
-    rerun makes blueprints with a recording stream only; disconnected and swept, it ends its two threads.
     """
-    try:
-        return streamed(scene, application, track, result)
-    finally:
-        rr.bindings.flush_and_cleanup_orphaned_recordings()
-
-
-def streamed(scene: RecordScene, application: str, track: FloatArray | None, result: str) -> bytes:
-    """The blueprint by way of a stream that is dropped at once."""
-    native = rr.bindings.new_blueprint(
-        application_id=application, make_default=False, make_thread_default=False, default_enabled=True
-    )
-    stream = rr.RecordingStream._from_native(native)
-    try:
-        stream.set_time("blueprint", sequence=0)
-        layout(scene, track=track, result=result)._log_to_stream(stream)
-        return bytes(stream.memory_recording().drain_as_bytes())
-    finally:
-        rr.bindings.disconnect(native)
+    layout(scene, track=track, result=result).save(application, file)
+    rr.bindings.flush_and_cleanup_orphaned_recordings()  # ends the two threads of the stream that it took
 
 
 def layout(

@@ -20,7 +20,7 @@ from rerun.chunk import Chunk, LazyChunkStream
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError
 from vrx_mj.outputs import written
-from vrx_mj.recording.blueprint import blueprint_bytes
+from vrx_mj.recording.blueprint import save_views
 from vrx_mj.recording.boat_sets import sent_messages
 from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk, part_chunk
 from vrx_mj.recording.packing import pack_rows, row_count, unpack_rows
@@ -70,7 +70,7 @@ def encode(raw: Path, scenes: Iterable[RecordScene], target: Path) -> None:
             if encoder.error is None:
                 raise OSError(str(error)) from error
             raise RecordError(f"cannot write the recording '{raw}': {encoder.error}") from encoder.error
-        join_views(bare, encoder.views(), draft)
+        join_views(bare, encoder.save_views(folder / "views.rbl"), draft)
 
 
 @contextlib.contextmanager
@@ -80,15 +80,13 @@ def beside(target: Path) -> Iterator[Path]:
         yield Path(folder)
 
 
-def join_views(recording: Path, views: bytes, output: Path) -> None:
-    """Write a file with its blueprint, the bytes of an `.rbl` file, before it, and a table of contents of both.
+def join_views(recording: Path, views: Path, output: Path) -> None:
+    """Write a file with its blueprint, an `.rbl` file, before it, and a table of contents of both.
 
     Raises:
         OSError: it cannot be written.
     """
-    blueprint = recording.with_name("views.rbl")
-    blueprint.write_bytes(views)
-    command = [str(viewer_binary()), "rrd", "merge", str(recording), str(blueprint), "-o", str(output)]
+    command = [str(viewer_binary()), "rrd", "route", str(views), str(recording), "-o", str(output)]
     done = subprocess.run(command, capture_output=True, timeout=JOIN_SECONDS, check=False, env=viewer_environment())
     if done.returncode != 0:
         errors = done.stderr.decode("utf-8", "replace").strip().splitlines()
@@ -107,10 +105,11 @@ class Encoder:
         self.error: Exception | None = None
         """What went wrong while chunks were made."""
 
-    def views(self) -> bytes:
-        """The blueprint, with the trails of who joined later."""
+    def save_views(self, file: Path) -> Path:
+        """Write the blueprint, with the trails of who joined later, to an `.rbl` file, which is returned."""
         scene = dataclasses.replace(self._first, earlier=self._scene.roster())
-        return blueprint_bytes(scene, APPLICATION, track=self._moving.track, result=self._task.result)
+        save_views(file, scene, APPLICATION, track=self._moving.track, result=self._task.result)
+        return file
 
     def chunks(self, parts: Iterator[Part]) -> Iterator[Chunk]:
         """Every chunk of a file; its writer asks for the next when it wrote the last."""

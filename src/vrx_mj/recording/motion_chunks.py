@@ -25,7 +25,7 @@ from vrx_mj.recording.record_scene import (
     RecordScene,
 )
 from vrx_mj.recording.static_chunks import UNSEEN
-from vrx_mj.recording.timeline import Ticker, static, times
+from vrx_mj.recording.timeline import Threshold, Ticker, static, times
 from vrx_mj.recording.water_chunks import WaterChunks
 from vrx_mj.recording.weather_chunks import WeatherChunks
 
@@ -44,6 +44,8 @@ RANGED = 50
 """Values of a plot for one of its range: an axis fits what is in view."""
 PLOT_STEP = 1.0 / 1024.0
 """What plots are rounded to, in their units."""
+NEAR = (*[0.005] * 3, *[0.002] * 4)
+"""How far a pose of what is no boat may be from the one that is shown: position [m], and quaternion."""
 FARTHEST = 1e6
 """Largest number that is shown: a run may diverge, a picture of it should not."""
 
@@ -67,6 +69,7 @@ class MovingChunks:
         self._codes: dict[str, int] = {}
         self._first = scene.layout()
         self._ranged: set[str] = set()
+        self._shown: dict[str, Threshold] = {}
         self.track: FloatArray | None = None
         """Least and greatest x and y (2, 2) [m] of all boats until now."""
         self._take(scene)
@@ -81,7 +84,7 @@ class MovingChunks:
         self._boats = [body for body in self._layout.bodies if body.kind == "boat"]
         self._paths = {body.name: body.path for body in scene.bodies}
         there = {boat.name for boat in self._boats}
-        self._water.keep(scene.boats())
+        self._water.keep(scene.boats(), scene.sea_height)
         self._driven = {name: last for name, last in self._driven.items() if name in there}
         seen = {shown.display.name for shown in scene.displays}
         self._codes = {name: last for name, last in self._codes.items() if name in seen}
@@ -94,11 +97,12 @@ class MovingChunks:
             if body.kind == "ball":
                 yield from flights(self._paths[body.name], rows[:, 0], pose[:, :3])
             else:
-                yield transforms(self._paths[body.name], rows[:, 0], pose[:, :3], pose[:, [4, 5, 6, 3]])
+                yield from self._transforms(self._paths[body.name], rows[:, 0], pose, moving=body.kind == "boat")
         for part in self._scene.parts:  # relative to what they hang on
             if part.joints:
-                position, turn = part_poses(part, rows[:, self._layout.qpos])
-                yield transforms(part.path, rows[:, 0], position, turn[:, [1, 2, 3, 0]])
+                yield from self._transforms(
+                    part.path, rows[:, 0], np.hstack(part_poses(part, rows[:, self._layout.qpos]))
+                )
         for shown in self._scene.displays:
             name = shown.display.name
             codes = shown.display.codes(rows[:, self._layout.marks], rows[:, 0])
@@ -111,7 +115,15 @@ class MovingChunks:
             yield from self._slow(rows[self._scalar(rows[:, 0])])
             names = [boat.name for boat in self._boats]
             poses = self._layout_poses(rows)
-            yield from self._water(names, rows[:, 0], poses[..., :3], self._scene.sea_height, poses[..., 3:])
+            yield from self._water(names, rows[:, 0], poses[..., :3], poses[..., 3:])
+
+    def _transforms(self, path: str, time: FloatArray, pose: FloatArray, *, moving: bool = False) -> Iterator[Chunk]:
+        """Poses (n, 7) of an entity where they differ from the last shown one; of a boat all, as water is around it."""
+        if not moving:
+            taken = self._shown.setdefault(path, Threshold(NEAR))(pose)
+            time, pose = time[taken], pose[taken]
+        if len(time):
+            yield transforms(path, time, pose[:, :3], pose[:, [4, 5, 6, 3]])
 
     def _fleet(self, rows: FloatArray) -> Iterator[Chunk]:
         """The middle of what the camera follows, at the mean water level."""

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.frames import in_world_axes
 from vrx_mj.recording.record_scene import RecordedBody, SeaHeight
+from vrx_mj.recording.timeline import Threshold
 
 STEP = 1.0 / 64.0
 """Heights are rounded to this [m]: they compress twice as well, and nobody sees it."""
@@ -38,21 +39,67 @@ def rounded(z: FloatArray) -> FloatArray:
     return steps
 
 
+RATES = (2.0, 2.5, 4.0)
+"""Rates of pictures of the sea [Hz], which divide that of the rows."""
+PHASES, LATE = 8.0, 0.056
+"""Pictures in a period of the waves, and how far the surface goes in half the time of one [m, rms], at most."""
+SAMPLES = 1000
+"""Places at which motion and shape of a sea are sampled."""
+
+
 class Swell(NamedTuple):
-    """The sea that is drawn."""
+    """The sea that is drawn; rms values once it has grown."""
 
     height: SeaHeight
     level: float
     """Mean height [m]."""
     deviation: float
-    """Standard deviation of the surface once it has grown [m]."""
+    """Standard deviation of the surface [m]."""
+    speed: float = 0.0
+    """Its vertical speed [m/s]."""
+    acceleration: float = 0.0
+    """Its vertical acceleration [m/s^2]."""
+    curvature: float = 0.0
+    """Its curvature along x or y [1/m]."""
+
+    @property
+    def rate(self) -> float:
+        """Pictures of it [Hz]."""
+        frequency = self.speed / (2.0 * math.pi * max(self.deviation, 1e-9))
+        wanted = max(PHASES * frequency, self.speed / (2.0 * LATE))
+        return next((rate for rate in RATES if rate >= wanted), RATES[-1])
+
+    @property
+    def interval(self) -> float:
+        """Time between heights [s] from which linear interpolation is off by `CHORD` where they change fast."""
+        return math.sqrt(8.0 * CHORD / max(3.0 * self.acceleration, 1e-3))
+
+    @property
+    def cell(self) -> float:
+        """Size of a patch's cells [m], whose planes are off by `FLAT` where the surface is most curved."""
+        return max(math.sqrt(8.0 * FLAT / max(3.0 * self.curvature, 1e-3)), HULL_CELL)
 
 
 def swell_of(height: SeaHeight) -> Swell:
-    """A sea, its level and deviation from heights all over it."""
-    x, y, t = 1e3 * np.random.default_rng(0).random((3, 4000))
-    sample = np.asarray(height(x, y, t + 1e4))
-    return Swell(height, float(sample.mean()), float(sample.std()))
+    """A sea, its level, and how it moves and bends, from heights all over it."""
+    x, y, t = 1e3 * np.random.default_rng(0).random((3, 4 * SAMPLES)) + np.array([[0.0], [0.0], [1e4]])
+    sample = np.asarray(height(x, y, t))
+    x, y, t, z = x[:SAMPLES], y[:SAMPLES], t[:SAMPLES], sample[:SAMPLES]
+    (before, after), *sides = (
+        (np.asarray(height(x - u, y - v, t - w)), np.asarray(height(x + u, y + v, t + w)))
+        for u, v, w in ((0.0, 0.0, INSTANT), (SPAN, 0.0, 0.0), (0.0, SPAN, 0.0))
+    )
+    curvature = max(_rms(low + high - 2.0 * z) for low, high in sides) / SPAN**2
+    speed, acceleration = _rms(after - before) / (2.0 * INSTANT), _rms(after + before - 2.0 * z) / INSTANT**2
+    return Swell(height, float(sample.mean()), float(sample.std()), speed, acceleration, curvature)
+
+
+INSTANT, SPAN = 0.05, 0.3
+"""Time [s] and distance [m] over which speed, acceleration and curvature are taken."""
+
+
+def _rms(values: FloatArray) -> float:
+    return math.sqrt(float(np.mean(values**2)))
 
 
 class Grid(NamedTuple):
@@ -138,8 +185,12 @@ def triangles(rows: int, columns: int) -> npt.NDArray[np.uint32]:
 
 
 HULL_CELL = 0.6
-"""Largest cell of a patch [m]; up to `HULL_CELLS` of them along a side."""
+"""Least size of a patch's cells [m]; there are up to `HULL_CELLS` of them along a side."""
 HULL_CELLS = 24
+FLAT, CHORD = 0.006, 0.0025
+"""How far planes of cells, and heights between evaluated ones, may be from the surface [m]."""
+STILL = 0.75 * STEP
+"""How far the shown heights of a patch may be from the surface for it to stay [m]."""
 HULL_MARGIN, RIM = 0.25, 1.2
 """Water around a hull's bounding box, and around that a rim that goes down under the fleet's mesh [m]."""
 RIM_STEP = 1.0 / 16.0
@@ -152,11 +203,11 @@ Lines = tuple[FloatArray, FloatArray]
 """Lines of a patch along x and y of its boat's frame [m]."""
 
 
-def hull_lines(boat: RecordedBody) -> Lines:
-    """Lines of a boat's patch along x and y of its frame [m]: around its looks."""
+def hull_lines(boat: RecordedBody, cell: float) -> Lines:
+    """Lines of a boat's patch along x and y of its frame [m]: around its looks, `cell` apart at most."""
     vertices = np.concatenate([part.vertices[:, :2] for part in boat.surfaces] or [WAMV])
     low, high = vertices.min(axis=0) - HULL_MARGIN, vertices.max(axis=0) + HULL_MARGIN
-    count = np.minimum(np.ceil((high - low) / HULL_CELL), HULL_CELLS).astype(int) + 1
+    count = np.minimum(np.ceil((high - low) / cell), HULL_CELLS).astype(int) + 1
     x, y = (np.concatenate([[low[i] - RIM], np.linspace(low[i], high[i], count[i]), [high[i] + RIM]]) for i in range(2))
     return x, y
 
@@ -168,24 +219,30 @@ def with_low_rim(z: FloatArray, drop: float) -> FloatArray:
     return np.where(low, np.round((z - 1.5 * drop) / RIM_STEP) * RIM_STEP, rounded(z))
 
 
-def patch_heights(sea: Swell, lines: Lines, time: FloatArray, pose: FloatArray) -> FloatArray:
-    """Heights (n, rows, columns) [m] of a patch in a boat's frame: of times (n,) [s] and poses (n, 7).
+def patch_heights(
+    sea: Swell, lines: Lines, time: FloatArray, pose: FloatArray, changed: Threshold
+) -> tuple[BoolArray, FloatArray]:
+    """Which of times (n,) [s] with poses (n, 7) a patch changes at, and its heights (m, rows, columns) [m] then.
 
-    At every second time the surface is met along the vertical from the frame's plane, and how far that leans in the
-    frame is made good with the slope; between them heights are means. A boat upside down has no patch.
+    At some times the surface is met along the vertical from the frame's plane, between them on straight lines; how far
+    the vertical leans in the frame is made good with the slope. A boat upside down has no patch.
     """
     last = len(time) - 1
-    some = np.append(np.arange(0, last, 2), last)
+    some = np.unique([*np.searchsorted(time, np.arange(time[0], time[last], sea.interval)), last])
     points = patch_points(lines, pose[some])
-    over = np.asarray(sea.height(points[0], points[1], time[some, None, None])) - points[2]
+    met = np.asarray(sea.height(points[0], points[1], time[some, None, None]))
+    after = np.searchsorted(some, np.arange(last + 1))
+    before = np.maximum(after - 1, 0)
+    share = ((np.arange(last + 1) - some[before]) / np.maximum(some[after] - some[before], 1))[:, None, None]
+    up = _axes(pose)[..., 2]
+    ahead, aside, upright = up.T[..., None, None]
+    over = met[before] * (1.0 - share) + met[after] * share
+    over -= pose[:, 2, None, None] + ahead * lines[0] + aside * lines[1][:, None]
+    taken = changed(over[:, 1:-1, 1:-1].reshape(last + 1, -1))
+    over, (ahead, aside, upright) = over[taken], up[taken].T[..., None, None]
     across, along = np.gradient(over, *lines[::-1], axis=(1, 2))
-    ahead, aside, upright = np.moveaxis(_axes(pose[some])[:, :, 2], 1, 0)[..., None, None]
     z = over * upright * (1.0 - along * ahead - across * aside)
-    z = np.where(upright > 0.3, z, -1e4 * np.sign(upright))
-    before, after = np.arange(last + 1) // 2, np.arange(1, last + 2) // 2
-    before[-1] = after[-1] = len(some) - 1
-    heights: FloatArray = 0.5 * (z[before] + z[after])
-    return heights
+    return taken, np.where(upright > 0.3, z, -1e4 * np.sign(upright))
 
 
 def patch_points(lines: Lines, pose: FloatArray) -> FloatArray:

@@ -299,15 +299,16 @@ def viewable(record: Record, follow: str | None, folder: Path) -> Path:
         return file
     else:  # a viewer prefers the views in a file
         copy = copy.with_stem(f"{copy.stem}_{follow}") if follow else copy
-        bare = folder / "bare.rrd"
+        bare, views = folder / "bare.rrd", folder / "views.rbl"
         copy_without_views(file, bare, APPLICATION, str(uuid.uuid4()))
-        join_views(bare, views_following(record, follow), copy)
+        save_views_following(record, follow, views)
+        join_views(bare, views, copy)
     return copy
 
 
-def views_following(record: Record, boat: str | None) -> bytes:
-    """The blueprint of a recording with a camera that follows a boat, as the bytes of an `.rbl` file."""
-    from vrx_mj.recording.blueprint import blueprint_bytes
+def save_views_following(record: Record, boat: str | None, file: Path) -> None:
+    """Write the blueprint of a recording with a camera that follows a boat, as an `.rbl` file."""
+    from vrx_mj.recording.blueprint import save_views
     from vrx_mj.recording.task_chunks import result_of
 
     sim = Simulation(record.companies[0].world)
@@ -317,4 +318,4 @@ def views_following(record: Record, boat: str | None) -> bytes:
     result = result_of(rescore(record).referee) if sim.task else ""
     places = np.concatenate([track.position[:, :2] for track in record.boats.values()])
     ends = np.array([np.nanmin(places, axis=0), np.nanmax(places, axis=0)]) if len(places) else None
-    return blueprint_bytes(scene, APPLICATION, track=ends, result=result)
+    save_views(file, scene, APPLICATION, track=ends, result=result)

@@ -1,4 +1,4 @@
-"""The timeline of a recording, chunks of one row, and the picking of rows at a lower rate."""
+"""The timeline of a recording, chunks of one row, and the picking of rows: at a lower rate, or where values change."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import rerun as rr
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import BoolArray, FloatArray
+from vrx_mj.physics.kernel import kernel
 
 TIMELINE = "sim_time"
 
@@ -54,3 +55,32 @@ class Ticker:
         taken: BoolArray = np.diff(tick, prepend=self._last) != 0
         self._last = tick[-1]
         return taken
+
+
+class Threshold:
+    """Picks rows so that every row is near the last picked one: the first, and each that is not."""
+
+    def __init__(self, within: npt.ArrayLike) -> None:
+        """`within`: how far values (k,) of a row may be from those of the last picked one."""
+        self._within = np.asarray(within, np.float64)
+        self._last = np.full(0, np.nan)
+
+    def __call__(self, values: FloatArray) -> BoolArray:
+        """Which of the rows (n, k) to take."""
+        taken = np.empty(len(values), np.bool_)
+        self._last = self._last if self._last.shape == values.shape[1:] else np.full(values.shape[1], np.nan)
+        _pick(np.ascontiguousarray(values), np.broadcast_to(self._within, self._last.shape).copy(), self._last, taken)
+        return taken
+
+
+@kernel
+def _pick(values: FloatArray, within: FloatArray, last: FloatArray, taken: BoolArray) -> None:
+    """Write which rows of `values` (n, k) have one further than `within` (k,) from `last` (k,), which follows them."""
+    for i in range(values.shape[0]):
+        taken[i] = False
+        for j in range(values.shape[1]):
+            if not abs(values[i, j] - last[j]) <= within[j]:  # NaN is the first
+                taken[i] = True
+        if taken[i]:
+            for j in range(values.shape[1]):
+                last[j] = values[i, j]

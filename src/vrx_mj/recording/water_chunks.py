@@ -15,20 +15,18 @@ from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.recording import sea_meshes as sea
 from vrx_mj.recording.record_scene import RecordedBody, SeaHeight
 from vrx_mj.recording.sea_meshes import Grid, Lines, Swell
-from vrx_mj.recording.timeline import Ticker, shown, static, times
+from vrx_mj.recording.timeline import Threshold, Ticker, shown, static, times
 
-TRAIL_RATE = 5.0
+TRAIL_RATE = 2.0
 """Pieces of a trail [Hz]."""
 FASTEST = 3.0
 """Speed of the last colour of a trail [m/s]; the first is that of a boat at rest."""
 SPEED_COLORS = np.array([(203, 70, 121), (229, 108, 91), (248, 149, 64), (253, 197, 39), (240, 249, 33)])
 """Colours of a trail, evenly spaced over the speed: the light part of the map plasma (Smith and van der Walt, 2015)."""
-SEA_RATE = 4.0
-"""Pictures of the sea [Hz]."""
 SEA_FRAMES = 128
 """Pictures of the sea in one chunk: 2 MB."""
-LEAD = 0.1
-"""How much later than the first moment at which it is shown a picture of the sea is right [s]: half-way to the last."""
+LEAD = 0.4
+"""When a picture of the sea is right, in shares of its time: half-way from its first shown moment to its last."""
 MOVED = 8.0
 """How far a boat goes before the cells are laid anew [m]."""
 LEAN = 1e-3
@@ -41,39 +39,39 @@ class WaterChunks:
     """Turns places of boats into chunks; it knows where each trail ended, the wakes, and where cells were laid."""
 
     def __init__(self) -> None:
-        self._trail, self._sea, self._drop = Ticker(TRAIL_RATE), Ticker(SEA_RATE), Ticker(WAKE_RATE)
+        self._trail, self._drop = Ticker(TRAIL_RATE), Ticker(WAKE_RATE)
         self._trail_end: dict[str, FloatArray] = {}
         self._wakes: dict[str, FloatArray] = {}
-        self._hulls: dict[str, Lines] = {}
+        self._hulls: dict[str, tuple[Lines, Threshold]] = {}
         self._begun: set[str] = set()
+        self._bodies: Sequence[RecordedBody] = ()
+        self._height: SeaHeight | None = None
         self._swell: Swell | None = None
+        self._sea: Ticker | None = None
         self._laid = np.zeros((0, 2))
         self._mesh = ""
 
-    def keep(self, boats: Sequence[RecordedBody]) -> None:
-        """Go on with these boats; forget all others."""
+    def keep(self, boats: Sequence[RecordedBody], height: SeaHeight | None) -> None:
+        """Go on with these boats; forget all others. `height` None: the sea is not shown."""
         names = {boat.name for boat in boats}
         self._trail_end = {boat: end for boat, end in self._trail_end.items() if boat in names}
         self._wakes = {boat: wake for boat, wake in self._wakes.items() if boat in names}
-        self._hulls = {boat.name: self._hulls.get(boat.name) or sea.hull_lines(boat) for boat in boats}
+        self._hulls = {boat: hull for boat, hull in self._hulls.items() if boat in names}
+        self._bodies, self._height = boats, height
 
     def __call__(
-        self,
-        boats: Sequence[str],
-        time: FloatArray,
-        places: FloatArray,
-        height: SeaHeight | None,
-        quaternions: FloatArray,
+        self, boats: Sequence[str], time: FloatArray, places: FloatArray, quaternions: FloatArray
     ) -> Iterator[Chunk]:
-        """Chunks of boats at times (n,) [s], places (n, boats, 3) [m] and quaternions (n, boats, 4).
-
-        `height` None: the sea is not shown.
-        """
+        """Chunks of boats at times (n,) [s], places (n, boats, 3) [m] and quaternions (n, boats, 4)."""
         if (taken := self._trail(time)).any():
             yield from self._trails(boats, time[taken], places[taken])
-        if height is None:
+        if self._height is None:
             return
-        self._swell = self._swell or sea.swell_of(height)
+        self._swell = self._swell or sea.swell_of(self._height)
+        self._sea = self._sea or Ticker(self._swell.rate)
+        for body in self._bodies:
+            if body.name not in self._hulls:
+                self._hulls[body.name] = sea.hull_lines(body, self._swell.cell), Threshold(sea.STILL)
         poses = np.concatenate([places, quaternions], axis=-1)
         for i, boat in enumerate(boats):
             yield from self._patch(boat, self._swell, time, poses[:, i])
@@ -98,18 +96,20 @@ class WaterChunks:
             yield Chunk.from_columns(f"/world/trails/{boat}", [times(time)], columns)
 
     def _patch(self, boat: str, swell: Swell, time: FloatArray, pose: FloatArray) -> Iterator[Chunk]:
-        """The water at a boat's hull, in its frame: at every shown pose (n, 7)."""
-        x, y = lines = self._hulls[boat]
+        """The water at a boat's hull, in its frame: for poses (n, 7), where it changes."""
+        (x, y), changed = self._hulls[boat]
         path = patch_path(boat)
         yield from self._begin(path, y, x, rr.CoordinateFrame(f"tf#/world/boats/{boat}"))
-        z = sea.with_low_rim(sea.patch_heights(swell, lines, time, pose), SUNK * swell.deviation)
-        yield mesh_chunk(path, time, vertex_positions=[mesh_points(x, y, z)])
+        taken, z = sea.patch_heights(swell, (x, y), time, pose, changed)
+        if taken.any():
+            points = mesh_points(x, y, sea.with_low_rim(z, SUNK * swell.deviation))
+            yield mesh_chunk(path, time[taken], vertex_positions=[points])
 
     def _seas(
         self, boats: Sequence[str], swell: Swell, time: FloatArray, poses: FloatArray, wakes: FloatArray
     ) -> Iterator[Chunk]:
         """The sea around boats with poses (n, boats, 7), as a mesh, wakes on it, and its colours for hulls' water."""
-        hulls = [self._hulls[boat] for boat in boats]
+        hulls = [self._hulls[boat][0] for boat in boats]
         reach = np.array([np.hypot(*(np.abs(line).max() - sea.RIM for line in lines)) for lines in hulls])
         points = [sea.patch_points(lines, poses[:, i]).reshape(3, len(time), -1) for i, lines in enumerate(hulls)]
         patches = np.moveaxis(np.concatenate(points, axis=-1), 0, -1)
@@ -121,7 +121,7 @@ class WaterChunks:
                 if self._mesh:
                     yield shown(time[frames][0], self._mesh, rr.Clear(recursive=False))
                 self._mesh = path
-            z = grid.heights(swell, time[frames] + LEAD)
+            z = grid.heights(swell, time[frames] + LEAD / swell.rate)
             bright = sea.light(z - swell.level, grid.toward(z))
             z = sea.rounded(z - SUNK * swell.deviation * grid.near(poses[frames, :, :2], reach))
             drawn[path].append((time[frames], mesh_points(grid.x, grid.y, z), sea.colors(bright, grid.haze)))
@@ -223,9 +223,9 @@ def wake_looks() -> rr.Mesh3D:
     return rr.Mesh3D.from_fields(triangle_indices=sea.triangles(WAKE_POINTS, 2), vertex_colors=foam)
 
 
-WAKE_RATE = 1.5
+WAKE_RATE = 1.0
 """Points that a boat leaves [Hz]."""
-WAKE_POINTS = 20
+WAKE_POINTS = 14
 """Points of a wake, the boat's place included."""
 WAKE_WIDTHS = (0.7, 1.3)
 """Width of a wake at the boat and at its end [m]."""

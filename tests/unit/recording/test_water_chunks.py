@@ -4,6 +4,9 @@ import re
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 import recorded_run
 import vrx_mj
@@ -13,10 +16,11 @@ from vrx_mj.recording.blueprint import PLAN_WATER
 from vrx_mj.recording.motion_chunks import MovingChunks
 from vrx_mj.recording.sea_meshes import (
     CALM,
+    CHORD,
     HORIZON,
     MOST_LINES,
-    RIM_STEP,
     STEP,
+    STILL,
     grid_around,
     hull_lines,
     patch_heights,
@@ -24,7 +28,8 @@ from vrx_mj.recording.sea_meshes import (
     triangles,
 )
 from vrx_mj.recording.simulation_scene import scene_of
-from vrx_mj.recording.water_chunks import FASTEST, OVER, SEA_RATE, WAKE_WIDTHS, WaterChunks, speed_colors
+from vrx_mj.recording.timeline import Threshold
+from vrx_mj.recording.water_chunks import FASTEST, OVER, WAKE_WIDTHS, WaterChunks, speed_colors
 
 TRIO = np.array([[0.0, 20.0], [17.3, -10.0], [-17.3, -10.0]])
 FLEETS = {
@@ -154,8 +159,7 @@ def test_waterline_of_a_hull_in_a_storm_is_right_within_3_cm_at_every_shown_time
     marks = np.column_stack([ahead.ravel(), aside.ravel(), np.full(ahead.size, 0.12)])
     poses = rows[:, scene.layout().pose(scene.layout().bodies[0])]
     patch, fleet = frames(chunks, f"/world/sea/hulls/{boat}", "vertex_positions"), fleet_mesh(chunks)
-    x, y = hull_lines(scene.boats()[0])
-    assert len(patch[0]) == len(rows)
+    x, y = hull_lines(scene.boats()[0], swell_of(height).cell)
     for moment, pose in zip(rows[:, 0], poses, strict=True):
         turn = rotation_matrix(pose[3:])
         points = (pose[:3] + marks @ turn.T)[:, :2]
@@ -169,7 +173,7 @@ def test_wakes_lie_on_the_drawn_sea(storm):
     over = OVER[0] + OVER[1] * swell_of(height).deviation
     fleet = fleet_mesh(chunks)
     time, wakes = frames(chunks, f"/world/wakes/{scene.boats()[0].name}", "vertex_positions")
-    assert len(time) == 10 * SEA_RATE
+    assert len(time) == 10 * swell_of(height).rate
     for moment, wake in zip(time, wakes, strict=True):
         drawn = surface(*fleet(moment), wake[:, :2])
         assert wake[:, 2] == pytest.approx(drawn + over, abs=STEP)
@@ -180,17 +184,17 @@ def test_patch_does_not_depend_on_how_a_boat_leans():
     swell = sea_meshes.Swell(lambda x, y, t: 0.2 * x - 0.1 * y + 0.0 * t, 0.0, 0.0)
     lines, time, place = (np.linspace(-3.0, 3.0, 5), np.linspace(-1.0, 1.0, 3)), np.arange(3.0), np.zeros((3, 3))
     turn = np.tile(quaternion(0.15, -0.1, 0.7), (3, 1))
-    z = patch_heights(swell, lines, time, np.hstack([place, turn]))
+    _, z = patch_heights(swell, lines, time, np.hstack([place, turn]), Threshold(0.0))
     axes = rotation_matrix(turn[0])
     x, y = np.meshgrid(*lines)
-    points = np.stack([x, y, z[1]], axis=-1) @ axes.T
+    points = np.stack([x, y, z[0]], axis=-1) @ axes.T
     assert points[..., 2] == pytest.approx(0.2 * points[..., 0] - 0.1 * points[..., 1], abs=0.01)
 
 
 def test_a_boat_upside_down_has_no_patch_in_sight():
     swell = sea_meshes.Swell(recorded_run.sea_height, 0.0, 0.2)
     lines, turn = (np.linspace(-3.0, 3.0, 5),) * 2, np.array([quaternion(3.0, 0.0, 0.5)])
-    z = patch_heights(swell, lines, np.zeros(1), np.hstack([np.zeros((1, 3)), turn]))
+    _, z = patch_heights(swell, lines, np.zeros(1), np.hstack([np.zeros((1, 3)), turn]), Threshold(0.0))
     assert (z * rotation_matrix(turn[0])[2, 2] < -1e3).all()
 
 
@@ -202,33 +206,72 @@ def made_up(block):
 
 
 def test_water_does_not_depend_on_the_blocks_of_rows():
-    """But for the heights of patches between evaluated ones at the ends of blocks, by a step of rounding."""
     whole, parts = made_up(200), made_up(7)
     grid = grid_around(np.array([recorded_run.row_at(0.0)])[0, 14:35].reshape(3, 7)[:, :2])
-    paths = ("/world/wakes/wamv1", "/world/sea/hulls/wamv1", "/world/trails/wamv1")
-    for path in (f"/world/sea/{len(grid.y)}x{len(grid.x)}", *paths):
+    for path in (f"/world/sea/{len(grid.y)}x{len(grid.x)}", "/world/wakes/wamv1", "/world/trails/wamv1"):
         name = "strips" if "trails" in path else "vertex_positions"
         one, other = frames(whole, path, name), frames(parts, path, name)
         np.testing.assert_array_equal(one[0], other[0])
         for a, b in zip(one[1], other[1], strict=True):
-            np.testing.assert_allclose(a, b, atol=1.01 * RIM_STEP if "hulls" in path else 1e-6)
+            np.testing.assert_allclose(a, b, atol=1e-6)
+
+
+def test_the_patch_that_is_shown_is_near_the_water_in_blocks_of_any_length():
+    """Within what it may be off before it changes, and the errors of rounding and of straight lines in time."""
+    lines = hull_lines(recorded_run.scene().boats()[0], swell_of(recorded_run.sea_height).cell)
+    for block in (200, 7):
+        shown = frames(made_up(block), "/world/sea/hulls/wamv1", "vertex_positions")
+        assert shown[0][0] == 0.0
+        for moment in np.arange(200) / 20:
+            pose = recorded_run.row_at(moment)[14:21]
+            within = latest(shown, moment).reshape(len(lines[1]), len(lines[0]), 3)[1:-1, 1:-1]
+            x, y, z = np.moveaxis(within @ rotation_matrix(pose[3:]).T + pose[:3], -1, 0)
+            assert z == pytest.approx(recorded_run.sea_height(x, y, moment), abs=STILL + CHORD + STEP / 2 + 2e-3)
+
+
+@given(
+    values=arrays(np.float64, st.tuples(st.integers(1, 60), st.integers(1, 3)), elements=st.floats(-9.0, 9.0)),
+    within=st.floats(0.0, 5.0),
+    cut=st.integers(0, 60),
+)
+def test_every_row_is_near_the_last_picked_one(values, within, cut):
+    picks = Threshold(within)
+    taken = np.concatenate([picks(part) for part in (values[:cut], values[cut:])])
+    assert taken[0]
+    newest = np.maximum.accumulate(np.where(taken, np.arange(len(values)), 0))
+    assert (np.abs(values - values[newest]) <= within).all()
+    before = newest[np.flatnonzero(taken)[1:] - 1]
+    assert (np.abs(values[taken][1:] - values[before]) > within).any(axis=1).all()
+
+
+def test_a_calm_sea_has_fewer_pictures_and_larger_cells():
+    """Of a regular wave: amplitude A, angular frequency w, wave number k; rms speed A w / sqrt 2, and so on."""
+    swell = swell_of(recorded_run.sea_height)
+    rate, number = 2.0 * np.pi / recorded_run.PERIOD, 2.0 * np.pi / recorded_run.LENGTH
+    expected = np.array([rate, rate**2, number**2]) * recorded_run.AMPLITUDE / 2**0.5
+    assert (swell.speed, swell.acceleration, swell.curvature) == pytest.approx(expected, rel=0.05)
+    calm = swell_of(lambda x, y, t: 0.1 * recorded_run.sea_height(x, y, t))
+    level = swell_of(lambda x, y, t: 0.0 * x)
+    assert swell.rate > calm.rate == level.rate == min(sea_meshes.RATES)
+    assert swell.cell < calm.cell < level.cell
+    assert swell.interval < calm.interval < level.interval
 
 
 def test_one_mesh_of_the_fleet_is_shown_at_a_time_while_boats_sail_apart():
     """A mesh with other lines is another entity, with triangles at all times; the one before is cleared then."""
     water, time = WaterChunks(), np.arange(1200) / 20
-    water.keep(recorded_run.scene(2).boats())
+    water.keep(recorded_run.scene(2).boats(), recorded_run.sea_height)
     places = np.zeros((1200, 2, 3))
     places[:, 1, 0] = 10.0 + 3.0 * time
     level = np.tile([1.0, 0.0, 0.0, 0.0], (1200, 2, 1))
-    chunks = list(water(["wamv1", "wamv2"], time, places, recorded_run.sea_height, level))
+    chunks = list(water(["wamv1", "wamv2"], time, places, level))
     meshes = [chunk for chunk in chunks if MESH.fullmatch(chunk.entity_path)]
     paths = {chunk.entity_path for chunk in meshes}
     assert len(paths) > 1
     assert {chunk.entity_path for chunk in meshes if chunk.is_static} == paths
     shown = {path: frames(meshes, path, "vertex_positions")[0] for path in paths}
     first, last = (min(shown, key=lambda path: shown[path][0]), max(shown, key=lambda path: shown[path][-1]))
-    assert len(np.unique(np.concatenate(list(shown.values())))) == 60 * SEA_RATE
+    assert len(np.unique(np.concatenate(list(shown.values())))) == 60 * swell_of(recorded_run.sea_height).rate
     for path in paths - {last}:
         cleared = frames(meshes, path, "is_recursive")[0]
         assert any(moment > shown[path][-1] for moment in cleared)
@@ -277,7 +320,7 @@ def test_a_track_has_the_colour_of_its_speed():
     time = np.arange(41) / 20
     places = np.zeros((41, 1, 3))
     places[:, 0, 0] = np.where(time < 1.0, 0.0, 2.0 * (time - 1.0))
-    chunks = list(water(["a"], time, places, None, np.tile([1.0, 0.0, 0.0, 0.0], (41, 1, 1))))
+    chunks = list(water(["a"], time, places, np.tile([1.0, 0.0, 0.0, 0.0], (41, 1, 1))))
     moment, shown = frames(chunks, "/world/trails/a", "colors")
     rest, two = (speed_colors(np.array([speed]))[0] for speed in (0.0, 2.0))
     for at, color in zip(moment, shown, strict=True):

@@ -11,8 +11,8 @@ import recorded_run
 from vrx_mj.errors import RecordError
 from vrx_mj.recording.reader import Event, read_record
 from vrx_mj.recording.rrd_file import FILE_HEADER, MESSAGE_HEADER, whole_bytes
-from vrx_mj.recording.sea_meshes import grid_around
-from vrx_mj.recording.water_chunks import LEAD, SEA_RATE
+from vrx_mj.recording.sea_meshes import grid_around, swell_of
+from vrx_mj.recording.water_chunks import LEAD, TRAIL_RATE
 from vrx_mj.recording.writer import RecordWriter
 
 SECONDS = 6.0
@@ -108,9 +108,9 @@ def test_trail_is_one_line_without_gaps_across_flushes(tmp_path, monkeypatch):
     path = recorded_run.record_run(tmp_path / "run.rrd", SECONDS)
     time, strips = displayed(path, "/world/trails/wamv1", "LineStrips3D:strips")
     pieces = np.squeeze(strips)
-    np.testing.assert_array_equal(time, np.arange(31) / 5)
+    np.testing.assert_array_equal(time, np.arange(SECONDS * TRAIL_RATE + 1) / TRAIL_RATE)
     np.testing.assert_array_equal(pieces[1:, 0], pieces[:-1, 1])
-    np.testing.assert_allclose(pieces[:, 1, :2], all_rows()[::4, 14:16], atol=1e-5)
+    np.testing.assert_allclose(pieces[:, 1, :2], all_rows()[:: round(20 / TRAIL_RATE), 14:16], atol=1e-5)
 
 
 def test_headings_are_wrapped(tmp_path, monkeypatch):
@@ -134,11 +134,12 @@ def test_sea_is_where_the_sea_is(recording):
     """In the middle between the boats, where it is neither faded nor lowered under hulls."""
     grid = grid_around(all_rows()[0, 14:35].reshape(3, 7)[:, :2])
     time, frames = displayed(recording, f"/world/sea/{len(grid.y)}x{len(grid.x)}", "Mesh3D:vertex_positions")
-    np.testing.assert_array_equal(time, np.arange(25) / SEA_RATE)
+    rate = swell_of(recorded_run.sea_height).rate
+    np.testing.assert_array_equal(time, np.arange(np.ceil(all_rows()[-1, 0] * rate + 1e-6)) / rate)
     vertices = np.array(frames[10])
     middle = vertices[np.hypot(*vertices[:, :2].T) < 3.0]
     assert len(middle) > 1
-    expected = recorded_run.sea_height(middle[:, 0], middle[:, 1], time[10] + LEAD)
+    expected = recorded_run.sea_height(middle[:, 0], middle[:, 1], time[10] + LEAD / rate)
     np.testing.assert_allclose(middle[:, 2], expected, atol=1 / 128 + 1e-3)  # rounded to 1/64 m; lines lean by 1 mm
 
 
