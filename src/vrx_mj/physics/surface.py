@@ -25,6 +25,8 @@ LEAST_HEIGHT = 0.5
 """Height of the eye over a calm sea from which the angles are measured, at least [m]."""
 FINE, COARSE = 0.4 * math.pi, 0.8 * math.pi
 """Phases between neighbours up to which a wave is drawn whole, a fifth of its length, and from which not at all."""
+STRAIGHT = 1.2
+"""Half the fan's angle [rad] up to which its last ring is a straight line: an arc would be seen as steps of a pixel."""
 LIT = 1.6
 """How much smaller the squares of these phases are for light and foam, which change faster than the heights."""
 EDGE = 0.01
@@ -45,6 +47,11 @@ FRINGE = 0.25
 def horizon(height: float) -> float:
     """Distance [m] of the last ring for an eye at a height [m]: that of the true horizon, 5 km at least."""
     return max(5000.0, 3570.0 * math.sqrt(max(height, 0.0)))
+
+
+def sky_distance(height: float) -> float:
+    """Distance [m] at which the sky hides what is drawn, for an eye at a height [m]: behind all of the last ring."""
+    return 1.2 * horizon(height) / math.cos(STRAIGHT)
 
 
 def ring_distances(height: float, deviation: float, lowest: float, highest: float) -> FloatArray:
@@ -172,6 +179,8 @@ def draw_surface(
         for spoke in range(count):
             height, east, north, rough, fall, falls = sums[2:, spoke]
             z, slope = sea.level + grown * height, (grown * east, grown * north)
+            if ring == distances.size - 1 and half < STRAIGHT:
+                r = distances[ring] / math.cos(half * (2.0 * spoke / (count - 1) - 1.0))
             x, y = eye[0] + r * sums[0, spoke], eye[1] + r * sums[1, spoke]
             length = math.sqrt(1.0 + slope[0] ** 2 + slope[1] ** 2)
             away = max(math.sqrt(r * r + (eye[2] - z) ** 2), 1e-6)

@@ -15,7 +15,7 @@ from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.noise import bits
-from vrx_mj.physics.surface import horizon
+from vrx_mj.physics.surface import sky_distance
 from vrx_mj.physics.tables import Table
 from vrx_mj.sensors.canvas import Canvas
 from vrx_mj.sensors.readings import Image
@@ -155,7 +155,7 @@ class Cameras:
             near=config.near,
             far=config.far,
             focal_length=focal_length(config),
-            end=1.2 * horizon(float(position[2])),
+            end=sky_distance(float(position[2])),
         )
 
     def _sun(self, data: mujoco.MjData) -> FloatArray:

@@ -119,6 +119,13 @@ def test_rings_look_equally_far_apart_from_the_edge_of_the_picture_to_the_horizo
     assert (np.diff(distances) / distances[1:]).max() < 0.25
 
 
+@pytest.mark.parametrize("height", [0.5, 12.0, 200.0])
+def test_the_horizon_is_a_straight_line_across_the_view(height):
+    points = surface(*sea_of(SEA), height=height)[1]
+    ahead = (points[-1, :, :2] - (3.0, -2.0)) @ (math.cos(COURSE), math.sin(COURSE))
+    assert ahead == pytest.approx(horizon(height), rel=1e-6)
+
+
 def test_rings_end_where_a_picture_does_that_looks_down():
     distances = ring_distances(100.0, 0.0, -0.5 * math.pi, -1.0)
     assert distances[0] == 0.0

@@ -113,7 +113,7 @@ def test_foam_lies_on_the_sea_behind_the_stern_and_fades():
     x, y, z = edges.reshape(-1, 3).T
     assert z == pytest.approx(height(x, y, 20.0) + OVER)
     assert x.max() == pytest.approx(FULL_SPEED * 20.0 - 2.0)
-    assert x.min() >= FULL_SPEED * (20.0 - LASTS) - 2.0 - 1e-9
+    assert x.min() == pytest.approx(FULL_SPEED * (20.0 - LASTS) - 2.0, abs=1e-9)  # where it was `LASTS` ago
     assert np.abs(y - 1.0).min() == pytest.approx(WIDTH / 2, rel=1e-3)
     assert shades[0] == shades.max() == pytest.approx(WHITE, rel=0.05)
 

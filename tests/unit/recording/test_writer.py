@@ -100,7 +100,9 @@ def test_poses_are_shown_at_20_hz_and_plots_at_10_hz(recording):
     time, speed = displayed(recording, "/plots/speed", "Scalars:scalars")
     np.testing.assert_array_equal(time, np.arange(61) / 10)
     velocity = all_rows()[::2, 14 + 42 : 14 + 44]
-    np.testing.assert_array_equal(np.array(speed)[:, 0], np.round(np.hypot(*velocity.T) * 1024) / 1024)
+    steps = 1024.0 * np.array(speed)[:, 0]  # plots are in whole steps, the nearest: within half a one of what was
+    np.testing.assert_array_equal(steps, np.floor(steps))
+    np.testing.assert_allclose(steps, 1024.0 * np.hypot(*velocity.T), rtol=1e-12, atol=0.5)
 
 
 def test_trail_is_one_line_without_gaps_across_flushes(tmp_path, monkeypatch):

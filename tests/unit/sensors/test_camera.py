@@ -241,7 +241,7 @@ def test_waves_are_seen_from_all_heights_and_the_horizon_is_level(high):
     moved = np.abs(pictures[0] - pictures[1]).max(axis=2)
     assert np.mean(moved[-120:] > 2) > 0.1
     first = np.array([np.abs(np.diff(pictures[0][:, column].sum(axis=1))).argmax() for column in range(0, 640, 40)])
-    assert np.ptp(first) <= (1 if high > 2.0 else 30)
+    assert np.ptp(first) <= (0 if high > 2.0 else 30)
 
 
 def test_fog_that_hides_the_sky_leaves_no_glint():

@@ -20,7 +20,7 @@ from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.errors import CommandError, RecordError, shown
 from vrx_mj.mjcf.drawing import add_skin, compiled_spec, drawing_spec
 from vrx_mj.model.world import Parameters
-from vrx_mj.physics.surface import EDGE, PLAIN, draw_surface, horizon
+from vrx_mj.physics.surface import EDGE, PLAIN, draw_surface, sky_distance
 from vrx_mj.recording.antialiasing import antialias, smooth
 from vrx_mj.recording.boat_sets import HUGE, BoatSet, columns_in
 from vrx_mj.recording.reader import Record
@@ -94,7 +94,7 @@ def view_of(eye: Eye, width: int, height: int) -> View:
         near=NEAR,
         far=FAR,
         focal_length=width / (2.0 * half),
-        end=1.2 * horizon(float(eye.position[2])),
+        end=sky_distance(float(eye.position[2])),
         smallest=SMALLEST_ABOVE if above else SMALLEST,
     )
 
