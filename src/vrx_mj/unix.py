@@ -1,9 +1,10 @@
-"""Modules of the standard library that Windows lacks; None there. They are imported nowhere else."""
+"""Modules of the standard library that Windows lacks, None there, which are imported nowhere else; and the C library."""
 
+import ctypes
 from importlib import import_module
 from typing import Any
 
-__all__ = ["resource", "termios", "tty"]
+__all__ = ["release_memory", "resource", "termios", "tty"]
 
 
 def _module(name: str) -> Any:
@@ -13,4 +14,10 @@ def _module(name: str) -> Any:
         return None
 
 
-resource, termios, tty = map(_module, __all__)
+resource, termios, tty = map(_module, ("resource", "termios", "tty"))
+
+
+def release_memory() -> None:
+    """Give freed memory back to the system where the C library keeps it, as glibc does."""
+    if resource is not None and hasattr(library := ctypes.CDLL(None), "malloc_trim"):
+        library.malloc_trim(0)

@@ -35,6 +35,7 @@ from vrx_mj.recording.timeline import times
 from vrx_mj.recording.touch_chunks import touch_chunks
 from vrx_mj.recording.viewer import viewer_binary, viewer_environment
 from vrx_mj.recording.weather_chunks import plan_chunks
+from vrx_mj.unix import release_memory
 
 SMALL = 200
 """Rows of a block under which it takes more space: its first rows are not differences."""
@@ -61,6 +62,7 @@ def encode(raw: Path, scenes: Iterable[RecordScene], target: Path) -> None:
         UnwrittenError: it cannot be written.
         RecordError: what is in the file is damaged.
     """
+    release_memory()
     encoder = Encoder(iter(scenes))
     with written(target, "the recording", UnwrittenError) as draft, beside(target) as folder:
         stream, bare = LazyChunkStream.from_iter(encoder.chunks(raw_parts(raw))), folder / "bare.rrd"
@@ -143,7 +145,9 @@ class Encoder:
             blocks = [unpack_rows(blob) for blob in blobs]
             self._end = float(blocks[-1][-1, 0])
             yield exact_rows(blobs, blocks, self._boat_set)
-            yield from self._moving(np.concatenate(blocks))
+            found[ROWS], blobs = [], []  # a minute of each is several MB
+            rows, blocks = np.concatenate(blocks), []
+            yield from self._moving(rows)
         if events := sorted(event for part in found[EVENTS] for event in written_events(part)):
             yield event_chunk(events)
             yield from touch_chunks([event.touch for event in all_events(found[EVENTS]) if event.touch])

@@ -223,9 +223,9 @@ def wake_looks() -> rr.Mesh3D:
     return rr.Mesh3D.from_fields(triangle_indices=sea.triangles(WAKE_POINTS, 2), vertex_colors=foam)
 
 
-WAKE_RATE = 1.0
+WAKE_RATE = 1.5
 """Points that a boat leaves [Hz]."""
-WAKE_POINTS = 14
+WAKE_POINTS = 20
 """Points of a wake, the boat's place included."""
 WAKE_WIDTHS = (0.7, 1.3)
 """Width of a wake at the boat and at its end [m]."""
