@@ -9,13 +9,15 @@ import io
 import re
 import tokenize
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 SOURCE = Path(__file__).resolve().parents[1] / "src" / "vrx_mj"
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 LAYOUT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 """Tokens that make no code line."""
+LIMIT = re.compile(r"\b_?(?:MOST|LARGEST|LONGEST)_[A-Z_]+")
+"""Names of constants that bound what comes from outside."""
 TREE_READ = re.compile(r"(?i)world\.(parameters(\[|\.get\()|tree\b)")
 
 
@@ -38,6 +40,11 @@ def _docstring_lines(tree: ast.AST) -> Iterator[int]:
                 and isinstance(part.value.value, str)
             ):
                 yield from range(part.lineno, (part.end_lineno or part.lineno) + 1)
+
+
+def limits(texts: Iterable[str]) -> set[str]:
+    """Names of the constants that bound what comes from outside."""
+    return {name for text in texts for name in LIMIT.findall(text)}
 
 
 def signatures(tree: ast.AST) -> tuple[int, int]:
@@ -102,6 +109,7 @@ def figures() -> dict[str, object]:
         "code lines": sum(map(code_lines, texts.values())),
         "modules": len(texts),
         "modules imported by exactly one other": sum(count == 1 for count in importers.values()),
+        "limit constants": len(limits(texts.values())),
         "string-key reads of the world": sum(len(TREE_READ.findall(text)) for text in texts.values()),
         "signatures with Any": f"{loose} of {functions}, {loose / functions:.1%}",
         "import cycles": [sorted(ring) for ring in rings],

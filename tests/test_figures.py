@@ -2,7 +2,7 @@
 
 import ast
 
-from figures import code_lines, cycles, imports, signatures
+from figures import code_lines, cycles, imports, limits, signatures
 
 SOURCE = '''"""A module's
 docstring."""
@@ -36,6 +36,11 @@ def test_code_lines_are_without_blanks_comments_and_docstrings():
 
 def test_a_signature_with_any_somewhere_in_it_counts():
     assert signatures(ast.parse(SOURCE)) == (2, 1)
+
+
+def test_limits_count_once_by_name_wherever_they_are_used():
+    texts = ["MOST_ROWS = 3", "x = min(x, MOST_ROWS) if _LONGEST_NAME else LARGEST"]
+    assert limits(texts) == {"MOST_ROWS", "_LONGEST_NAME"}
 
 
 def test_cycles_are_found_through_deferred_imports_too():

@@ -21,6 +21,7 @@ SOURCES = sorted((REPO / "src").rglob("*.py"))
 TESTS = sorted((REPO / "tests").rglob("*.py"))
 PROSE = sorted([*REPO.glob("*.md"), *(REPO / "docs").rglob("*.md"), REPO / "assets" / "README.md"])
 MODULE_LINES = 600
+LIMITS = 110
 FUNCTION_LINES = 40
 UNFINISHED = re.compile(r"\b(TODO|FIXME)\b")
 PHYSICS_IMPORTS = {"numpy", "numba", "llvmlite", "vrx_mj", "__future__"} | set(sys.stdlib_module_names)
@@ -285,6 +286,11 @@ def test_files_that_contributing_names_exist():
     places = [REPO, REPO / "src" / "vrx_mj"]
     assert {name for name in named if not any((place / name).exists() for place in places)} == set()
     assert len(named) > 30
+
+
+def test_limits_are_few_enough_to_know_each():
+    found = figures.limits(path.read_text(encoding="utf-8") for path in figures.SOURCE.rglob("*.py"))
+    assert 0 < len(found) <= LIMITS, "what a type, a library or another limit bounds needs none of its own"
 
 
 def test_nobody_reads_a_compiled_world_by_string_keys():

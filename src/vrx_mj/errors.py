@@ -34,7 +34,6 @@ _LONGEST = 60
 _LONGEST_PATH = 300
 """Characters of a path or a key in a message, and of a name for which a near one is looked for."""
 _MOST_LINES = 100
-_LONGEST_NAME_COLUMN = 100
 _SHOWN_NAMES = 12
 _SHOWN_PROBLEMS = 40
 
@@ -102,7 +101,7 @@ class ChoiceError(VrxError):
     def text(self, command: str) -> str:
         """The message, with the lines to type for one of the commands of `vrx-mj`."""
         typed = [f"vrx-mj {command} {words}" for words in self.choices]
-        width = min(max(map(len, typed)), _LONGEST_NAME_COLUMN)
+        width = min(max(map(len, typed)), LONGEST_NAME)
         rows = [
             f"  {line:<{width}}  # {about}" if about else f"  {line}"
             for line, about in zip(typed, self.choices.values(), strict=True)

@@ -4,10 +4,10 @@ import ast
 import inspect
 import itertools
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeVar, get_args, get_origin
+from typing import Annotated, Any, ClassVar, NamedTuple, Self, get_args, get_origin
 
 from pydantic import (
     AfterValidator,
@@ -24,8 +24,6 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from vrx_mj.config.tree import Entry, Section
 from vrx_mj.config.wording import one_of, shown, unknown_key
 from vrx_mj.errors import UnknownNameError
-
-Filled = TypeVar("Filled", bound=tuple[object, ...])
 
 MAX_NUMBER = 1e9
 """Largest number that a file may give, in any unit: what is larger has no physics."""
@@ -251,22 +249,15 @@ def _in_brackets(value: object, *counts: int) -> str:
     return f"; write [{', '.join(f'{float(part):g}' for part in parts)}]"
 
 
-def _some(value: Filled) -> Filled:
-    if not value:
-        raise fault("must not be empty")
-    return value
+def demand(holds: Callable[[Any], object], message: str) -> AfterValidator:
+    """Demands that a value passes a test; `{}` in the message is the value as its file would write it."""
 
+    def check(value: object) -> object:
+        if not holds(value):
+            raise fault(message.format(shown(value)))
+        return value
 
-def _not_tiny(value: float) -> float:
-    if value < MIN_POSITIVE:
-        raise fault(f"must be at least {MIN_POSITIVE:g}, got {shown(value)}")
-    return value
-
-
-def _name(value: str) -> str:
-    if not _NAME.fullmatch(value):
-        raise fault(f"expected a name of up to 64 letters A-Z, digits, '_', '-' or '.', got {shown(value)}")
-    return value
+    return AfterValidator(check)
 
 
 def _possible(value: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -289,18 +280,23 @@ def _rgba(value: object) -> object:
     return (*value, 1.0) if len(value) == 3 else tuple(value)
 
 
-def _switch(value: object) -> object:
+def switched(value: object) -> object:
+    """Yes, no, on and off as true and false; anything else as it is."""
     return _SWITCHES.get(value.lower(), value) if isinstance(value, str) else value
 
 
 Folder = Annotated[Path | None, Field(exclude=True, repr=False, strict=False)]
 """The folder of the file that this came from, in which its relative paths start. The loader sets it."""
 
-NotEmpty = AfterValidator(_some)
+NotEmpty = demand(bool, "must not be empty")
 """Demands at least one entry in a list."""
 
 Number = Annotated[float, Field(ge=-MAX_NUMBER, le=MAX_NUMBER)]
-Positive = Annotated[float, Field(gt=0, le=MAX_NUMBER), AfterValidator(_not_tiny)]
+Positive = Annotated[
+    float,
+    Field(gt=0, le=MAX_NUMBER),
+    demand(lambda value: value >= MIN_POSITIVE, f"must be at least {MIN_POSITIVE:g}, got {{}}"),
+]
 NonNegative = Annotated[float, Field(ge=0, le=MAX_NUMBER)]
 Seed = Annotated[int, Field(ge=0, lt=2**63)]
 Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
@@ -318,8 +314,10 @@ Pose = Annotated[tuple[Coordinate, Coordinate, Coordinate, Number, Number, Numbe
 Color = Annotated[tuple[Share, Share, Share, Share], BeforeValidator(_rgba)]
 """Red, green, blue, alpha in 0..1. A file gives a name, [r, g, b] or [r, g, b, a]."""
 
-Name = Annotated[str, AfterValidator(_name)]
+Name = Annotated[
+    str, demand(_NAME.fullmatch, "expected a name of up to 64 letters A-Z, digits, '_', '-' or '.', got {}")
+]
 """A name that MJCF, recordings and files can all carry."""
 
-Switch = Annotated[bool, BeforeValidator(_switch)]
+Switch = Annotated[bool, BeforeValidator(switched)]
 """True or false; a file may also say yes, no, on or off."""

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated, ClassVar, Literal, NamedTuple, get_args
 
 from pydantic import (
-    AfterValidator,
     BeforeValidator,
     Discriminator,
     Field,
@@ -32,6 +31,7 @@ from vrx_mj.config.base import (
     Pose,
     Positive,
     Seed,
+    demand,
     fault,
     numbers,
 )
@@ -54,7 +54,13 @@ SPACING = 10.0
 Loc = tuple[str | int, ...]
 
 
-_CONTROLLER = re.compile(r"[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
+Controller = Annotated[
+    str,
+    demand(
+        re.compile(r"[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*").fullmatch,
+        "expected module:function, as in my_boat:controller, got {}",
+    ),
+]
 
 Engines = Literal["fixed", "hinged"]
 Headings = Literal["math", "compass"]
@@ -148,12 +154,6 @@ class FleetPosition(Config):
         return self.x, self.y, self.z, 0.0, 0.0, math.radians(yaw)
 
 
-def _controller(value: str) -> str:
-    if not _CONTROLLER.fullmatch(value):
-        raise fault(f"expected module:function, as in my_boat:controller, got {shown(value)}")
-    return value
-
-
 def _read_parts(kind: str, path: str, near: Path | None) -> None:
     read = function_of("parts", path)
     assert read is not None, "any file may have parts"
@@ -182,7 +182,7 @@ class _Built(Config):
     """`vrx`, `none`, or names of suites or sensors; by default those of the world's spawn."""
     engines: Engines | None = None
     """Whether the engines are fixed to the hull, the default, or bodies on hinges, at four times the cost."""
-    controller: Annotated[str, AfterValidator(_controller)] | None = None
+    controller: Controller | None = None
     """Controller of the boats, module:function or module:Class, unless a run is given another."""
 
     @field_validator("thrusters")

@@ -18,6 +18,7 @@ from vrx_mj.config.base import (
     Switch,
     fault,
     numbers,
+    switched,
 )
 from vrx_mj.config.wording import shown
 
@@ -102,8 +103,7 @@ class FogConfig(Config):
 
 
 def _sky(value: object) -> object:
-    if isinstance(value, str):
-        value = {"yes": True, "on": True, "no": False, "off": False}.get(value.lower(), value)
+    value = switched(value)
     if value is None or (isinstance(value, str | int | float) and not isinstance(value, bool)):
         raise fault(f"expected true, false, or keys and values, got {shown(value)}")
     return value

@@ -5,9 +5,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
-from pydantic import Field, PrivateAttr, field_validator, model_validator
+from pydantic import Field, PrivateAttr, model_validator
 
-from vrx_mj.config.base import Config, Fault, Folder, NonNegative, Number, Only, Positive, fault, numbers
+from vrx_mj.config.base import Config, Fault, Folder, NonNegative, Number, Only, Positive, demand, numbers
 from vrx_mj.config.loading import loads
 from vrx_mj.config.search import ReadingError, contained, read_limited
 from vrx_mj.config.tree import Section
@@ -93,6 +93,13 @@ def _add_point(points: list[tuple[float, float]], words: Sequence[str]) -> str |
     return None
 
 
+Direction = Annotated[
+    tuple[Number, Number],
+    numbers("x y"),
+    demand(lambda value: math.hypot(*value) >= 1e-9, "must not be zero, got [0, 0]"),
+]
+
+
 class SeaConfig(Config):
     """The waves: VRX's, with the tags, meanings and defaults of its `ocean_waves`, or those of a spectrum."""
 
@@ -118,7 +125,7 @@ class SeaConfig(Config):
     """Median amplitude [m] (cwr)."""
     period: Annotated[Positive, Only("model", (*VRX_SEAS, *REGULAR))] = 5.0
     """Peak (pms) or median (cwr) period, or that of a regular wave [s]."""
-    direction: Annotated[tuple[Number, Number], numbers("x y"), Only("model", (*VRX_SEAS, *SPECTRA, *REGULAR))] = (
+    direction: Annotated[Direction, Only("model", (*VRX_SEAS, *SPECTRA, *REGULAR))] = (
         1.0,
         0.0,
     )
@@ -161,13 +168,6 @@ class SeaConfig(Config):
         if data.depth("model") <= data.depth(key):
             return data
         return Section({**data, "model": "jonswap"}, data.place, {**data.entries, "model": data.entries[key]})
-
-    @field_validator("direction")
-    @classmethod
-    def _points_somewhere(cls, value: tuple[float, float]) -> tuple[float, float]:
-        if math.hypot(*value) < 1e-9:
-            raise fault("must not be zero, got [0, 0]")
-        return value
 
     def _faults(self) -> list[Fault]:
         return [*self._pms_faults(), *self._spectrum_faults(), *self._regular_faults()]

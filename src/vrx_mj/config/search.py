@@ -92,8 +92,8 @@ PLACES = {"sandisland": "sand_island", "sydneyregatta": "sydney_regatta", "nbpar
 ENDINGS = (".launch.py", ".launch.xml", ".launch", ".world.xacro", ".world", ".sdf")
 
 
-def foreign_file(kind: str, text: str, folder: Path, known: Container[str]) -> str | None:
-    """The message about the path of a file that is there, but in another format than its kind's; None: it is not there.
+def refuse_foreign(kind: str, text: str, folder: Path, known: Container[str] = ()) -> None:
+    """Raise a VrxError if a path leads to a file that is there, but in another format than its kind's.
 
     Args:
         kind: kind of file that is needed, as `worlds`.
@@ -101,18 +101,16 @@ def foreign_file(kind: str, text: str, folder: Path, known: Container[str]) -> s
         folder: where a relative path starts.
         known: names of this kind.
     """
-    if not text:
-        return None
     try:
-        found = kind_of(folder / text)
-        if found is None and not (folder / text).is_file():
-            return None
+        found = kind_of(folder / text) if text else None
+        if not text or (found is None and not (folder / text).is_file()):
+            return
     except (OSError, ValueError):
-        return None
+        return
     ours = vrx_world(text, known) if kind == "worlds" else None
     name, use = found or (f"a file that does not end in {'.txt' if kind == 'docks' else '.yaml'}", "")
     advice = ours or use.replace("FILE", text if len(text) < LONGEST_NAME else "FILE") or NEEDS[kind]
-    return f"'{shortened(text)}' is {name}, not {'an' if kind == 'objects' else 'a'} {KINDS[kind]}: {advice}"
+    raise VrxError(f"'{shortened(text)}' is {name}, not {'an' if kind == 'objects' else 'a'} {KINDS[kind]}: {advice}")
 
 
 def near_names(file: Path) -> str:
@@ -368,13 +366,6 @@ def find(kind: str, name: str, near: Path | None = None, skip: Path | None = Non
     if name.startswith(("./", "../", "/", "~")):
         raise VrxError(f"no such file: '{shortened(name)}'{near_names((near or Path.cwd()) / name)}")
     raise UnknownNameError(KINDS[kind], name, known, vrx_world(name, known) if kind == "worlds" else None)
-
-
-def refuse_foreign(kind: str, text: str, folder: Path, known: Container[str] = ()) -> None:
-    """Raise a VrxError if a path leads to a file that is not of the format of this kind."""
-    said = foreign_file(kind, text, folder, known)
-    if said is not None:
-        raise VrxError(said)
 
 
 def catalogue(kind: str, near: Path | None = None) -> dict[str, Path]:

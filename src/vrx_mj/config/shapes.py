@@ -2,9 +2,9 @@
 
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BeforeValidator
+from pydantic import BeforeValidator
 
-from vrx_mj.config.base import Color, Config, Folder, Name, Number, Only, Pose, Positive, fault, numbers
+from vrx_mj.config.base import Color, Config, Folder, Name, Number, Only, Pose, Positive, demand, numbers
 from vrx_mj.config.loading import loads
 from vrx_mj.config.search import contained
 from vrx_mj.config.wording import one_of
@@ -12,15 +12,9 @@ from vrx_mj.config.wording import one_of
 MESH_SUFFIXES = (".obj", ".stl", ".dae", ".ply", ".glb")
 
 
-def _not_zero(value: float) -> float:
-    if value == 0:
-        raise fault("must not be 0")
-    return value
-
-
 Size = Annotated[tuple[Positive, Positive, Positive], numbers("x y z")]
 
-Factor = Annotated[Number, AfterValidator(_not_zero)]
+Factor = Annotated[Number, demand(bool, "must not be 0")]
 Scale = Annotated[tuple[Factor, Factor, Factor], numbers("x y z")]
 
 
@@ -28,13 +22,14 @@ def _three(value: object) -> object:
     return (value,) * 3 if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
-def _mesh(value: str) -> str:
-    if not value.lower().endswith(MESH_SUFFIXES):
-        raise fault(f"expected a mesh that ends in {one_of(MESH_SUFFIXES)}, got '{value}'")
-    return value
-
-
-Mesh = Annotated[str, AfterValidator(_mesh), loads(contained)]
+Mesh = Annotated[
+    str,
+    demand(
+        lambda value: value.lower().endswith(MESH_SUFFIXES),
+        f"expected a mesh that ends in {one_of(MESH_SUFFIXES)}, got {{}}",
+    ),
+    loads(contained),
+]
 
 
 class Shape(Config):

@@ -20,10 +20,9 @@ OF_SIMULATION = ("/gazebo/", "/vrx/")
 """What names of its services begin with."""
 LEVELS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
 """Of rosgraph_msgs/Log."""
-MOST_TYPES = 100_000
 KINDS = ("publisher", "subscriber", "service", "parameter")
 MOST_REGISTRATIONS = 100_000
-"""Registrations, at most."""
+"""Registrations, and topics whose types are known, at most."""
 
 
 class _Entry(NamedTuple):
@@ -353,10 +352,10 @@ class Graph:
 
     def mirror(self, state: Sequence[Mapping[str, Sequence[str]]], types: Mapping[str, str]) -> None:
         """Have the nodes of other processes as a master reports them: publishers, subscribers, services."""
-        if len(self.types) + len(types) > MOST_TYPES:
+        if len(self.types) + len(types) > MOST_REGISTRATIONS:
             self.types = {name: kind for name, kind in self.types.items() if self._is_topic(name)}
         for name, kind in types.items():
-            if self.types.get(name, "*") == "*" and (name in self.types or len(self.types) < MOST_TYPES):
+            if self.types.get(name, "*") == "*" and (name in self.types or len(self.types) < MOST_REGISTRATIONS):
                 self.types[name] = kind
         for kind, known in zip(KINDS, state, strict=False):
             there = {(name, node) for name, nodes in known.items() for node in nodes if node not in self.local}
@@ -468,9 +467,9 @@ class Graph:
         known = self.types.get(name) if self._is_topic(name) else None
         is_new = known in {None, "*"} if kind == "subscriber" else type_name != "*" or known is None
         is_new = is_new or is_own
-        if is_new and name not in self.types and len(self.types) >= MOST_TYPES:
+        if is_new and name not in self.types and len(self.types) >= MOST_REGISTRATIONS:
             self.types = {topic: kind for topic, kind in self.types.items() if self._is_topic(topic)}
-        if is_new and (name in self.types or len(self.types) < MOST_TYPES):
+        if is_new and (name in self.types or len(self.types) < MOST_REGISTRATIONS):
             self.types[name] = type_name
 
     def _is_topic(self, name: str) -> bool:

@@ -242,7 +242,7 @@ def test_levels_of_rosout(graph):
 
 
 def test_types_of_topics_that_are_gone_make_room_for_others(graph, monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.graph.MOST_TYPES", 10)
+    monkeypatch.setattr("vrx_mj.ros.graph.MOST_REGISTRATIONS", 10)
     for index in range(20):
         graph.register_remote("publisher", f"/short_{index}", TALKER, URI, STRING)
         assert graph.type_of(f"/short_{index}") == STRING
@@ -281,7 +281,7 @@ def test_a_service_over_the_limit_is_not_there(graph, monkeypatch):
 
 
 def test_types_that_a_master_reports_are_bounded(graph, monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.graph.MOST_TYPES", 10)
+    monkeypatch.setattr("vrx_mj.ros.graph.MOST_REGISTRATIONS", 10)
     graph.mirror([{"/scan": ["/far"]}, {}, {}], {f"/t_{index}": STRING for index in range(50)})
     assert len(graph.types) == 10
     assert graph.type_of(ROSOUT) == "rosgraph_msgs/Log"

@@ -57,7 +57,7 @@ def from_png(data: str, largest: int) -> str:
         raise CommandError("data is not a base64 PNG that holds text") from error
 
 
-LARGEST_FLOAT32 = float(np.finfo(np.float32).max)
+FLOAT32_MAX = float(np.finfo(np.float32).max)
 FLOATS = frozenset({"float32", "float64"})
 PARTS = {"secs": "sec", "nsecs": "nanosec", "sec": "sec", "nanosec": "nanosec"}
 SHOWN = 60
@@ -137,7 +137,7 @@ def _numbers(values: list[object], type_name: str, layout: str) -> Numbers | Non
     except OverflowError:
         return None
     finite = made[np.isfinite(made)]
-    too_large = type_name == "float32" and np.abs(finite).max(initial=0.0) > LARGEST_FLOAT32
+    too_large = type_name == "float32" and np.abs(finite).max(initial=0.0) > FLOAT32_MAX
     return None if too_large else made.astype(layout)
 
 
@@ -193,8 +193,8 @@ def _float(value: object, type_name: str, place: str) -> float:
         number = float(value)
     except OverflowError as error:
         raise _wrong(place, value, f"{type_name}, a number") from error
-    if type_name == "float32" and math.isfinite(number) and abs(number) > LARGEST_FLOAT32:
-        raise _wrong(place, value, f"{type_name}, a number of at most {LARGEST_FLOAT32:.7g}")
+    if type_name == "float32" and math.isfinite(number) and abs(number) > FLOAT32_MAX:
+        raise _wrong(place, value, f"{type_name}, a number of at most {FLOAT32_MAX:.7g}")
     return number
 
 
