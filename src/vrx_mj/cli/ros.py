@@ -32,8 +32,9 @@ def ros() -> None:
 def messages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the packages.")]) -> None:
     """Write the ROS 1 message packages that Debian lacks, and print the lines that make programs find them.
 
-    The packages are gazebo_msgs, geographic_msgs, usv_msgs, vrx_gazebo and vrx_mj_msgs, each with the types that
-    vrx-mj serve uses; rosservice, rostopic, rosmsg, rosbag and rospy need them. Only the lines go to stdout.
+    The packages are gazebo_msgs, geographic_msgs, uuid_msgs, usv_msgs, vrx_gazebo, usv_gazebo_plugins and
+    robotx_gazebo, each with all its types, and vrx_mj_msgs; rosservice, rostopic, rosmsg, rosbag and rospy need
+    them. Only the lines go to stdout.
 
     In bash, eval "$(vrx-mj ros messages -o FOLDER)" sets them in the current shell.
 

@@ -237,6 +237,9 @@ class _Loop:
         """Until the end."""
         server = self._server
         server.announce()
+        if not (self._free or server.paused):
+            server.tick()  # compiled code is loaded by the first one
+        self._pacer.restart(time.perf_counter())
         due = time.perf_counter() + STATUS_PERIOD
         while not (ending.is_set() or self._is_over()):
             server.receive()

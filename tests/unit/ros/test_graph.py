@@ -326,3 +326,24 @@ def test_parameters_that_are_taken_come_back_from_xml(text):
         return
     ((back,), _) = loads(dumps((taken,)))
     assert back == text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+@pytest.mark.parametrize(
+    ("name", "line"),
+    [
+        ("/gazebo/set_phisics", "no service named '/gazebo/set_phisics'; did you mean '/gazebo/set_physics'?"),
+        ("/vrx/scan_dock/color_sequence", "it belongs to dock tasks; this world has none"),
+        ("/gazebo/set_physics", None),
+        ("/team/set_phisics", None),
+    ],
+)
+def test_a_service_that_could_be_the_simulations_is_missed_once(name, line):
+    said, graph = [], Graph(None, Inbox())
+    graph.notices.listener = lambda level, text: said.append((level, text))
+    graph.missed_service(name, "/early")  # before there are any services
+    services = {"/gazebo/set_physics": Offered("/gazebo/set_physics", "std_srvs/Empty", lambda _: None)}
+    elsewhere = {"/vrx/scan_dock/color_sequence": "it belongs to dock tasks; this world has none"}
+    graph.offer(RosInterface(services=services, elsewhere=elsewhere))
+    for _ in range(3):
+        graph.missed_service(name, "/team")
+    assert said == ([("WARN", f"/team asks for the service {name}: {line}")] if line else [])

@@ -31,6 +31,20 @@ def test_cmd_vel_is_vrxs_twist_to_thrust(scene):
     assert [commands[rows[name]] for name in ("left", "right", "lateral")] == [-0.5, 1.5, 0.0]
 
 
+def test_cmd_drive_of_2018_is_the_thrust_of_both_sides(course):
+    scene = served(course)
+    for topic, left, right in (("/cmd_drive", 0.25, -0.5), ("/wamv/cmd_drive", 1.0, 0.75)):
+        scene.inbox.message(topic, new("usv_gazebo_plugins/UsvDrive", left=left, right=right), "/test")
+        scene.server.receive()
+        rows = scene.sim._live.commands.thrusters["wamv"]
+        commands = scene.sim._live.arrays.thruster_state["command"]
+        assert [commands[rows[name]] for name in ("left", "right", "lateral")] == [left, right, 0.0]
+    scene.inbox.message("/cmd_drive", new("usv_gazebo_plugins/UsvDrive", left=float("nan")), "/test")
+    scene.server.receive()
+    assert scene.told[-1].startswith("/cmd_drive from /test: ")
+    assert commands[rows["left"]] == 1.0
+
+
 def twist(scene, boat, speed):
     message = new("geometry_msgs/Twist", linear={"x": speed}, angular={"z": 0.0})
     scene.inbox.message(f"/{boat}/cmd_vel", message, "/guidance")

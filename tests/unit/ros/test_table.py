@@ -12,7 +12,7 @@ from ros_scene import run, served
 from vrx_mj.ros.messages import is_known, new
 
 TUTORIAL = json.loads((Path(__file__).parents[2] / "golden" / "ros" / "tutorial.json").read_text("utf-8"))
-ERRORS = ("pose_error", "mean_pose_error")
+ERRORS = ("pose_error", "mean_pose_error", "rms_error")
 
 
 # The list

@@ -314,7 +314,8 @@ def _physics(host: Host) -> dict[str, object]:
 def _set_physics(host: Host, asked: Message) -> None:
     for name, own in _physics(host).items():
         if (given := getattr(asked, name)) != own:
-            raise CommandError(f"{name} stays as get_physics_properties gives it: {own}, got {given}")
+            values = f": {own:g}, got {given:g}" if isinstance(own, float) else ""
+            raise CommandError(f"{name} stays as get_physics_properties gives it{values}")
 
 
 def _world_properties(host: Host, _asked: Message) -> Mapping[str, object]:

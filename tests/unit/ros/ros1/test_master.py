@@ -6,6 +6,7 @@ from xmlrpc.client import Fault
 import pytest
 
 from vrx_mj.ros.graph import Graph
+from vrx_mj.ros.interface import RosInterface, Service
 from vrx_mj.ros.ros1.master import Master
 
 A, B = "http://127.0.0.1:1/", "http://127.0.0.1:2/"
@@ -173,3 +174,13 @@ def test_every_method_of_ros_is_there(master):
     for method in METHODS.split():
         assert method in listed
     assert len(listed) == len(METHODS.split())
+
+
+def test_who_waits_for_a_service_of_gazebo_that_is_not_there_is_told_the_nearest(master):
+    said = []
+    master.graph.notices.listener = lambda level, text: said.append(text)
+    master.graph.offer(RosInterface(services={"/gazebo/reset": Service("/gazebo/reset", "std_srvs/Empty", str)}))
+    for _ in range(3):
+        assert call(master, "lookupService", "/team", "/gazebo/resets") == (-1, "no provider", "")
+    nearest = "no service named '/gazebo/resets'; did you mean '/gazebo/reset'?"
+    assert said == [f"/team asks for the service /gazebo/resets: {nearest}"]

@@ -12,10 +12,10 @@ from sdf_boats import BOATS
 from trees import partial
 from vrx_mj.errors import VrxWarning
 from vrx_mj.frames import quaternion, rotation
-from vrx_mj.ros.messages import new
+from vrx_mj.ros.messages import duration, new
 from vrx_mj.ros.table.boats import twist_commands
 from vrx_mj.ros.table.gazebo import gazebo_outputs, gazebo_services
-from vrx_mj.ros.table.host import Placed
+from vrx_mj.ros.table.host import Bodies, Placed
 
 NORTH = quaternion(0.0, 0.0, math.pi / 2)
 LEVEL = (1.0, 0.0, 0.0, 0.0)
@@ -379,3 +379,97 @@ def test_links_and_joints_of_a_model_are_seen_and_moved(course):
     link = {"link_name": "barge::port", "pose": {"position": {"x": 0.0}}}
     refused = got(scene, "set_link_state", "SetLinkState", link_state=link)
     assert not refused.success
+
+
+def test_the_physics_are_told_and_stay_as_they_are(course):
+    scene = served(course)
+    scene.server.update_rate = 200.0
+    own = got(scene, "get_physics_properties", "GetPhysicsProperties")
+    assert (own.success, own.time_step, own.max_update_rate, own.pause) == (True, 0.01, 200.0, False)
+    assert xyz(own.gravity) == pytest.approx([0.0, 0.0, -9.8])
+    same = {name: getattr(own, name) for name in ("time_step", "max_update_rate", "gravity", "ode_config")}
+    assert got(scene, "set_physics_properties", "SetPhysicsProperties", **same).success
+    stays = "stays as get_physics_properties gives it"
+    for name, value, why in (
+        ("time_step", 0.001, f"time_step {stays}: 0.01, got 0.001"),
+        ("time_step", math.nan, f"time_step {stays}: 0.01, got nan"),
+        ("gravity", {"z": -1.6}, f"gravity {stays}"),
+        ("ode_config", {"sor_pgs_iters": 50}, f"ode_config {stays}"),
+    ):
+        answer = got(scene, "set_physics_properties", "SetPhysicsProperties", **same | {name: value})
+        assert (answer.success, answer.status_message) == (False, f"set_physics_properties: {why}")
+
+
+WRENCH = "gazebo_msgs/ApplyBodyWrench"
+
+
+def wrench(scene, **fields):
+    body = {"body_name": "wamv::wamv/base_link", "duration": duration(1.0)}
+    return service(scene, "/gazebo/apply_body_wrench", WRENCH, **body | fields)
+
+
+def shoved(course, **fields):
+    """How a boat moves [m/s, rad/s], 0.2 s after it was pushed, beside one that was not."""
+    scenes = served(course), served(course)
+    for scene in scenes:
+        scene.sim.set_boat("wamv", pose=(-532, 162, 0.1, 0, 0, math.pi / 2))
+    assert wrench(scenes[0], **fields).success
+    for scene in scenes:
+        run(scene, 0.2)
+    one, other = (Bodies(scene.sim).model("wamv") for scene in scenes)
+    return one.velocity - other.velocity, one.spin - other.spin
+
+
+def test_a_wrench_pushes_in_the_axes_of_its_frame(course):
+    force = {"force": {"x": 100.0}}
+    world, _ = shoved(course, wrench=force)
+    own, _ = shoved(course, wrench=force, reference_frame="wamv::wamv/base_link")
+    assert world[0] > 10.0 * abs(world[1]) > 0.0  # the bow points north: x is across
+    assert own[1] > 10.0 * abs(own[0])
+    _, turn = shoved(course, wrench={"torque": {"z": 100.0}})
+    _, lever = shoved(course, wrench=force, reference_point={"y": -1.0})
+    _, straight = shoved(course, wrench=force)
+    assert lever[2] - straight[2] == pytest.approx(turn[2], rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("fields", "why"),
+    [
+        ({"body_name": "wamv::base_link"}, "no link named 'wamv::base_link'; did you mean 'wamv::wamv/base_link'?"),
+        ({"reference_frame": "ship"}, "no model named 'ship'; "),
+        ({"wrench": {"force": {"x": math.nan}}}, "invalid wrench.force [nan, 0.0, 0.0]: finite numbers are needed"),
+        ({"wrench": {"force": {"z": 1e300}}}, "the force would accelerate wamv::wamv/base_link by "),
+        ({"body_name": "post_0::link", "wrench": {"force": {"z": 1.0}}}, "post_0::link cannot move"),
+    ],
+)
+def test_a_wrench_that_cannot_be_applied_is_refused_in_words(course, fields, why):
+    scene = served(course)
+    answer = wrench(scene, **fields)
+    assert not answer.success
+    assert answer.status_message.startswith(f"apply_body_wrench: {why}")
+    run(scene, 0.1)
+
+
+def test_a_wrench_ends_when_it_is_cleared_or_its_boat_leaves(course):
+    scene = served(course)
+    for _ in range(2):
+        assert wrench(scene, wrench={"force": {"x": 100.0}}, duration=duration(-1.0)).success
+        service(scene, "/gazebo/clear_body_wrenches", "gazebo_msgs/BodyRequest", body_name="wamv::wamv/base_link")
+        run(scene, 0.1)
+    assert wrench(scene, wrench={"force": {"x": 100.0}}, duration=duration(-1.0)).success
+    assert service(scene, "/gazebo/delete_model", "gazebo_msgs/DeleteModel", model_name="wamv").success
+    assert scene.told[-2:] == ["the force on wamv::wamv/base_link ends: it left", "wamv leaves"]
+    run(scene, 0.1)
+
+
+def test_an_effort_turns_a_joint(course):
+    scene = served(course)
+    inserted(scene, "barge", BARGE)
+    joint = {"joint_name": "barge::left", "effort": 80.0, "duration": duration(2.0)}
+    before = got(scene, "get_joint_properties", "GetJointProperties", joint_name="barge::left").position[0]
+    assert got(scene, "apply_joint_effort", "ApplyJointEffort", **joint).success
+    run(scene, 2.0)
+    after = got(scene, "get_joint_properties", "GetJointProperties", joint_name="barge::left").position[0]
+    assert after > before + 0.05
+    wrong = got(scene, "apply_joint_effort", "ApplyJointEffort", **joint | {"effort": math.inf})
+    assert wrong.status_message == "apply_joint_effort: invalid force on barge::left: finite numbers are needed"
