@@ -126,8 +126,10 @@ def _idle(_: Sequence[str], __: Path) -> int:
 
 
 def _xacro(words: Sequence[str], folder: Path) -> int:
-    """The URDF of a xacro file, by arguments NAME:=VALUE, on the standard output or in the file of `-o`."""
+    """The URDF or SDF of a xacro file, by arguments NAME:=VALUE, on the standard output or in the file of `-o`."""
     from vrx_mj.config.search import package_paths
+    from vrx_mj.formats.gazebo.document import LIBRARIES
+    from vrx_mj.formats.gazebo.worlds import is_gazebo_world
     from vrx_mj.formats.urdf.expand import expand
 
     words = list(words)
@@ -135,11 +137,13 @@ def _xacro(words: Sequence[str], folder: Path) -> int:
     files = [word for word in words if not word.startswith("-") and ":=" not in word]
     if len(files) != 1:
         raise CommandError(f"xacro needs one file, got {len(files)}: xacro FILE NAME:=VALUE")
-    text = expand(Path(_absolute(files[0], folder)), arguments=_given(words), package_paths=package_paths())
+    file = Path(_absolute(files[0], folder))
+    libraries = LIBRARIES if is_gazebo_world(file) else ()
+    text = expand(file, arguments=_given(words), package_paths=package_paths(), libraries=libraries)
     if output is None:
         sys.stdout.write(text)
         return 0
-    with written(Path(_absolute(output, folder)), "the URDF") as path:
+    with written(Path(_absolute(output, folder)), "the expanded file") as path:
         path.write_text(text, encoding="utf-8")
     return 0
 

@@ -28,7 +28,6 @@ from vrx_mj.formats.gazebo.model_frames import pose_of, safe_name
 from vrx_mj.formats.gazebo.models import NO_MODEL, has_model, is_gazebo_model, model_element, model_file
 from vrx_mj.formats.gazebo.packages import (
     NOWHERE,
-    PACKAGES,
     is_nowhere,
     named_world,
     object_named,
@@ -45,10 +44,10 @@ from vrx_mj.formats.gazebo.stock import (
     unlocks,
     unused,
 )
+from vrx_mj.formats.gazebo.substitutions import Substitutions
 from vrx_mj.formats.urdf.elements import truth
 from vrx_mj.formats.urdf.expand import declared
-from vrx_mj.formats.urdf.expression_values import LONGEST_TEXT, Budget, ExpressionError
-from vrx_mj.formats.urdf.xacro_files import Files, Substitutions
+from vrx_mj.formats.urdf.xacro_files import Files
 from vrx_mj.frames import Pose, compose
 
 DEEPEST = 20
@@ -85,7 +84,7 @@ def launch_of(source: str, arguments: Mapping[str, str]) -> Launch:
         raise ConfigError([Problem(file.name, None, None, "", instead_of(file.name, arguments))])
     if stock is None:
         raise UnknownNameError("launch file", source, sorted(STOCK_LAUNCHES))
-    run = _Run(Files(file, {}, package_paths()), Report(), Budget())
+    run = _Run(Files(file, {}, package_paths()), Report())
     run.open_stock(stock, dict(arguments), None)
     return run.result()
 
@@ -97,7 +96,7 @@ def is_launch(source: object) -> TypeGuard[str | Path]:
 
 def read_launch(file: Path, arguments: Mapping[str, str], *, strict: bool = True) -> Launch:
     """The simulation that a launch file starts. Raises ConfigError, if `strict` also for arguments that it has not."""
-    run = _Run(Files(file, {}, package_paths()), Report(), Budget())
+    run = _Run(Files(file, {}, package_paths()), Report())
     declared = run.read(file.absolute(), dict(arguments), _Scope("", {}))
     unknown = sorted(set(arguments) - declared)
     if unknown and strict:
@@ -117,10 +116,10 @@ class _Scope:
 class _Run:
     """Launch files being read: the world and the boats so far."""
 
-    def __init__(self, files: Files, report: Report, budget: Budget) -> None:
+    def __init__(self, files: Files, report: Report) -> None:
         self.files = files
         self.report = report
-        self.budget = budget
+        self.substitutions = Substitutions(files)
         self.count = 0
         self.world: Path | str | None = None
         self.boats: list[SpawnedBoat] = []
@@ -509,45 +508,17 @@ class _Run:
     def worked_out(self, element: Element, text: str, scope: _Scope) -> str:
         """A text with its substitutions worked out."""
         folder = self.open[-1].parent if self.open else Path.cwd()
-        known = _Known(self.files, scope.arguments, self.budget)
         try:
-            if text.strip().startswith("$(eval ") and text.strip().endswith(")"):
-                found = known.resolve(text.strip()[2:-1], folder)
-            elif "$(eval" in text:
-                raise ExpressionError(
-                    "$(eval ...) must be the whole value, as in roslaunch; give it an <arg> of its own"
-                )
-            else:
-                found = _substituted(text, lambda inner: known.resolve(inner, folder))
-            if len(found) > LONGEST_TEXT:
-                raise ExpressionError(f"a text of more than {LONGEST_TEXT} characters is too long")
-            self.budget.write(found)
-        except ExpressionError as error:
-            raise element.fault(f"{shown(text)}: {error}".replace("a robot file", "a launch file")) from None
-        return found
+            return self.substitutions.substituted(text, scope.arguments, folder)
+        except VrxError as error:
+            raise element.fault(f"{shown(text)}: {error}") from None
 
     def allowed(self, element: Element, path: str) -> Path:
         """A file that may be read: beside the first file, or in a package."""
         try:
             return self.files.allowed(str(self.open[0].parent / path) if self.open else path)
-        except (ExpressionError, FileNotFoundError) as error:
+        except VrxError as error:
             raise element.fault(str(error)) from None
-
-
-class _Known(Substitutions):
-    """Substitutions of launch files: packages of VRX and ROS need not be there."""
-
-    def find(self, name: str) -> str:
-        """The folder of a package."""
-        return f"{NOWHERE}{name}" if name in PACKAGES and not self.files.has_package(name) else super().find(name)
-
-    def argument(self, name: str) -> str:
-        """The value of an argument."""
-        if name not in self.arguments:
-            raise ExpressionError(
-                f"{UnknownNameError('argument', name, self.arguments)}; declare it before in an <arg>"
-            )
-        return super().argument(name)
 
 
 def _is_object(file: Path) -> bool:
@@ -566,18 +537,6 @@ def _declarations(element: Element) -> Iterator[Element]:
     yield from element.all("arg")
     for group in element.all("group"):
         yield from _declarations(group)
-
-
-def _substituted(text: str, resolve: Callable[[str], str]) -> str:
-    """A text with each `$(...)` in it replaced."""
-    parts, start = [], 0
-    while (found := text.find("$(", start)) >= 0:
-        end = text.find(")", found)
-        if end < 0:
-            raise ExpressionError("'$(' is never closed")
-        parts += [text[start:found], resolve(text[found + 2 : end])]
-        start = end + 1
-    return "".join([*parts, text[start:]])
 
 
 def _joined(namespace: str, name: str) -> str:

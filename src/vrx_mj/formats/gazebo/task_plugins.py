@@ -209,7 +209,8 @@ def _scan_dock(plugin: Element, _: object, objects: Sequence[Mapping[str, Any]])
         raise plugin.fault("no dock is among the models of the world, which this task needs")
     name = plugin.text("task_name")
     usual = "scan_dock_deliver" if targets else "scan_and_dock" if light else "dock"
-    found: Content = {"type": name if name in {"dock", "scan_and_dock", "scan_dock_deliver"} else usual}
+    known = name in {"dock", "scan_and_dock", "scan_dock_deliver"} and not (name == "dock" and light is not None)
+    found: Content = {"type": name if known else usual}
     found["dock"] = dock["name"]
     if light is not None:
         found["light_buoy"] = light["name"]

@@ -28,8 +28,7 @@ from vrx_mj.formats.parts.catalogue import (
     PartsFile,
     PartType,
 )
-from vrx_mj.formats.urdf.expression_values import GLOBALS, MATH, Budget, ExpressionError, Module
-from vrx_mj.formats.urdf.expressions import Names, evaluate
+from vrx_mj.formats.urdf.expressions import Result, evaluated
 
 _NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_-]{0,63}")
@@ -39,10 +38,6 @@ _SWITCHES = {
     "false": False, "no": False, "off": False, "0": False,
 }  # fmt: skip
 _EXPRESSION = re.compile(r"\$\{([^}]*)\}")
-NAMES = Names({**GLOBALS, "math": Module("math", MATH)})
-"""What an expression may use: those of xacro that no file defines, `radians` and `pi` among them."""
-WORK = 20_000
-"""Limit of the work on one expression, about 1 us each."""
 LONGEST = 2000
 """Characters of a text with an expression in it."""
 LARGEST = {"Hz": 10_000.0}
@@ -127,19 +122,23 @@ def _text(value: object, *, named: bool) -> str:
     return value
 
 
+class Expression(str):
+    """A text of a file that has expressions in it, with what it comes to."""
+
+    __slots__ = ("result",)
+
+    result: Result
+
+
 def _substituted(text: str) -> str:
     """The text with its expressions worked out."""
     if len(text) > LONGEST:
         raise ValueError(f"expected at most {LONGEST} characters, got {shown(text)}")
-    return _EXPRESSION.sub(lambda found: _worked_out(found[1]), text)
-
-
-def _worked_out(expression: str) -> str:
-    try:
-        found = evaluate(expression, NAMES, Budget(WORK))
-    except ExpressionError as error:
-        raise ValueError(f"'${{{shortened(expression)}}}': {error}") from None
-    return repr(found) if isinstance(found, float) else str(found)
+    if not isinstance(text, Expression):
+        return text
+    if text.result.problem:
+        raise ValueError(f"'{shortened(text)}': {text.result.problem}")
+    return str(text.result.value)
 
 
 def _result(value: object, text: str) -> str:
@@ -289,7 +288,25 @@ def _problem(place: Place, loc: Loc, message: str) -> Problem:
 def _content(path: Path) -> Section | None:
     """What a file holds; None where it is empty."""
     lines = read_lines(path)
-    return None if all(map(_NOTHING.fullmatch, lines)) else parse(File(display(path), path.parent, lines))
+    return None if all(map(_NOTHING.fullmatch, lines)) else _evaluated(parse(File(display(path), path.parent, lines)))
+
+
+def _evaluated(section: Section) -> Section:
+    """The content with all its expressions worked out, at once."""
+    found: dict[str, Expression] = {}
+
+    def prepared(value: Any) -> Any:
+        if isinstance(value, Section):
+            return Section({key: prepared(item) for key, item in value.items()}, value.place, value.entries)
+        if isinstance(value, Items):
+            return Items.of(map(prepared, value), value.places, value.numbers)
+        return found.setdefault(value, Expression(value)) if isinstance(value, str) and has_expression(value) else value
+
+    whole: Section = prepared(section)
+    results = evaluated(section.place.file.name, [(text, {}) for text in found])
+    for text, result in zip(found.values(), results, strict=True):
+        text.result = result
+    return whole
 
 
 def _read_type(reading: _Reading, section: Section, key: str) -> None:

@@ -7,7 +7,7 @@ is a world for each combination of steps: its number has the steps as digits, th
 import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -51,6 +51,8 @@ class Series:
     root: Section
     """The content of the file, with places."""
     axes: tuple[Axis, ...]
+    results: dict[Any, Any] = field(default_factory=dict, compare=False, repr=False)
+    """What its expressions come to, as far as they were worked out."""
 
     @property
     def count(self) -> int:

@@ -12,15 +12,16 @@ from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
 from vrx_mj.formats.series.axes import Axis, Series
 from vrx_mj.formats.urdf.elements import numbers_of
-from vrx_mj.formats.urdf.expression_values import GLOBALS, MATH, Budget, ExpressionError, Module
-from vrx_mj.formats.urdf.expressions import Names, evaluate
+from vrx_mj.formats.urdf.expressions import Result, evaluated
 from vrx_mj.formats.urdf.xml_text import parse_pieces
 from vrx_mj.frames import Pose
 
 BLOCK = "/**"
 """What the name of a parameter that holds XML begins with."""
-WORK = 50_000
-"""Limit of the work on the expressions of one world, about 1 us each."""
+BLOCK_OF_STEPS = 100
+"""Steps of each axis whose expressions are worked out at once."""
+Results = Mapping[tuple[str, int], Result]
+"""What expressions come to, by their text and the step."""
 
 
 @dataclass(frozen=True)
@@ -61,15 +62,16 @@ def calls_of(series: Series, number: int) -> list[Call]:
 
     Where two axes have a sequence for one macro, VRX means to do so but adds the names of macros as parameters.
     """
-    steps, budget = series.coordinate(number), Budget(WORK)
+    steps = series.coordinate(number)
+    results = _results(series, steps)
     found: dict[str, list[Call]] = {}
     for axis in series.axes:
-        for label, call in _of_axis(series, axis, steps[axis.name], budget):
+        for label, call in _of_axis(series, axis, steps[axis.name], results):
             found.setdefault(label, []).append(call)
     return [call for calls in found.values() for call in calls]
 
 
-def _of_axis(series: Series, axis: Axis, step: int, budget: Budget) -> Iterator[tuple[str, Call]]:
+def _of_axis(series: Series, axis: Axis, step: int, results: Results) -> Iterator[tuple[str, Call]]:
     literal = step in axis.sequence
     macros: Mapping[str, Any] = (axis.sequence[step] or {}) if literal else axis.macros
     above = (axis.name, "sequence", str(step)) if literal else (axis.name, "macros")
@@ -78,33 +80,61 @@ def _of_axis(series: Series, axis: Axis, step: int, budget: Budget) -> Iterator[
         for index, parameters in enumerate(calls):
             loc, place = (*above, label, index), calls.places[index]
             given = parameters if isinstance(parameters, Section) else Section({}, place, {})
-            values = given if literal else _worked_out(series, loc, given, step, budget)
+            values = given if literal else _worked_out(series, loc, given, step, results)
             yield label, Call(label.strip("*"), values, place, loc)
 
 
-def _worked_out(series: Series, loc: tuple[str | int, ...], given: Section, step: int, budget: Budget) -> Section:
+def _worked_out(series: Series, loc: tuple[str | int, ...], given: Section, step: int, results: Results) -> Section:
     values = {}
     for key, value in given.items():
-        try:
-            values[key] = _value(key, value, step, budget)
-        except ExpressionError as error:
-            words = str(error).replace("robot file", "axes file").replace("no property named", "no name")
-            message = f"{shown(value)}: {words}; a text needs single quotes inside the double ones"
-            raise ConfigError([problem_at(series.root, (*loc, key), message)]) from None
+        values[key] = _literal(key, value)
+        if values[key] is not EXPRESSION:
+            continue
+        result = results[value, step]
+        if result.problem:
+            message = f"{shown(value)}: {result.problem}; a text needs single quotes inside the double ones"
+            raise ConfigError([problem_at(series.root, (*loc, key), message)])
+        values[key] = result.value
     return Section(values, given.place, given.entries)
 
 
-def _value(key: str, value: object, step: int, budget: Budget) -> object:
-    """A text in single quotes is meant literally, as XML is; any other text is an expression of `n`."""
+EXPRESSION = object()
+"""Marks a text that is an expression of `n`."""
+
+
+def _literal(key: str, value: object) -> object:
+    """The value of a parameter; a text in single quotes is meant literally, as XML is, any other is an expression."""
     if not isinstance(value, str):
         return value
     bare = value.strip()
     if len(bare) > 1 and bare[0] == bare[-1] == "'":
         return bare[1:-1]
-    if key.startswith(BLOCK) and (not bare or bare.startswith("<")):
-        return value
-    table = {**GLOBALS, "math": Module("math", MATH), "n": step}
-    return evaluate(value, Names(table, own=lambda: ("n",)), budget)
+    return value if key.startswith(BLOCK) and (not bare or bare.startswith("<")) else EXPRESSION
+
+
+def _results(series: Series, steps: Mapping[str, int]) -> Results:
+    """What the expressions of some steps of each axis come to, those of one world among them."""
+    blocks = {name: step // BLOCK_OF_STEPS * BLOCK_OF_STEPS for name, step in steps.items()}
+    key = tuple(blocks.values())
+    if key not in series.results:
+        texts = [
+            (text, step)
+            for axis in series.axes
+            for text in dict.fromkeys(_expressions(axis))
+            for step in range(blocks[axis.name], min(axis.steps, blocks[axis.name] + BLOCK_OF_STEPS))
+        ]
+        found = evaluated(series.file.name, [(f"${{{text}}}", {"n": step}) for text, step in texts])
+        series.results[key] = dict(zip(texts, found, strict=True))
+    found_before: Results = series.results[key]
+    return found_before
+
+
+def _expressions(axis: Axis) -> Iterator[str]:
+    for calls in axis.macros.values():
+        for call in calls:
+            for key, value in call.items() if isinstance(call, Section) else ():
+                if _literal(key, value) is EXPRESSION:
+                    yield value
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ are one `ConfigError` with the file, line and element.
 import re
 import warnings
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from xml.dom import minidom
 
@@ -14,7 +15,6 @@ from vrx_mj.config.search import display
 from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
 from vrx_mj.foreign import ReaderError, ask
-from vrx_mj.formats.urdf.expansion import Expanded
 from vrx_mj.formats.urdf.xacro_files import Files, own_packages
 from vrx_mj.formats.urdf.xml_document import elements, parse_document, read_bytes
 from vrx_mj.resources import root
@@ -25,7 +25,25 @@ _SECONDS, _ANSWER = 3, 32 << 20
 _MOST_PACKAGES = 100
 """Packages that the files of one expansion may name."""
 _MACRO = re.compile(r"<xacro:macro\s[^<>]{0,500}?\bname\s*=\s*[\"']([^\"'<>]{1,100})[\"']")
+_MACROS = root() / "assets" / "robots" / "wamv" / "vrx_gazebo" / "worlds" / "xacros" / "include_all_xacros.xacro"
+"""The macros of VRX's worlds."""
 _FOUND = re.compile(r"\$\(find ([\w.-]{1,200})\)")
+
+
+@dataclass(frozen=True)
+class Expanded:
+    """What a file expands to."""
+
+    text: str = ""
+    files: tuple[str, ...] = ()
+    """Absolute paths of the files that its elements come from."""
+    places: tuple[tuple[int, int, int], ...] = ()
+    """Where each element of the text comes from, in the order of the text: number of the file, line and column."""
+    declared: tuple[str, ...] = ()
+    """Arguments that the files declare."""
+    warnings: tuple[str, ...] = ()
+    missing: str | None = None
+    """A package that the files name, and whose folder is needed: there is nothing else then."""
 
 
 def expand(
@@ -35,15 +53,17 @@ def expand(
     needed: Collection[str] = (),
     packages: Mapping[str, Path] | None = None,
     package_paths: Sequence[Path] = (),
+    libraries: Collection[str] = (),
 ) -> str:
     """The URDF that a `.xacro` file (or a `.urdf`, which has little to expand) makes, as XML text.
 
     `arguments` are the file's `$(arg NAME)`, of which it or the files in it must declare those that are `needed`.
     `$(find NAME)` looks in `packages`, in `package_paths` and beside the file; without `packages`, our own come last,
-    and for our own files first. A file may read only what lies there or in its own folder. Warnings of xacro come as
-    one VrxWarning. Raises ConfigError, or UnknownNameError for an argument.
+    and for our own files first. A file may read only what lies there or in its own folder. Of missing
+    packages among `libraries`, those of VRX, our own macros of worlds take the place. Warnings of xacro come as one
+    VrxWarning. Raises ConfigError, or UnknownNameError for an argument.
     """
-    made = _expanded(Path(file), arguments or {}, packages, package_paths)
+    made = _expanded(Path(file), arguments or {}, packages, package_paths, libraries, _MACROS)
     _warn(Path(file), made)
     if unknown := next((name for name in needed if name not in made.declared), None):
         raise UnknownNameError("xacro argument", unknown, sorted(made.declared))
@@ -105,18 +125,23 @@ def _expanded(
     packages: Mapping[str, Path] | None,
     paths: Sequence[Path],
     libraries: Collection[str] = (),
+    macros: Path | str = "",
 ) -> Expanded:
     """What a file expands to; a package that it names in another file, or by an expression, takes one more attempt."""
     if not file.is_file():
         raise ConfigError([Problem(display(file), None, None, "", "no such file")])
     given = {str(name): str(value) for name, value in arguments.items()}
-    ours = own_packages() if packages is None else {}
+    ours = {
+        name: folder
+        for name, folder in own_packages().items()
+        if packages is None and (macros or name not in libraries)
+    }
     first = ours if file.resolve().is_relative_to((root() / "assets").resolve()) else packages or {}
     files = Files(file, first, paths, spare=ours)
     names = _FOUND.findall(read_bytes(file).decode("utf-8", errors="replace"))
     found = {name: str(folder) for name in names[:_MOST_PACKAGES] if (folder := files.package(name)) is not None}
     for _ in range(_MOST_PACKAGES):
-        made = _asked(file, given, found, files, None, libraries)
+        made = _asked(file, given, found, files, None, (libraries, macros))
         name = made.missing
         folder = files.package(name) if name else None
         if name is None:
@@ -124,7 +149,7 @@ def _expanded(
         if folder is None:
             break
         found[name] = str(folder)
-    return _asked(file, given, found, files, files.known(), libraries)
+    return _asked(file, given, found, files, files.known(), (libraries, macros))
 
 
 def _asked(
@@ -133,12 +158,13 @@ def _asked(
     packages: Mapping[str, str],
     files: Files,
     known: Sequence[str] | None,
-    libraries: Collection[str],
+    spare: tuple[Collection[str], Path | str],
 ) -> Expanded:
+    (libraries, macros), reads = spare, [*files.roots, *([spare[1]] if spare[1] else [])]
     job, path = "formats.urdf.expansion:expanded", file.absolute()
     try:
-        return ask(job, path, arguments, packages, known, sorted(libraries), returns=Expanded,
-                   about=f"xacro {display(file)}", reads=files.roots, seconds=_SECONDS, answer=_ANSWER)  # fmt: skip
+        return ask(job, path, arguments, packages, known, sorted(libraries), macros, returns=Expanded,
+                   about=f"xacro {display(file)}", reads=reads, seconds=_SECONDS, answer=_ANSWER)  # fmt: skip
     except ReaderError as error:
         raise ConfigError([Problem(display(file), None, None, "", error.reason)]) from None
 

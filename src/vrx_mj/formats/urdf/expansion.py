@@ -9,7 +9,6 @@ import os.path
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -21,7 +20,9 @@ from xacro import substitution_args
 
 from vrx_mj.config.search import ReadingError, display, read_limited
 from vrx_mj.config.tree import Place
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, nearest
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, nearest
+from vrx_mj.formats.urdf.expand import Expanded
+from vrx_mj.formats.urdf.expressions import Result
 from vrx_mj.formats.urdf.xml_document import MAX_BYTES, Located, elements, parse_document, place_of
 
 _NAME = re.compile(r"[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*(:[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*)?")
@@ -31,22 +32,6 @@ _UNDEFINED = re.compile("name '(.*)' is not defined")
 _SHOWN_CALLERS = 3
 _LONGEST = 300
 """Characters of a message and of an expression in it."""
-
-
-@dataclass(frozen=True)
-class Expanded:
-    """What a file expands to."""
-
-    text: str = ""
-    files: tuple[str, ...] = ()
-    """Absolute paths of the files that its elements come from."""
-    places: tuple[tuple[int, int, int], ...] = ()
-    """Where each element of the text comes from, in the order of the text: number of the file, line and column."""
-    declared: tuple[str, ...] = ()
-    """Arguments that the files declare."""
-    warnings: tuple[str, ...] = ()
-    missing: str | None = None
-    """A package that the files name, and whose folder is needed: there is nothing else then."""
 
 
 class UnknownPackageError(Exception):
@@ -59,17 +44,53 @@ def expanded(
     packages: Mapping[str, str],
     known: Sequence[str] | None = None,
     libraries: Sequence[str] = (),
+    macros: str = "",
 ) -> Expanded:
     """Expand a xacro file, by its absolute path, with arguments and the folders of packages.
 
-    Without `known`, names of all packages that there are, one that is not among `packages` is no error yet. Includes
-    from missing `libraries` are left out, and calls of unknown macros then stay. It changes the package `xacro`: it is
+    Without `known`, names of all packages that there are, one that is not among `packages` is no error yet. In the place
+    of files of missing `libraries` comes the file `macros`; without one they are left out, and calls of unknown macros
+    stay. It changes the package `xacro`: it is
     for a process of its own.
 
     Raises:
         ConfigError: the file cannot be expanded.
     """
-    return _Expansion(file, arguments, packages, libraries).result(known)
+    return _Expansion(file, arguments, packages, libraries, macros).result(known)
+
+
+def evaluated(texts: Sequence[tuple[str, Mapping[str, float]]]) -> tuple[Result, ...]:
+    """What texts with `${...}` come to, each with some names; others are those of `math` and functions of Python."""
+    package: Any = xacro
+    package.warning = package.error = package.message = package.print_location = _nothing
+    symbols = _symbols()
+    return tuple(_result(text, {**symbols["python"], **symbols, **names}) for text, names in texts)
+
+
+def _result(text: str, names: Mapping[str, object]) -> Result:
+    try:
+        value = xacro.eval_text(text, xacro.Table(dict(names)))
+    except Exception as error:
+        return Result(problem=_message(_cause(error), _Trail(error)))
+    if value is None or isinstance(value, bool | int | float | str):
+        return Result(value)
+    return Result(problem=f"comes to a {type(value).__name__}, not to a number or text")
+
+
+def evaluated_argument(expression: str, arguments: Mapping[str, str], packages: Mapping[str, str], folder: str) -> str:
+    """What `$(eval ...)` of a launch file comes to, in a folder. Raises VrxError."""
+    inner: Any = substitution_args
+    inner._eval_dict["find"] = lambda name: _found(name, packages)
+    try:
+        return str(inner._eval(expression, {"arg": _Arguments(arguments), "filename": f"{folder}/"}))
+    except Exception as error:
+        raise VrxError(_message(error, _Trail(error))) from None
+
+
+def _found(name: str, packages: Mapping[str, str]) -> str:
+    if name not in packages:
+        raise UnknownNameError("package", name, packages)
+    return packages[name]
 
 
 class _Arguments(dict[str, str]):
@@ -84,19 +105,29 @@ class _Arguments(dict[str, str]):
         return super().__contains__(name)
 
     def __missing__(self, name: str) -> str:
-        raise UnknownNameError("argument", name, self)
+        raise UnknownArgumentError(name, list(self))
+
+
+class UnknownArgumentError(KeyError):
+    """An argument by a name, and the names that there are."""
 
 
 class _Expansion:
     """One expansion, which puts itself in the place of what the package reads, finds and prints with."""
 
     def __init__(
-        self, file: str, arguments: Mapping[str, str], packages: Mapping[str, str], libraries: Sequence[str]
+        self,
+        file: str,
+        arguments: Mapping[str, str],
+        packages: Mapping[str, str],
+        libraries: Sequence[str],
+        macros: str,
     ) -> None:
         self.file = file
         self.arguments = _Arguments(arguments)
         self.packages = packages
         self.libraries = libraries
+        self.macros = macros
         self.warnings: dict[str, None] = {}
         self.include, self.call = xacro.process_include, xacro.handle_macro_call
         package: Any = xacro
@@ -107,7 +138,9 @@ class _Expansion:
         package.substitution_args_context = {"filename": ""}
         package._global_symbols = _symbols()
         if libraries:
-            package.process_include, package.handle_macro_call = self._include, self._call
+            package.process_include = self._include
+        if libraries and not macros:
+            package.handle_macro_call = self._call
         package.init_stacks(file)
         inner: Any = substitution_args
         inner._eval_dirname = lambda _: str(Path(xacro.filestack[-1]).parent)
@@ -118,7 +151,7 @@ class _Expansion:
         try:
             document = self._parse(None, self.file)
             xacro.process_doc(document, mappings=self.arguments)
-            if self.libraries:
+            if self.libraries and not self.macros:
                 document.documentElement.setAttribute("xmlns:xacro", "http://www.ros.org/wiki/xacro")
             for element in elements(document):
                 _check_names(element)
@@ -161,8 +194,10 @@ class _Expansion:
             rest = node.getAttribute("filename")[found.end() :].strip()
             folder = self.packages.get(found[1])
             if folder is None or ("$" not in rest and not (Path(folder) / rest).is_file()):
-                xacro.replace_node(node, by=None)
-                return
+                if not self.macros:
+                    xacro.replace_node(node, by=None)
+                    return
+                node.setAttribute("filename", self.macros)
         self.include(node, macros, symbols, work)
 
     def _call(self, node: Any, macros: Any, symbols: Any) -> bool:
@@ -253,12 +288,17 @@ def _cause(error: BaseException) -> BaseException:
 
 def _message(cause: BaseException, trail: "_Trail") -> str:
     """What is wrong, in the words of Python or xacro."""
+    unknown = cause.__context__ if isinstance(cause, substitution_args.ArgException) else cause
+    if isinstance(unknown, UnknownArgumentError):
+        return str(UnknownNameError("argument", *unknown.args))
     if isinstance(cause, MemoryError):
         return "takes too much memory"
     if isinstance(cause, RecursionError):
         return "nested too deeply: does something refer to itself?"
     if isinstance(cause, SyntaxError):
         return str(cause.msg)
+    if isinstance(cause, OSError) and cause.strerror:
+        return f"{cause.strerror}: {cause.filename}"
     text = ". ".join(line.strip() for line in str(cause).splitlines()) or type(cause).__name__
     if isinstance(cause, AttributeError | TypeError) and not trail.expression:
         text = f"cannot be expanded: {text}"  # the package did not expect such a value

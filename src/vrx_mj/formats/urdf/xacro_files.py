@@ -1,13 +1,9 @@
-"""What a xacro file may reach: files in its own folder, in packages and in named folders; and substitutions.
-
-Substitutions are `$(find pkg)`, `$(arg name)`, `$(eval ...)` and so on; the environment stays closed.
-"""
+"""What a xacro or launch file may reach: files in its own folder, in packages and in named folders."""
 
 import os.path
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from vrx_mj.config.search import (
     display,
@@ -17,9 +13,7 @@ from vrx_mj.config.search import (
     package_name,
     workspace_packages,
 )
-from vrx_mj.errors import UnknownNameError, nearest, shortened
-from vrx_mj.formats.urdf.expression_values import GLOBALS, Budget, ExpressionError, Function
-from vrx_mj.formats.urdf.expressions import Names, evaluate, unknown
+from vrx_mj.errors import VrxError, nearest, shortened
 from vrx_mj.resources import root
 
 
@@ -53,10 +47,6 @@ class Files:
         folders = (self.folder, file.resolve().parent, *self.packages.values(), *self.paths, *self.spare.values())
         self.roots = [folder.resolve() for folder in folders]
 
-    def has_package(self, name: str) -> bool:
-        """Whether the folder of a package is known."""
-        return self.package(name) is not None
-
     def package(self, name: str) -> Path | None:
         """The folder of a package, which may be read from then on; None: there is none of this name."""
         found = self.packages.get(name) if _is_name(name) else None
@@ -70,14 +60,14 @@ class Files:
         try:
             found = Path(path).resolve()
         except (OSError, ValueError, RuntimeError):
-            raise ExpressionError(f"'{path[:200]}' is not a path") from None
+            raise VrxError(f"'{path[:200]}' is not a path") from None
         if not any(found.is_relative_to(folder) for folder in self.roots):
-            raise ExpressionError(
+            raise VrxError(
                 f"may not read '{_shown(path)}': it is neither in the folder of the first file nor in a package; "
                 "add its folder to the package paths"
             )
         if not os.path.isfile(found):  # noqa: PTH113 - Path.is_file raises an OSError for a name that is too long
-            raise FileNotFoundError(_missing(path))
+            raise VrxError(_missing(path))
         return found
 
     def _candidates(self, name: str) -> Iterator[Path]:
@@ -128,97 +118,3 @@ def _missing(path: str) -> str:
 
 def _shown(path: str) -> str:
     return display(Path(path))[:200]
-
-
-_ONE_WORD = ("find", "arg", "anon", "env")
-
-
-class Substitutions:
-    """What `$(...)` means in one expansion."""
-
-    def __init__(self, files: Files, arguments: dict[str, str], budget: Budget) -> None:
-        self.files = files
-        self.arguments = arguments
-        """Those given and those that the files declared so far."""
-        self.budget = budget
-
-    def resolve(self, text: str, folder: Path) -> str:
-        """The value of `$(text)` in a file in `folder`."""
-        command, *words = text.split() or [""]
-        if command == "eval":
-            return str(self._evaluated(text.strip()[len("eval") :], folder))
-        if command not in _COMMANDS:
-            close = nearest(command, _COMMANDS)
-            hint = f"did you mean '{close}'?" if close else f"known: {', '.join(_COMMANDS)}, eval"
-            raise ExpressionError(f"no substitution named '{command}'; {hint}")
-        if command in _ONE_WORD and len(words) != 1:
-            raise ExpressionError(f"takes one name, $({command} NAME), got {len(words)}")
-        return _COMMANDS[command](self, words, folder)
-
-    def argument(self, name: str) -> str:
-        """The value of an argument."""
-        if name not in self.arguments:
-            beside = f"; or give it in the YAML beside the file: `arguments: {{{name}: ...}}`"
-            raise ExpressionError(
-                f"{unknown('argument', name, self.arguments)}{'' if nearest(name, self.arguments) else beside}"
-            )
-        return self.arguments[name]
-
-    def find(self, name: str) -> str:
-        """The folder of a package."""
-        found = self.files.package(name)
-        if found is None:
-            words = str(UnknownNameError("package", name, self.files.known()))
-            raise ExpressionError(f"{words} (or add its folder to the package paths)")
-        return str(found)
-
-    def _evaluated(self, expression: str, folder: Path) -> object:
-        table: dict[str, Any] = {
-            **{name: _typed(value) for name, value in self.arguments.items()},
-            **GLOBALS,
-            "true": True,
-            "false": False,
-            "arg": Function("arg", lambda name: _typed(self.argument(name))),
-            "find": Function("find", self.find),
-            "dirname": Function("dirname", lambda: str(folder)),
-            "env": Function("env", _closed),
-            "optenv": Function("optenv", lambda _name, default="": default),
-        }
-        try:
-            return evaluate(expression, Names(table, lambda: self.arguments), self.budget)
-        except ExpressionError as error:
-            if "(" not in expression or not str(error).startswith("is not an expression"):
-                raise
-            hint = "$(eval) ends at the first ')'; write ${...}, with xacro.arg('NAME')"
-            raise ExpressionError(f"is not an expression: {hint}") from None
-
-
-def _closed(name: str) -> str:
-    raise ExpressionError(f"files cannot see environment variable '{name}'; declare an argument and use $(arg {name})")
-
-
-def _default(words: list[str]) -> str:
-    if not words:
-        raise ExpressionError("takes a name and a default: $(optenv NAME DEFAULT)")
-    return " ".join(words[1:])
-
-
-def _typed(value: str) -> float | str:
-    """An argument as `$(eval)` sees it: a number, true or false, or text."""
-    for read in (int, float):
-        try:
-            return read(value)
-        except ValueError:
-            continue
-    return {"true": True, "false": False}.get(value.lower(), value)
-
-
-_COMMANDS: dict[str, Callable[[Substitutions, list[str], Path], str]] = {
-    "find": lambda here, words, _: here.find(words[0]),
-    "arg": lambda here, words, _: here.argument(words[0]),
-    "dirname": lambda _, __, folder: str(folder),
-    "cwd": lambda *_: str(Path.cwd()),
-    "env": lambda _, words, __: _closed(words[0]),
-    "optenv": lambda _, words, __: _default(words),
-    "anon": lambda _, words, __: f"{words[0]}_anonymous",
-}

@@ -63,7 +63,7 @@ CALLS = {
     "nav_challenge: [null]": "bay.yaml:4:21: a.macros.nav_challenge[0]: nav_challenge needs the parameter 'name'",
     "wayfinding: [null]": "bay.yaml:4:18: a.macros.wayfinding[0]: wayfinding needs the parameter '/**waypoints'",
     "ocean_waves: [{gain: big}]": (
-        "bay.yaml:4:26: a.macros.ocean_waves[0].gain: 'big': no name 'big'; known: n; "
+        "bay.yaml:4:26: a.macros.ocean_waves[0].gain: 'big': name 'big' is not defined; "
         "a text needs single quotes inside the double ones"
     ),
     "ocean_waves: [{gain: \"'big'\"}]": ("bay.yaml:4:26: a.macros.ocean_waves[0].gain: expected a number, got 'big'"),
@@ -73,12 +73,12 @@ CALLS = {
         "a text needs single quotes inside the double ones"
     ),
     "ocean_waves: [{gain: lambda}]": (
-        "bay.yaml:4:26: a.macros.ocean_waves[0].gain: 'lambda': is not an expression; "
+        "bay.yaml:4:26: a.macros.ocean_waves[0].gain: 'lambda': invalid syntax; "
         "a text needs single quotes inside the double ones"
     ),
     "ocean_waves: [{gain: n.__class__}]": (
-        "bay.yaml:4:26: a.macros.ocean_waves[0].gain: 'n.__class__': names that begin with '__' are not allowed: "
-        "__class__; a text needs single quotes inside the double ones"
+        "bay.yaml:4:26: a.macros.ocean_waves[0].gain: 'n.__class__': Use of invalid name(s):  __class__; "
+        "a text needs single quotes inside the double ones"
     ),
     "usv_wind_gazebo: [{seed: 1.5}]": (
         "bay.yaml:4:30: a.macros.usv_wind_gazebo[0].seed: expected a whole number, got 1.5"

@@ -85,6 +85,7 @@ BOMBS = {
 }
 
 
+pytestmark = pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
 SLOW = {"power", "macros", "macro_tree", "macro_clones", "blocks", "properties", "arguments", "comments", "siblings",
         "dollars", "parameters", "quotes", "slices", "splits", "digits", "output"}  # fmt: skip
 """Bombs that the limit of processor time stops, or that come near it."""

@@ -1,7 +1,7 @@
 """What a hostile xacro file tries, and that it gets nowhere: nothing is run, nothing outside is read.
 
-Every attempt must end in a ConfigError or in an expansion. A canary file must not appear, and a secret beside the robot's folder, one in
-a linked file and one in the environment must be neither in a result nor in a message.
+Every attempt must end in a ConfigError or in an expansion. A canary file must not appear, and a secret beside the
+robot folder, one in a linked file and one in the environment must be neither in a result nor in a message.
 """
 
 import os
@@ -15,6 +15,8 @@ from vrx_mj.formats.urdf.expand import expand
 
 HEAD = '<robot name="boat" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
 SECRET = "s3cret-harbour"
+
+pytestmark = pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
 
 PYTHON = r"""
 __import__('os').system('touch CANARY')
@@ -284,13 +286,12 @@ def test_python_is_out_of_reach(expression, boat):
 def test_python_is_out_of_reach_of_substitutions_and_texts(expression, boat):
     escaped = expression.replace("&", "&amp;").replace("<", "&lt;")
     outcome(boat, f"{HEAD}<a>$(eval {escaped})</a></robot>")
-    refused(
+    outcome(
         boat,
         f'{HEAD}<xacro:macro name="m" params="x:=1"><a/></xacro:macro><xacro:m>${{{escaped}}}</xacro:m></robot>',
     )
 
 
-@pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
 @pytest.mark.parametrize("expression", READING)
 def test_files_outside_and_yaml_that_runs_are_refused(expression, boat):
     outcome(boat, in_attribute(expression))
