@@ -19,6 +19,7 @@ from vrx_mj.config.loading import fault_text
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import StateError
+from vrx_mj.formats.urdf.meshes import is_binary_stl
 from vrx_mj.model.references import broken_references
 from vrx_mj.model.world import FORMAT, Parameters, format_of, parameters_of
 
@@ -297,6 +298,8 @@ def _assets(files: Mapping[str, None], asset: Callable[[str], bytes], source: ob
         digits = _HASH.search(name)
         if digits is None or not hashlib.sha256(content).hexdigest().startswith(digits[1]):
             raise StateError(f"{source} is damaged: the content of '{name}' does not match the hash in its name")
+        if name.endswith(".stl") and not is_binary_stl(content):
+            raise StateError(f"{source} is damaged: mesh {name} has more or fewer triangles than its header says")
         if name.endswith(".obj") and _triangles(content) > MOST_TRIANGLES:  # MuJoCo has that limit for STL alone
             raise StateError(f"{source} is damaged: mesh {name} has more than {MOST_TRIANGLES:,} triangles")
     return found

@@ -4,12 +4,12 @@ import math
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from vrx_mj.config.base import COLORS
-from vrx_mj.config.shapes import MESH_SUFFIXES, Shape, Visual
-from vrx_mj.config.wording import choice, one_of, shown
+from vrx_mj.config.shapes import Shape, Visual
+from vrx_mj.config.wording import choice
 from vrx_mj.errors import Problem, UnknownNameError, VrxError
 from vrx_mj.formats.urdf.elements import Findings, Node
 from vrx_mj.formats.urdf.meshes import MeshFiles, MissingMeshError, check_mesh
@@ -306,20 +306,28 @@ def _mesh(geometry: Node, values: Mapping[str, Any], around: Surroundings, *, co
     key = "uri" if node.child("uri") else "filename"
     try:
         folder, path = around.files.find(name)
-        if not path.lower().endswith(MESH_SUFFIXES):
-            raise VrxError(f"expected a mesh that ends in {one_of(MESH_SUFFIXES)}, got {shown(name)}")
         if (folder / path).resolve().is_relative_to(root() / "assets"):
             return {"folder": folder, "file": path}
-        mesh = check_mesh(folder / path, scale, collides=collides)
+        if collides:
+            check_mesh(folder / path, scale, collides=True)
+            return {"folder": folder, "file": path}
+        return _seen_mesh(folder, path, scale, around)
     except MissingMeshError as error:
         if not collides:
             raise
         node.fault(str(error), key)
     except VrxError as error:
         node.fault(str(error), key)
-    else:
-        return {"folder": folder, "file": path} | ({} if collides else {"own": mesh.color})
     return None
+
+
+def _seen_mesh(folder: Path, path: str, scale: Scale, around: Surroundings) -> dict[str, Any] | None:
+    """Folder, path and colour of a mesh that is only looked at; None, with a note, if it cannot be read."""
+    try:
+        return {"folder": folder, "file": path, "own": check_mesh(folder / path, scale).color}
+    except VrxError as error:
+        around.findings.note("unread", str(error).removeprefix("mesh "))
+        return None
 
 
 TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating", "planar")

@@ -23,7 +23,7 @@ from vrx_mj.config.search import (
     workspace_packages,
 )
 from vrx_mj.config.shapes import MESH_SUFFIXES
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import one_of, shown
 from vrx_mj.errors import VrxError, shortened
 from vrx_mj.foreign import ask
 
@@ -275,7 +275,7 @@ def _asked(what: str, path: Path, size: int, returns: type[Found]) -> Found:
     """What the process without rights gives of a mesh file."""
     name = shortened(path.name)
     if path.suffix.lower() not in MESH_SUFFIXES:
-        raise VrxError(f"expected a mesh that ends in {', '.join(MESH_SUFFIXES)}, got '{name}'")
+        raise VrxError(f"expected a mesh that ends in {one_of(MESH_SUFFIXES)}, got '{name}'")
     mesh_bytes(path)  # a regular file
     return ask(
         f"formats.urdf.mesh_file:{what}", path.absolute(), name, returns=returns, about=f"mesh {name}", reads=[path],

@@ -21,6 +21,7 @@ ODD = {
     "inertia": "impossible moments of inertia, one more than the sum of the other two; they are used as they are",
     "shapeless": "visuals without a geometry; they are ignored",
     "mesh": "meshes not found in the folders that may be read; they are not drawn",
+    "unread": "meshes that cannot be used; they are not drawn",
     "geometry": "shapes that MuJoCo has none like; they are ignored",
     "unit": "links without <inertial>; by SDF each weighs 1 kg, with moments of inertia of 1 kg m2",
     "submesh": "meshes of which a <submesh> is meant; they are used whole",

@@ -262,7 +262,7 @@ def test_only_the_kinds_that_are_known_reach_the_library(tmp_path, monkeypatch, 
     (tmp_path / f"a.{suffix}").write_bytes(b"OFF\n")
     with pytest.raises(VrxError) as caught:
         read_mesh(tmp_path / f"a.{suffix}")
-    assert str(caught.value) == f"expected a mesh that ends in .obj, .stl, .dae, .ply, .glb, got 'a.{suffix}'"
+    assert str(caught.value) == f"expected a mesh that ends in .obj, .stl, .dae, .ply or .glb, got 'a.{suffix}'"
 
 
 JSON = st.recursive(
