@@ -16,6 +16,8 @@ from vrx_mj.outputs import write_file
 
 LARGEST = 256 << 20
 """Bytes that are kept; the oldest go first."""
+_trimmed: list[Path] = []
+"""Folders from which this process has removed what was too old."""
 DIGEST = 32
 """Bytes of the digest in front of a file."""
 
@@ -59,11 +61,13 @@ def kept(folder: Path, key: str) -> bytes | None:
 
 
 def keep(folder: Path, key: str, answer: bytes) -> None:
-    """Keep an answer whole, or not at all, and remove the oldest if all are too large; a full disk is no error."""
+    """Keep an answer whole, or not at all; a full disk is no error. The first of a process removes the oldest."""
     content = hashlib.blake2b(answer, digest_size=DIGEST).digest() + answer
     with contextlib.suppress(OSError, VrxError):
         write_file(folder / key, content, "an answer")
-        _trim(folder)
+        if not _trimmed:
+            _trimmed.append(folder)
+            _trim(folder)
 
 
 def _trim(folder: Path) -> None:

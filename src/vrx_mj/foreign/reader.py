@@ -129,11 +129,11 @@ if hasattr(os, "register_at_fork"):
 
 def start() -> subprocess.Popen[bytes]:
     """The process, which waits for a job."""
-    paths = sysconfig.get_paths()
+    package, paths = Path(__file__).parents[1], sysconfig.get_paths()
     own = [paths[name] for name in ("stdlib", "platstdlib", "purelib", "platlib")]
     libraries = {*own, *(each for each in sys.path if each.endswith(("-packages", "lib-dynload", ".zip")))}
-    places = {"modules": [str(Path(each).absolute()) for each in sys.path], "forks": FORKS,
-              "libraries": sorted({*libraries, str(Path(__file__).parents[1])})}  # fmt: skip
+    modules = [*(str(Path(each).absolute()) for each in sys.path if each), str(package.parent)]
+    places = {"modules": modules, "libraries": sorted({*libraries, str(package)}), "forks": FORKS}
     block = json.dumps(places).encode()
     environment = {**ENVIRONMENT, **{name: os.environ[name] for name in ("SYSTEMROOT",) if name in os.environ}}
     process = subprocess.Popen(

@@ -18,8 +18,8 @@ from vrx_mj.config.bays import LIGHT_COLORS, OFF, SHAPES, SYMBOLS
 from vrx_mj.config.loading import fault_text
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
-from vrx_mj.errors import StateError, VrxError
-from vrx_mj.formats.urdf.mesh_sizes import sized_obj, sized_stl
+from vrx_mj.errors import StateError
+from vrx_mj.formats.urdf.meshes import is_binary_stl
 from vrx_mj.model.references import broken_references
 from vrx_mj.model.world import FORMAT, Parameters, format_of, parameters_of
 
@@ -240,9 +240,10 @@ def _take(contents: Contents, element: ET.Element, body: str) -> None:
         contents.timestep = float(element.get("timestep", 0.0))
 
 
-MOST_ASSETS = 10_000
+MOST_ASSETS, MOST_TRIANGLES = 10_000, 200_000
 LARGEST_ASSETS = 500_000_000
 """Bytes of all files together that an MJCF names."""
+_CORNERS = re.compile(rb"^[ \t]*f([^\n]*)", re.MULTILINE)
 _HASH = re.compile(r"_([0-9a-f]{12,16})\.(?:obj|stl)$")
 """End of an asset's name: the first digits of its content's SHA-256."""
 TOUCH = "touch"
@@ -297,11 +298,16 @@ def _assets(files: Mapping[str, None], asset: Callable[[str], bytes], source: ob
         digits = _HASH.search(name)
         if digits is None or not hashlib.sha256(content).hexdigest().startswith(digits[1]):
             raise StateError(f"{source} is damaged: the content of '{name}' does not match the hash in its name")
-        try:
-            (sized_obj if name.endswith(".obj") else sized_stl)(name, content)
-        except VrxError as error:
-            raise StateError(f"{source} is damaged: {error}") from None
+        if name.endswith(".stl") and not is_binary_stl(content):
+            raise StateError(f"{source} is damaged: mesh {name} has more or fewer triangles than its header says")
+        if name.endswith(".obj") and _triangles(content) > MOST_TRIANGLES:  # MuJoCo has that limit for STL alone
+            raise StateError(f"{source} is damaged: mesh {name} has more than {MOST_TRIANGLES:,} triangles")
     return found
+
+
+def _triangles(content: bytes) -> int:
+    """How many triangles MuJoCo makes of an OBJ."""
+    return sum(max(len(corners.split()) - 2, 1) for corners in _CORNERS.findall(content))
 
 
 def _unlike(world: Parameters, contents: Contents) -> Iterator[str]:

@@ -12,8 +12,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from vrx_mj.config.search import contained, display
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.errors import CompileError
-from vrx_mj.formats.urdf.mesh_sizes import is_binary_stl
-from vrx_mj.formats.urdf.meshes import mesh_bytes, obj_text, read_mesh
+from vrx_mj.formats.urdf.meshes import is_binary_stl, mesh_bytes, obj_text, read_mesh
 from vrx_mj.resources import root
 
 MESH = "vrx_mj/mesh"

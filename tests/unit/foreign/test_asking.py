@@ -14,7 +14,7 @@ import pytest
 
 from foreign_jobs.tricks import Row
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning
-from vrx_mj.foreign import ReaderError, ask, asking, reader
+from vrx_mj.foreign import ReaderError, ask, asking, cache, reader
 
 LINUX = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the limits are those of Linux")
 LOCKS = "from vrx_mj.foreign.confinement import lock_files; raise SystemExit(not lock_files(['/']))"
@@ -80,6 +80,14 @@ def test_what_a_reader_was_not_made_for_is_one_line():
 
 def test_a_job_that_cannot_be_imported_is_one_line():
     assert reason("nothing").startswith("AttributeError: ")
+
+
+@pytest.mark.parametrize("entry", ["", "/nowhere", __file__])
+def test_folders_of_modules_may_be_missing(monkeypatch, entry):
+    """The first is the current folder, in which a stranger's files may lie: nothing is imported from there."""
+    asking._versions.cache_clear()
+    monkeypatch.setattr(sys, "path", [entry, *sys.path])
+    assert told("unknowns", returns=int, cached=True) == 0
 
 
 # Rights
@@ -347,8 +355,9 @@ def test_a_full_disk_keeps_nothing(inside, monkeypatch, tmp_path):
 
 
 def test_the_oldest_answers_go(inside, monkeypatch, tmp_path):
-    monkeypatch.setattr("vrx_mj.foreign.cache.LARGEST", 2000)
+    monkeypatch.setattr(cache, "LARGEST", 2000)
     for number in range(20):
+        cache._trimmed.clear()
         (inside / f"{number}.txt").write_text("x" * 300, encoding="utf-8")
         told("content", str(inside / f"{number}.txt"), reads=[inside], cached=True)
         time.sleep(0.002)

@@ -246,7 +246,17 @@ def test_a_mesh_is_as_large_as_its_header_says(worlds):
     content = b"\0" * 80 + b"\xff" * 4
     evil = f"land_sand_{hashlib.sha256(content).hexdigest()[:12]}.stl"
     said = refusal(world, mjcf=world.mjcf.replace(name, evil), assets={**world.assets, evil: content})
-    assert said.startswith(f"scene.xml is damaged: mesh {evil} cannot be read: its header says 4,294,967,295 triangles")
+    assert said == f"scene.xml is damaged: mesh {evil} has more or fewer triangles than its header says"
+
+
+def test_a_mesh_has_few_enough_triangles(worlds):
+    """MuJoCo takes 1.2 GB for an OBJ of 50 MB with triangles alone."""
+    world = worlds["docking"]
+    name = next(name for name in sorted(world.assets) if name.endswith(".obj"))
+    content = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf" + b" 1 2 3" * 70_000
+    evil = f"land_sand_{hashlib.sha256(content).hexdigest()[:12]}.obj"
+    said = refusal(world, mjcf=world.mjcf.replace(name, evil), assets={**world.assets, evil: content})
+    assert said == f"scene.xml is damaged: mesh {evil} has more than 200,000 triangles"
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names on this system")

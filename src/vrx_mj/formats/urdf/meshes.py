@@ -1,14 +1,12 @@
 """Mesh files of a URDF: where they are, and what is read from them."""
 
-import io
-import logging
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache, cached_property, lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import Any, NamedTuple
+from typing import TypeVar
 from urllib.parse import unquote
 from xml.sax.saxutils import quoteattr, unescape
 
@@ -24,9 +22,10 @@ from vrx_mj.config.search import (
     read_limited,
     workspace_packages,
 )
-from vrx_mj.config.wording import shown
+from vrx_mj.config.shapes import MESH_SUFFIXES
+from vrx_mj.config.wording import one_of, shown
 from vrx_mj.errors import VrxError, shortened
-from vrx_mj.formats.urdf.mesh_sizes import check_counts, refuse, sized_dae, sized_glb, sized_obj, sized_ply, sized_stl
+from vrx_mj.foreign import ask
 
 _PACKAGE = re.compile(r"(package|model)://([^/]*)/(.*)", re.DOTALL)
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
@@ -178,18 +177,15 @@ def _inside(file: Path, base: Path) -> str:
 
 MAX_BYTES = 50_000_000
 """Largest mesh file that is read."""
-LARGEST = 1e5
-"""Farthest point [m] that makes sense in a mesh."""
 FLAT = 1e-6
 """Thickness, as a share of the largest extent, below which a mesh is a plane or a line."""
 
-SIZED: Mapping[str, Callable[[str, bytes], bytes]] = {
-    ".obj": sized_obj, ".stl": sized_stl, ".dae": sized_dae, ".ply": sized_ply, ".glb": sized_glb,
-}  # fmt: skip
-"""Checks of the sizes of a file, by suffix; each gives the content that the library reads. No other file reaches it."""
+MEMORY, MEMORY_PER_BYTE = 256 << 20, 16
+"""What reading a mesh may take [bytes]: this, and so much for each byte of its file."""
+SECONDS, BYTES_PER_SECOND = 4, 2_000_000
+"""Processor time of reading a mesh: this [s], and a second for so many bytes."""
 
-_UNIT = re.compile(rb"<unit\b[^>]{0,300}?\bmeter\s{0,9}=\s{0,9}[\"']\s{0,9}([0-9.eE+-]{1,99})\s{0,9}[\"']")
-
+Found = TypeVar("Found")
 Color = tuple[float, float, float, float]
 
 
@@ -266,115 +262,28 @@ def _stat(path: Path) -> os.stat_result:
 
 
 @lru_cache(maxsize=64)
-def _read(path: Path, _changed: int, _size: int) -> MeshData:
-    name, suffix = shortened(path.name), path.suffix.lower()
-    if suffix not in SIZED:
-        raise VrxError(f"expected a mesh that ends in {', '.join(SIZED)}, got '{name}'")
-    content = mesh_bytes(path)
-    sized = SIZED[suffix](name, content)
-    unit = _unit(name, sized) if suffix == ".dae" else 1.0
-    parts = _parts(name, sized, suffix.removeprefix("."))
-    if not parts:
-        refuse(name, "is empty: it has no triangles")
-    check_counts(name, triangles=sum(len(part.faces) for part in parts))
-    if any(part.faces.min() < 0 or part.faces.max() >= len(part.points) for part in parts):
-        refuse(name, "is broken: a triangle refers to a point that the file does not have")
-    return _checked(name, _merged(parts, unit))
+def _read(path: Path, _changed: int, size: int) -> MeshData:
+    return _asked("mesh", path, size, MeshData)
 
 
-class _Part(NamedTuple):
-    """A mesh of a file, at one of its places."""
-
-    points: FloatArray
-    """(n, 3), in its own frame"""
-    faces: IntArray
-    """(m, 3), rows of `points`"""
-    matrix: FloatArray
-    """(4, 4), puts it there"""
-    color: Color | None
+def mesh_glb(path: Path) -> bytes:
+    """The mesh of a file as glTF, whose y axis is up. The same errors as of `read_mesh`."""
+    return _asked("glb", path, _stat(path).st_size, bytes)
 
 
-def _parts(name: str, content: bytes, suffix: str) -> list[_Part]:
-    """Every mesh of the file that has triangles, once for each place; nothing else is opened, whatever it refers to."""
-    trimesh = _quiet_trimesh()
-    given = {"process": False, "resolver": None, "skip_materials": suffix == "obj"}
-    try:
-        with np.errstate(all="ignore"):
-            scene = trimesh.load_scene(io.BytesIO(content), file_type=suffix, **given)
-            placed = [(scene.geometry[key], matrix) for matrix, key in map(scene.graph.get, scene.graph.nodes_geometry)]
-            return [_part(geometry, matrix) for geometry, matrix in placed if len(getattr(geometry, "faces", ()))]
-    except Exception:  # whatever a broken file makes a reader raise
-        raise VrxError(f"mesh {name} cannot be read: it is not a {suffix.upper()} file, or is damaged") from None
+def _asked(what: str, path: Path, size: int, returns: type[Found]) -> Found:
+    """What the process without rights gives of a mesh file."""
+    name = shortened(path.name)
+    if path.suffix.lower() not in MESH_SUFFIXES:
+        raise VrxError(f"expected a mesh that ends in {one_of(MESH_SUFFIXES)}, got '{name}'")
+    mesh_bytes(path)  # a regular file
+    return ask(
+        f"formats.urdf.mesh_file:{what}", path.absolute(), name, returns=returns, about=f"mesh {name}", reads=[path],
+        memory=MEMORY + size * MEMORY_PER_BYTE, seconds=SECONDS + size // BYTES_PER_SECOND,
+    )  # fmt: skip
 
 
-@cache
-def _quiet_trimesh() -> Any:
-    """The library, which would write tracebacks to the terminal about what it can do without."""
-    import trimesh
-
-    logging.getLogger("trimesh").addHandler(logging.NullHandler())
-    return trimesh
-
-
-def _part(geometry: Any, matrix: Any) -> _Part:
-    points, faces = np.asarray(geometry.vertices, dtype=float), np.asarray(geometry.faces, dtype=np.int64)
-    return _Part(points.reshape(-1, 3), faces.reshape(-1, 3), np.asarray(matrix, dtype=float), _color(geometry))
-
-
-def _merged(parts: Sequence[_Part], unit: float) -> MeshData:
-    points, triangles, areas = [], [], dict[Color, float]()
-    start = 0
-    with np.errstate(all="ignore"):
-        for part in parts:
-            placed = part.points @ part.matrix[:3, :3].T + part.matrix[:3, 3]
-            faces = part.faces[:, ::-1] if np.linalg.det(part.matrix[:3, :3]) < 0 else part.faces
-            points.append(placed * unit)
-            triangles.append(faces + start)
-            start += len(placed)
-            if part.color is not None:
-                corners = placed[faces]
-                across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-                areas[part.color] = areas.get(part.color, 0.0) + float(np.linalg.norm(across, axis=1).sum())
-    most = max(areas, key=lambda color: areas[color]) if areas else None
-    return MeshData(np.concatenate(points), np.concatenate(triangles), most)
-
-
-def _color(geometry: Any) -> Color | None:
-    """The colour of a part: of its material, or the mean of its faces or points; None if it has none."""
-    visual = geometry.visual
-    if not getattr(visual, "defined", False):
-        return None
-    found = visual.material.main_color if visual.kind == "texture" else visual.main_color
-    red, green, blue, alpha = (float(value) / 255 for value in np.asarray(found).ravel()[:4])
-    return (red, green, blue, alpha or 1.0)
-
-
-def _checked(name: str, mesh: MeshData) -> MeshData:
-    """The mesh without points that no triangle uses, if it is one that MuJoCo can take."""
-    used, places = np.unique(mesh.triangles, return_inverse=True)
-    points = mesh.points[used]
-    if not np.isfinite(points).all():
-        raise VrxError(f"mesh {name} is broken: the coordinates of a point are not finite")
-    largest = float(np.abs(points).max())
-    if largest > LARGEST:
-        raise VrxError(f"mesh {name} reaches {largest:.3g} m from its origin; at most {LARGEST:g} m: check its unit")
-    distinct = len(np.unique(points, axis=0))
-    if distinct < 4:
-        raise VrxError(f"mesh {name} has {distinct} different points; a shape needs at least 4")
-    return MeshData(points, places.reshape(-1, 3).astype(np.int64), mesh.color)
-
-
-def _unit(name: str, content: bytes) -> float:
-    """Metres per unit of a Collada file."""
-    found = _UNIT.search(content)
-    try:
-        unit = float(found[1]) if found else 1.0
-    except ValueError:
-        unit = 0.0
-    if not 0 < unit < 1e6:
-        raise VrxError(f"mesh {name}: expected a number of metres above 0 as its unit, got '{_shown(found)}'")
-    return unit
-
-
-def _shown(found: re.Match[bytes] | None) -> str:
-    return found[1].decode("ascii", "replace")[:60] if found else ""
+def is_binary_stl(content: bytes) -> bool:
+    """Whether an STL file is a binary one, and whole: the other kind is text."""
+    head = 84
+    return len(content) >= head and len(content) == head + 50 * int.from_bytes(content[head - 4 : head], "little")

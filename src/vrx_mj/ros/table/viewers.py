@@ -13,7 +13,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import VrxError
-from vrx_mj.formats.urdf.meshes import read_mesh
+from vrx_mj.formats.urdf.meshes import mesh_glb
 from vrx_mj.mjcf.templates import mesh_of_file
 from vrx_mj.mjcf.world import World
 from vrx_mj.ros.interface import BOTH, Output
@@ -111,9 +111,5 @@ def with_meshes_inside(text: str, assets: Collection[str]) -> str:
 @lru_cache(maxsize=256)
 def _embedded(file: Path) -> tuple[str, str]:
     """The name of a mesh among the assets of a world, and its URL."""
-    import trimesh
-
-    mesh = read_mesh(file)
-    upright = mesh.points[:, [0, 2, 1]] * [1.0, 1.0, -1.0]  # glTF has y up
-    content = trimesh.Trimesh(upright, mesh.triangles).export(file_type="glb")
-    return mesh_of_file(file).file, f"data:model/gltf-binary;base64,{base64.b64encode(content).decode()}"
+    url = f"data:model/gltf-binary;base64,{base64.b64encode(mesh_glb(file)).decode()}"
+    return mesh_of_file(file).file, url

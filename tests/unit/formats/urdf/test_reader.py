@@ -282,6 +282,29 @@ def test_what_is_odd_is_said_once(parts, message):
     assert [str(warning.message) for warning in caught] == [f"boat.urdf: {message}"]
 
 
+@pytest.mark.parametrize(
+    ("name", "content", "reason"),
+    [
+        ("many.stl", b"\0" * 80 + (200_001).to_bytes(4, "little") + b"\0" * 50 * 200_001, (
+            "many.stl has 200,001 triangles; at most 200,000 are allowed: simplify it, for example with Blender's "
+            "Decimate")),
+        ("empty.obj", b"", "empty.obj is empty: it has no triangles"),
+        ("a.gltf", b"{}", "expected a mesh that ends in .obj, .stl, .dae, .ply or .glb, got 'a.gltf'"),
+    ],
+)  # fmt: skip
+def test_a_mesh_that_is_only_looked_at_is_left_out_and_one_that_is_touched_refused(name, content, reason, tmp_path):
+    (tmp_path / name).write_bytes(content)
+    shape = f'<geometry><mesh filename="{name}"/></geometry>'
+    with pytest.warns(VrxWarning) as caught:
+        urdf = read(link(inner=f"{INERTIAL}{f'<visual>{shape}</visual>' * 2}"), folder=tmp_path)
+    assert urdf.links["hull"].visuals == ()
+    assert [str(warning.message).partition(": ")[2] for warning in caught] == [
+        f"meshes that cannot be used; they are not drawn: {reason}"
+    ]
+    with pytest.raises(VrxError, match="collision"):
+        read(link(inner=f"{INERTIAL}<collision>{shape}</collision>"), folder=tmp_path)
+
+
 def test_a_mimicking_joint_is_free():
     with pytest.warns(VrxWarning, match=r"^boat.urdf: joints that mimic another; the mimic is ignored: hull_arm$"):
         read(link(), link("arm", ""), joint("hull", "arm", "continuous", '<mimic joint="other"/>'))

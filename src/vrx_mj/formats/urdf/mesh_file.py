@@ -1,0 +1,159 @@
+"""The shape and the colour in a mesh file, read by trimesh in the process without rights."""
+
+import io
+import logging
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import collada  # noqa: F401 - trimesh imports it with the first Collada file, when nothing else may be read
+import numpy as np
+import PIL.Image
+import trimesh
+
+from vrx_mj.arrays import FloatArray, IntArray
+from vrx_mj.errors import VrxError
+from vrx_mj.formats.urdf.meshes import Color, MeshData
+
+MOST_TRIANGLES = 200_000
+"""MuJoCo's own limit for STL files."""
+LARGEST = 1e5
+"""Farthest point [m] that makes sense in a mesh."""
+_UNIT = re.compile(rb"<unit\b[^>]{0,300}?\bmeter\s{0,9}=\s{0,9}[\"']\s{0,9}([0-9.eE+-]{1,99})\s{0,9}[\"']")
+_COLORS = re.compile(
+    rb"<(library_effects|library_materials|library_images|bind_material)\b[^>]*>.*?</\1\s*>|\bmaterial=\"[^\"]*\"",
+    re.DOTALL,
+)
+logging.getLogger("trimesh").addHandler(logging.NullHandler())
+
+
+def _no_picture(*_arguments: object, **_options: object) -> None:
+    raise OSError("pictures are not opened")
+
+
+PIL.Image.open = _no_picture  # type: ignore[assignment]
+
+
+def mesh(path: str, name: str) -> MeshData:
+    """The mesh of a file, which messages call `name`; a library writes nothing to the terminal here.
+
+    Raises:
+        VrxError: it has none, or one that MuJoCo cannot take.
+    """
+    content, suffix = Path(path).read_bytes(), Path(path).suffix.lower().removeprefix(".")
+    unit = _unit(name, content) if suffix == "dae" else 1.0
+    parts = _parts(name, content, suffix)
+    if not parts and suffix == "dae":  # a part is left out by trimesh if its material is broken
+        parts = _parts(name, _COLORS.sub(b"", content), suffix)
+    if not parts:
+        raise VrxError(f"mesh {name} is empty: it has no triangles")
+    count = sum(len(part.faces) for part in parts)
+    if count > MOST_TRIANGLES:
+        raise VrxError(f"mesh {name} has {count:,} triangles; at most {MOST_TRIANGLES:,} are allowed: simplify it, for "
+                       "example with Blender's Decimate")  # fmt: skip
+    if any(part.faces.min() < 0 or part.faces.max() >= len(part.points) for part in parts):
+        raise VrxError(f"mesh {name} is broken: a triangle refers to a point that the file does not have")
+    return _checked(name, _merged(parts, unit))
+
+
+def glb(path: str, name: str) -> bytes:
+    """The mesh of a file as glTF, whose y axis is up.
+
+    Raises:
+        VrxError: as `mesh`.
+    """
+    found = mesh(path, name)
+    upright = found.points[:, [0, 2, 1]] * [1.0, 1.0, -1.0]
+    return bytes(trimesh.Trimesh(upright, found.triangles).export(file_type="glb"))
+
+
+class _Part(NamedTuple):
+    """A mesh of a file, at one of its places."""
+
+    points: FloatArray
+    """(n, 3), in its own frame"""
+    faces: IntArray
+    """(m, 3), rows of `points`"""
+    matrix: FloatArray
+    """(4, 4), puts it there"""
+    color: Color | None
+
+
+def _parts(name: str, content: bytes, suffix: str) -> list[_Part]:
+    """Every mesh of the file that has triangles, once for each place."""
+    if suffix == "ply":
+        content = content.replace(b"element edge ", b"element unread ", 1)
+    given = {"process": False, "resolver": None, "skip_materials": suffix == "obj"}
+    try:
+        with np.errstate(all="ignore"):
+            return list(_placed(trimesh.load_scene(io.BytesIO(content), file_type=suffix, **given)))
+    except (MemoryError, RecursionError):
+        raise
+    except Exception:  # whatever a broken file makes a reader raise
+        raise VrxError(f"mesh {name} cannot be read: it is not a {suffix.upper()} file, or is damaged") from None
+
+
+def _placed(scene: Any) -> Iterator[_Part]:
+    for matrix, key in map(scene.graph.get, scene.graph.nodes_geometry):
+        geometry = scene.geometry[key]
+        if len(getattr(geometry, "faces", ())):
+            points, faces = np.asarray(geometry.vertices, dtype=float), np.asarray(geometry.faces, dtype=np.int64)
+            placed = np.asarray(matrix, dtype=float)
+            yield _Part(points.reshape(-1, 3), faces.reshape(-1, 3), placed, _color(geometry))
+
+
+def _color(geometry: Any) -> Color | None:
+    """The colour of a part: of its material, or the mean of its faces or points; None if it has none."""
+    visual = geometry.visual
+    if not getattr(visual, "defined", False):
+        return None
+    found = visual.material.main_color if visual.kind == "texture" else visual.main_color
+    red, green, blue, alpha = (float(value) / 255 for value in np.asarray(found).ravel()[:4])
+    return (red, green, blue, alpha or 1.0)
+
+
+def _merged(parts: Sequence[_Part], unit: float) -> MeshData:
+    points, triangles, areas = [], [], dict[Color, float]()
+    start = 0
+    with np.errstate(all="ignore"):
+        for part in parts:
+            placed = part.points @ part.matrix[:3, :3].T + part.matrix[:3, 3]
+            faces = part.faces[:, ::-1] if np.linalg.det(part.matrix[:3, :3]) < 0 else part.faces
+            points.append(placed * unit)
+            triangles.append(faces + start)
+            start += len(placed)
+            if part.color is not None:
+                corners = placed[faces]
+                across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+                areas[part.color] = areas.get(part.color, 0.0) + float(np.linalg.norm(across, axis=1).sum())
+    most = max(areas, key=lambda color: areas[color]) if areas else None
+    return MeshData(np.concatenate(points), np.concatenate(triangles), most)
+
+
+def _checked(name: str, found: MeshData) -> MeshData:
+    """The mesh without points that no triangle uses, if it is one that MuJoCo can take."""
+    used, places = np.unique(found.triangles, return_inverse=True)
+    points = found.points[used]
+    if not np.isfinite(points).all():
+        raise VrxError(f"mesh {name} is broken: the coordinates of a point are not finite")
+    largest = float(np.abs(points).max())
+    if largest > LARGEST:
+        raise VrxError(f"mesh {name} reaches {largest:.3g} m from its origin; at most {LARGEST:g} m: check its unit")
+    distinct = len(np.unique(points, axis=0))
+    if distinct < 4:
+        raise VrxError(f"mesh {name} has {distinct} different points; a shape needs at least 4")
+    return MeshData(points, places.reshape(-1, 3).astype(np.int64), found.color)
+
+
+def _unit(name: str, content: bytes) -> float:
+    """Metres per unit of a Collada file."""
+    found = _UNIT.search(content)
+    written = found[1].decode("ascii", "replace")[:60] if found else "1"
+    try:
+        unit = float(written)
+    except ValueError:
+        unit = 0.0
+    if not 0 < unit < 1e6:
+        raise VrxError(f"mesh {name}: expected a number of metres above 0 as its unit, got '{written}'")
+    return unit
