@@ -120,7 +120,7 @@ def _description(given: Mapping[str, str], client: "Client", folder: Path) -> st
 
 def _name(given: Mapping[str, str], text: str) -> str:
     """The name of the model here: its namespace, which is that of its links and topics."""
-    from vrx_mj.formats.urdf.xml_text import namespace_of
+    from vrx_mj.formats.urdf.reader import namespace_of
 
     own = given.get("robot_namespace", "").strip("/") or ("" if "sdf" in given else namespace_of(text))
     if own and own != given["model"]:

@@ -23,7 +23,7 @@ T = TypeVar("T")
 
 
 def packed(value: object) -> bytes:
-    """A block of dataclasses, mappings, sequences, texts, numbers, paths, bytes and arrays.
+    """A block of dataclasses, models, mappings, sequences, texts, numbers, paths, bytes and arrays.
 
     Raises:
         TypeError: there is something else in it.
@@ -45,6 +45,8 @@ def _plain(value: Any, blobs: list[bytes]) -> Any:
     if dataclasses.is_dataclass(value):
         fields = dataclasses.fields(value)
         return {field.name: _plain(getattr(value, field.name), blobs) for field in fields if field.init}
+    if hasattr(value, "model_fields_set"):
+        return {name: _plain(getattr(value, name), blobs) for name in sorted(value.model_fields_set)}
     return _blob(value, blobs)
 
 
@@ -106,7 +108,7 @@ def checked(value: object, kind: type[T]) -> T:
     Raises:
         ValueError: it is not.
     """
-    found: T = _adapter((kind,)).validate_python((value,))[0]
+    found: T = _adapter((kind,)).validate_python((value,), strict=False)[0]
     return found
 
 

@@ -22,10 +22,9 @@ from vrx_mj.formats.parts.read import load_parts
 from vrx_mj.formats.urdf.expand import check_library, expand
 from vrx_mj.formats.urdf.meshes import MeshFiles, with_file_uris
 from vrx_mj.formats.urdf.model import Urdf
-from vrx_mj.formats.urdf.reader import read_urdf
+from vrx_mj.formats.urdf.reader import in_namespace, read_urdf
 from vrx_mj.formats.urdf.xacro_files import own_packages
 from vrx_mj.formats.urdf.xml_document import read_bytes
-from vrx_mj.formats.urdf.xml_text import in_namespace
 from vrx_mj.mjcf.boats import Boat, assembled
 from vrx_mj.mjcf.derive import DENSITY, LINES, Derived, derived_floats, derived_lines
 from vrx_mj.mjcf.steering import located

@@ -19,7 +19,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, ConfigError, SensorError, VrxError, shortened
 from vrx_mj.formats.gazebo.text_models import model_of_text
-from vrx_mj.formats.urdf.xml_text import in_namespace
+from vrx_mj.formats.urdf.reader import in_namespace
 from vrx_mj.frames import compose
 from vrx_mj.ros.autopilot import Autopilot, HeldThrust
 from vrx_mj.ros.diagnosis import Diagnosis

@@ -18,7 +18,7 @@ from vrx_mj.formats.urdf.gazebo import is_thruster
 from vrx_mj.formats.urdf.links import Surroundings
 from vrx_mj.formats.urdf.meshes import MeshFiles
 from vrx_mj.formats.urdf.model import Joint, Urdf
-from vrx_mj.formats.urdf.reader import robot_of
+from vrx_mj.formats.urdf.reader import warn
 from vrx_mj.formats.urdf.writing import urdf_text
 
 DEEPEST = 8
@@ -67,7 +67,7 @@ class _Reader:
         self.root = Node(self.tree(model, self.folder, self.findings.file), "", self.findings)
         folders = MeshFiles(self.folder, self.packages, package_paths())
         numbers = tuple(int(part) for part in re.findall(r"\d{1,9}", version, re.ASCII))
-        self.body = Body(Surroundings(folders, self.findings), numbers or (1, 6))
+        self.body = Body(Surroundings(self.findings), folders, numbers or (1, 6))
         self.joints: list[tuple[Node, Scope]] = []
         self.plugins: list[Node] = []
         self.remarks: list[tuple[Node, str]] = []
@@ -75,6 +75,8 @@ class _Reader:
 
     def robot(self) -> Urdf:
         """All of it."""
+        from vrx_mj.formats.urdf.rows import robot_of
+
         self.gather(self.root, Scope(), self.folder, 0)
         if self.root.flag("static", False):
             self.remarks.append(
@@ -97,6 +99,8 @@ class _Reader:
                 joints[joint.name] = joint
         tags = [Node(tag, "", self.findings) for tag in self.tags()]
         robot = robot_of(self.root, self.file, links, joints, body.around, tags)
+        self.findings.settle()
+        warn(self.findings)
         remarks = (*(f"{node.place}: {node.path}: {text}" for node, text in self.remarks), *self.offset(robot.root))
         return replace(robot, remarks=remarks, text=urdf_text(robot, tags))
 

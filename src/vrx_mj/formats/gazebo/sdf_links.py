@@ -10,19 +10,20 @@ from vrx_mj.config.wording import choice, shown
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.gazebo.sdf_frames import Frames, Scope, given_pose
 from vrx_mj.formats.urdf.elements import LARGEST, Node
+from vrx_mj.formats.urdf.link_meshes import seen_mesh, solid_mesh
 from vrx_mj.formats.urdf.links import (
     BOUNDED,
     ENDLESS,
     Surroundings,
     check_inertia,
-    collision_of,
     freed,
     gazebo_color,
     length_one,
     shape_name,
-    visuals_of,
+    shape_of,
 )
-from vrx_mj.formats.urdf.model import ZERO, Inertial, Joint, Limits, Link, relative
+from vrx_mj.formats.urdf.meshes import MeshFiles
+from vrx_mj.formats.urdf.model import ZERO, Inertial, Joint, Limits, Link, MeshRow, relative
 from vrx_mj.frames import Pose, apply, compose, inverse, rotation
 
 UNIT = 1.0
@@ -46,6 +47,7 @@ class Body:
     """A model being read: its frames, and where the frames of its links are moved to."""
 
     around: Surroundings
+    files: MeshFiles
     version: tuple[int, ...]
     frames: Frames = field(default_factory=Frames)
     links: dict[str, tuple[Node, Scope]] = field(default_factory=dict)
@@ -74,13 +76,19 @@ def _from_joint(body: Body, pose: Pose, link: str) -> Pose:
 def read_sdf_link(body: Body, name: str) -> Link:
     """A `<link>`. Problems and suspicious values are noted, not raised."""
     node, scope = body.links[name]
-    felt = [(part, _collision(part, name, scope, body)) for part in node.children("collision")]
-    visuals = (shape for part in node.children("visual") for shape in _visuals(part, name, scope, body))
+    findings = body.around.findings
+    felt = [
+        (part, shape)
+        for part in node.children("collision")
+        if (row := _collision(part, name, scope, body))
+        for shape in solid_mesh(row, body.files, findings)
+    ]
+    visuals = [_visual(part, name, scope, body) for part in node.children("visual")]
     return Link(
         name=name,
-        inertial=_inertial(node, name, scope, body, [(part, shape) for part, shape in felt if shape]),
-        collisions=tuple(shape for _, shape in felt if shape),
-        visuals=tuple(visuals),
+        inertial=_inertial(node, name, scope, body, felt),
+        collisions=tuple(shape for _, shape in felt),
+        visuals=tuple(seen for row in visuals if row for seen in seen_mesh(row, body.files, findings)),
         place=node.place,
     )
 
@@ -141,19 +149,19 @@ def _filled(node: Node, felt: Sequence[tuple[Node, Shape]]) -> Inertial | None:
     return Inertial(mass, (x, y, z, 0.0, 0.0, 0.0), (xx, yy, zz, xy, xz, yz))
 
 
-def _collision(node: Node, link: str, scope: Scope, body: Body) -> Shape | None:
+def _collision(node: Node, link: str, scope: Scope, body: Body) -> Shape | MeshRow | None:
     geometry = node.needed("geometry")
     values = _shape(node, geometry, link, scope, body) if geometry else None
-    return collision_of(node, geometry, values, body.around) if geometry and values else None
+    return shape_of(node, geometry, values, Shape) if geometry and values else None
 
 
-def _visuals(node: Node, link: str, scope: Scope, body: Body) -> tuple[Visual, ...]:
+def _visual(node: Node, link: str, scope: Scope, body: Body) -> Visual | MeshRow | None:
     geometry = node.child("geometry")
     if geometry is None:
         body.around.findings.note("shapeless", link)
-        return ()
-    values = _shape(node, geometry, link, scope, body)
-    return visuals_of(node, values, _color(node), body.around) if values else ()
+        return None
+    values, color = _shape(node, geometry, link, scope, body), _color(node)
+    return shape_of(node, geometry, values | ({"color": color} if color else {}), Visual) if values else None
 
 
 def _color(visual: Node) -> Color | None:

@@ -297,9 +297,9 @@ def _evaluated(section: Section) -> Section:
 
     def prepared(value: Any) -> Any:
         if isinstance(value, Section):
-            return Section({key: prepared(item) for key, item in value.items()}, value.place, value.entries)
+            return value.holding({key: prepared(item) for key, item in value.items()})
         if isinstance(value, Items):
-            return Items.of(map(prepared, value), value.places, value.numbers)
+            return Items.of(map(prepared, value), value.places)
         return found.setdefault(value, Expression(value)) if isinstance(value, str) and has_expression(value) else value
 
     whole: Section = prepared(section)

@@ -116,7 +116,7 @@ class Scope:
     def add(self, node: Node, model: type[Config], values: Mapping[str, object]) -> None:
         """Keeps a sensor, if its values are such as there are."""
         if not node.findings.problems:
-            sensor = node.configured(model, values)
+            sensor = node.configured(model, {"type": model.model_fields["type"].default, **values})
             if sensor is not None:
                 self.sensors.append(sensor)
 

@@ -1,75 +1,18 @@
-"""Links and joints of a URDF; VRX's meshes, which are not ours to ship, have stand-ins."""
+"""Links and joints of a URDF."""
 
 import math
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from pathlib import PurePosixPath
-from typing import Any
+from typing import Any, TypeVar
 
 from vrx_mj.config.base import COLORS
-from vrx_mj.config.shapes import MESH_SUFFIXES, Shape, Visual
-from vrx_mj.config.wording import choice, one_of, shown
-from vrx_mj.errors import UnknownNameError, VrxError
+from vrx_mj.config.shapes import Shape, Visual
+from vrx_mj.config.wording import choice
+from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.urdf.elements import LARGEST, Findings, Node
-from vrx_mj.formats.urdf.meshes import MeshFiles, MissingMeshError, check_mesh
-from vrx_mj.formats.urdf.model import Inertial, Joint, Limits, Link, chained
-from vrx_mj.frames import Pose, inverse
-from vrx_mj.resources import root
-
-Color = tuple[float, float, float, float]
-Scale = tuple[float, float, float]
-
-IDENTITY: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-
-STAND_INS: dict[str, tuple[Pose, dict[str, Color]]] = {
-    "WAM-V-Base.dae": (
-        IDENTITY,
-        {
-            "hulls": (0.74, 0.75, 0.76, 1.0),
-            "trim": (0.23, 0.25, 0.28, 1.0),
-            "arches": (0.11, 0.12, 0.13, 1.0),
-            "deck": (0.60, 0.62, 0.64, 1.0),
-        },
-    ),
-    "engine.dae": (IDENTITY, {"engine": (0.16, 0.17, 0.19, 1.0)}),
-    "propeller.dae": (IDENTITY, {"propeller": (0.78, 0.33, 0.12, 1.0)}),
-    "battery.dae": ((0, -1.03, -0.45, 0, 0, 0), {"battery": (0.36, 0.38, 0.41, 1.0)}),
-    "cpu_cases.dae": (
-        (0.073, 0, -1.53, 0, 0, 0),
-        {"cpu_cases": (0.17, 0.18, 0.19, 1.0), "cpu_fittings": (0.62, 0.64, 0.66, 1.0)},
-    ),
-    "gps.dae": (IDENTITY, {"gps": (0.86, 0.87, 0.85, 1.0)}),
-    "3d_lidar.dae": ((0, 0, -0.035, 0, 0, 0), {"lidar": (0.27, 0.28, 0.30, 1.0)}),
-    "mono_camera.dae": ((-0.033, 0, 0, 0, 0, math.pi / 2), {"camera": (0.13, 0.14, 0.15, 1.0)}),
-    "sensor_post_arm.dae": (
-        (-0.038, 0, -0.003, math.radians(-60), 0, -math.pi / 2),
-        {"post_arm": (0.06, 0.06, 0.07, 1.0)},
-    ),
-    "ball_shooter_base.dae": (IDENTITY, {"shooter_base": (0.35, 0.37, 0.40, 1.0)}),
-    "ball_shooter_launcher.dae": ((0, 0, 0, 0, 0.261799, 0), {"shooter_launcher": (0.85, 0.48, 0.10, 1.0)}),
-}
-"""Place of each of VRX's meshes in its link, and our meshes for it with their colours, by the name of VRX's file."""
-
-
-def stand_in(name: str, pose: Pose, color: Color | None, scale: Scale = (1.0, 1.0, 1.0)) -> tuple[Visual, ...]:
-    """What is drawn where a URDF wants a mesh of VRX, which it names by this path; nothing for other meshes.
-
-    `pose` is where the URDF draws the mesh in its link, `scale` how large; `color` is what it asks for, if it does.
-    A scale that is not the same along all axes is only right for a mesh that VRX draws unturned.
-    """
-    file = PurePosixPath(name).name
-    if file not in STAND_INS:
-        return ()
-    drawn, meshes = STAND_INS[file]
-    x, y, z, *turn = inverse(drawn)
-    place = chained(pose, (x * scale[0], y * scale[1], z * scale[2], *turn))  # type: ignore[arg-type]
-    folder = root() / "assets" / "robots" / "wamv"
-    return tuple(
-        Visual(folder=folder, type="mesh", file=f"meshes/{mesh}.obj", pose=place, scale=scale, color=color or own)
-        for mesh, own in meshes.items()
-    )
-
+from vrx_mj.formats.urdf.model import Color, Inertial, Joint, Limits, Link, LinkRow, MeshRow
+from vrx_mj.frames import Pose
 
 GEOMETRIES = ("box", "sphere", "cylinder", "capsule", "mesh")
 POST = "_post_link"
@@ -83,6 +26,9 @@ THIN, ROUNDED = 1e-6, 1e-12
 not worth a word."""
 ONE = (1.0, 1.0, 1.0)
 """Scale of a mesh that is drawn as it is."""
+ANY_MESH = "mesh.obj"
+"""Stands for the file of a mesh while what else is said of it is checked."""
+ShapeT = TypeVar("ShapeT", bound=Shape)
 
 _GAZEBO_NAME = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _ODD_CHARACTER = re.compile(r"[^A-Za-z0-9_.-]")
@@ -92,7 +38,6 @@ _ODD_CHARACTER = re.compile(r"[^A-Za-z0-9_.-]")
 class Surroundings:
     """What a link's elements refer to, and what is noticed about the links."""
 
-    files: MeshFiles
     findings: Findings
     materials: Mapping[str, Color] = field(default_factory=dict)
     """Colours of the URDF's materials."""
@@ -102,18 +47,17 @@ class Surroundings:
     """Inertias that break the triangle inequality: element, link, whether by far, and in words."""
 
 
-def read_link(node: Node, around: Surroundings) -> Link:
+def read_link(node: Node, around: Surroundings) -> LinkRow:
     """A `<link>`. Problems and suspicious values are noted, not raised."""
     name = node.name()
     short = _is_short_post(node, name)
     if short:
         around.findings.note("post", name)
-    return Link(
-        name=name,
-        inertial=None if short else _inertial(node, name, around),
-        collisions=() if short else tuple(filter(None, (_collision(c, around) for c in node.children("collision")))),
-        visuals=() if short else tuple(v for c in node.children("visual") for v in _visuals(c, name, around)),
-        place=node.place,
+    inertial = None if short else _inertial(node, name, around)
+    return LinkRow(
+        Link(name, inertial, place=node.place),
+        collisions=() if short else tuple(filter(None, map(_collision, node.children("collision")))),
+        visuals=() if short else tuple(filter(None, (_visual(c, name, around) for c in node.children("visual")))),
     )
 
 
@@ -204,59 +148,39 @@ def _principal(tensor: list[float]) -> list[float]:
     return sorted(float(value) for value in np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
 
 
-def _collision(node: Node, around: Surroundings) -> Shape | None:
+def _collision(node: Node) -> Shape | MeshRow | None:
     geometry = node.needed("geometry")
     values = _shape(node, geometry) if geometry else None
-    return collision_of(node, geometry, values, around) if geometry and values else None
+    return shape_of(node, geometry, values, Shape) if geometry and values else None
 
 
-def collision_of(node: Node, geometry: Node, values: dict[str, Any], around: Surroundings) -> Shape | None:
-    """A shape that collides, of these values; a mesh is looked for and read."""
-    if values["type"] == "mesh":
-        try:
-            values |= _mesh(values, around, collides=True)
-        except VrxError as error:
-            mesh = geometry.child("mesh") or geometry
-            mesh.fault(str(error), "uri" if mesh.child("uri") else "filename")
-            return None
-    return node.configured(Shape, values)
-
-
-def _visuals(node: Node, link: str, around: Surroundings) -> tuple[Visual, ...]:
+def _visual(node: Node, link: str, around: Surroundings) -> Visual | MeshRow | None:
     """What a `<visual>` shows; one without a shape, which VRX has too, shows nothing."""
     geometry = node.child("geometry")
     values = _shape(node, geometry) if geometry else None
     if geometry is None:
         around.findings.note("shapeless", link)
     if geometry is None or values is None:
-        return ()
-    return visuals_of(node, values, around.gazebo.get(link) or _visual_color(node, around), around)
+        return None
+    color = around.gazebo.get(link) or _visual_color(node, around)
+    return shape_of(node, geometry, values | ({"color": color} if color else {}), Visual)
 
 
-def visuals_of(
-    node: Node, values: dict[str, Any], color: Color | None, around: Surroundings
-) -> tuple[Visual, ...]:  # fmt: skip
-    """What is seen of a shape of these values; a mesh that is missing is drawn by ours for it, if there are any.
-
-    A mesh that is only looked at refuses no robot: one that cannot be read is left out.
-    """
-    if values["type"] == "mesh":
-        try:
-            values |= _mesh(values, around, collides=False)
-        except MissingMeshError:
-            file = str(values.pop("file"))
-            scale = values.get("scale", ())
-            instead = stand_in(file, values["pose"], color, scale if len(scale) == 3 and all(scale) else ONE)
-            if not instead:
-                around.findings.note("mesh", file)
-            return instead
-        except VrxError as error:
-            around.findings.note("unread", str(error))
-            return ()
-        color = color or values.pop("own", None)
-    values.pop("own", None)
-    visual = node.configured(Visual, {**values, **({"color": color} if color else {})})
-    return (visual,) if visual else ()
+def shape_of(node: Node, geometry: Node, values: dict[str, Any], kind: type[ShapeT]) -> ShapeT | MeshRow | None:
+    """A shape of these values; of a mesh the row."""
+    if values["type"] != "mesh" or node.configured(kind, {**values, "file": ANY_MESH}) is None:
+        return node.configured(kind, values)
+    mesh = geometry.child("mesh") or geometry
+    key = "uri" if mesh.child("uri") else "filename"
+    return MeshRow(
+        file=values["file"],
+        pose=values["pose"],
+        scale=values.get("scale", ONE),
+        name=values.get("name"),
+        color=values.get("color"),
+        place=mesh.place,
+        key=f"{mesh.path} / {key}",
+    )
 
 
 def _visual_color(node: Node, around: Surroundings) -> Color | None:
@@ -305,22 +229,6 @@ def _scale(mesh: Node) -> tuple[float, ...]:
     if 0.0 in scale:
         mesh.fault("must not be 0", "scale")
     return scale
-
-
-def _mesh(values: Mapping[str, Any], around: Surroundings, *, collides: bool) -> dict[str, Any]:
-    """Folder and path of a mesh that was found and read, and its own colour. Our own are known to be sound.
-
-    Raises:
-        VrxError: it cannot be found or read.
-    """
-    folder, path = around.files.find(str(values["file"]))
-    if not path.lower().endswith(MESH_SUFFIXES):
-        raise VrxError(f"expected a mesh that ends in {one_of(MESH_SUFFIXES)}, got {shown(str(values['file']))}")
-    found = {"folder": folder, "file": path}
-    if (folder / path).resolve().is_relative_to(root() / "assets"):
-        return found
-    mesh = check_mesh(folder / path, values.get("scale", ONE), collides=collides)
-    return found if collides else found | {"own": mesh.color}
 
 
 TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating", "planar")

@@ -11,6 +11,8 @@ from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.errors import Problem
 from vrx_mj.frames import Pose, compose, inverse
 
+Color = tuple[float, float, float, float]
+Scale = tuple[float, float, float]
 ZERO: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -44,14 +46,39 @@ class Inertial:
 
 
 @dataclass(frozen=True)
+class MeshRow:
+    """A shape that is a mesh, whose file is still to be found."""
+
+    file: str
+    """As the robot's file names it."""
+    pose: Pose
+    scale: Scale
+    name: str | None
+    color: Color | None
+    """None: that of the mesh."""
+    place: Place
+    key: str
+    """Path of the element that names it."""
+
+
+@dataclass(frozen=True)
 class Link:
     """A link; `inertial` is None if it has no mass."""
 
     name: str
     inertial: Inertial | None
-    collisions: tuple[Shape, ...]
-    visuals: tuple[Visual, ...]
+    collisions: tuple[Shape, ...] = ()
+    visuals: tuple[Visual, ...] = ()
     place: Place = Place()
+
+
+@dataclass(frozen=True)
+class LinkRow:
+    """A link without its shapes, and those."""
+
+    link: Link
+    collisions: tuple[Shape | MeshRow, ...]
+    visuals: tuple[Visual | MeshRow, ...]
 
 
 @dataclass(frozen=True)
@@ -182,6 +209,17 @@ class Urdf:
         if link != base and self.above[link].parent == base:
             return self.above[link].pose
         return relative(self.places[base], self.places[link])
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A robot as it was read, with the files of its meshes still to be found."""
+
+    robot: Urdf
+    links: tuple[LinkRow, ...]
+    problems: tuple[Problem, ...]
+    odd: Mapping[str, tuple[str, ...]]
+    """Things that are legal but suspicious, by their kind."""
 
 
 def relative(outer: Pose, inner: Pose) -> Pose:

@@ -1,24 +1,19 @@
-"""URDF text as a `Urdf`: every element checked, every problem of the file found at once."""
+"""URDF text as a `Urdf`, with its meshes; what is wrong with it, and what is suspicious, is said at once."""
 
+import re
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
-from vrx_mj.arrays import FloatArray
 from vrx_mj.config.search import display
-from vrx_mj.errors import VrxWarning, nearest
-from vrx_mj.formats.urdf.elements import Findings, Node
-from vrx_mj.formats.urdf.gazebo import read_gazebo
-from vrx_mj.formats.urdf.links import Surroundings, material_colors, read_joint, read_link, root_of
+from vrx_mj.errors import VrxError, VrxWarning
+from vrx_mj.foreign import ask
+from vrx_mj.formats.urdf.elements import Findings
+from vrx_mj.formats.urdf.link_meshes import with_shapes
 from vrx_mj.formats.urdf.meshes import MeshFiles
-from vrx_mj.formats.urdf.model import Joint, Link, Urdf
-from vrx_mj.formats.urdf.xml_text import parse_robot
-from vrx_mj.frames import Pose, angles, rotation
-
-FIXED = "fixed"
-LIGHT = 0.01
-"""Share of a robot's mass below which a link's impossible inertia does not matter."""
+from vrx_mj.formats.urdf.model import Reading, Urdf
 
 ODD = {
     "post": "posts of sensors that end below the deck, to which VRX gives a negative length: no mass, no shape",
@@ -35,13 +30,6 @@ ODD = {
     "element": "unknown elements; they are ignored",
 }
 """What is legal but suspicious, each said once for all that have it."""
-
-KNOWN = {
-    "robot": ("link", "joint", "material", "gazebo", "transmission"),
-    "link": ("inertial", "visual", "collision"),
-    "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller"),
-}
-"""Elements that URDF has; others are extensions, unless they look like one of these misspelt."""
 
 
 def read_urdf(
@@ -67,132 +55,52 @@ def read_urdf(
     Warns:
         VrxWarning: Once for each kind of thing that is legal but suspicious.
     """
-    findings = Findings(label or display(file))
-    root = Node(parse_robot(text, findings.file), "", findings)
-    materials, gazebo = material_colors(root)
+    label = label or display(file)
+    reading = ask("formats.urdf.rows:reading", text, file, label, returns=Reading, about=label)
     files = MeshFiles(file.absolute().parent, dict(packages or {}), tuple(package_paths))
-    around = Surroundings(files, findings, materials, gazebo)
-    links = {link.name: link for link in (read_link(node, around) for node in named(root, "link"))}
-    joints = {joint.name: joint for joint in (read_joint(node, links) for node in named(root, "joint"))}
-    _note_misspelt(root)
-    tags = [Node(tag, "gazebo", findings) for tag in root.element.iterchildren("gazebo")]
-    return robot_of(root, file, links, joints, around, tags)
-
-
-def robot_of(
-    root: Node,
-    file: Path,
-    links: Mapping[str, Link],
-    joints: Mapping[str, Joint],
-    around: Surroundings,
-    tags: Sequence[Node],
-) -> Urdf:
-    """A robot whose links hang together and can exist, with what its tags mean; what is suspicious is warned of.
-
-    Raises:
-        ConfigError: With everything that is wrong.
-    """
-    top = _checked_root(links, joints, root)
-    _check_masses(links, around, root)
-    root.findings.settle()
-    _warn(root.findings)
-    robot = _robot(root, file, links, joints, top)
-    return replace(robot, gazebo=read_gazebo(robot, tags, root.findings))
-
-
-def read_joints(text: str, label: str) -> Urdf:
-    """The tree of a URDF alone: the names of its links, and its joints; `label` is what messages call it.
-
-    Raises:
-        ConfigError: The joints are wrong.
-    """
-    findings = Findings(label)
-    root = Node(parse_robot(text, label), "", findings)
-    links = {node.name(): Link(node.name(), None, (), (), node.place) for node in root.children("link")}
-    joints = {joint.name: joint for joint in (read_joint(node, links) for node in root.children("joint"))}
-    top = _checked_root(links, joints, root)
+    findings = Findings(label, list(reading.problems), {kind: list(things) for kind, things in reading.odd.items()})
+    links = {row.link.name: with_shapes(row, files, findings) for row in reading.links}
     findings.settle()
-    return _robot(root, Path(label), links, joints, top)
+    warn(findings)
+    return replace(reading.robot, links=links)
 
 
-def _robot(root: Node, file: Path, links: Mapping[str, Link], joints: Mapping[str, Joint], top: str) -> Urdf:
-    """A robot without plugins and sensors, its joints at rest: yourdfpy says where that puts their links."""
-    import numpy as np
-    import yourdfpy
+def read_joints(text: str) -> Urdf:
+    """The tree of a URDF alone: the names of its links, and its joints.
 
-    rows = []
-    for joint in joints.values():
-        origin = np.eye(4)
-        origin[:3, :3], origin[:3, 3] = rotation(*joint.pose[3:]), joint.pose[:3]
-        kind = joint.type if joint.rest else FIXED
-        rows.append(yourdfpy.Joint(joint.name, kind, joint.parent, joint.child, origin, np.array(joint.axis)))
-    model = yourdfpy.URDF(yourdfpy.Robot("", [yourdfpy.Link(name) for name in links], rows), load_meshes=False)
-    model.update_cfg({joint.name: joint.rest for joint in joints.values() if joint.rest})
-    turns = {joint.child: model.get_transform(joint.child, joint.parent) for joint in joints.values()}
-    resting = {
-        name: replace(joint, pose=_pose(turns[joint.child])) if joint.rest else joint for name, joint in joints.items()
-    }
-    namespace = top.partition("/")[0] if "/" in top else ""
-    robot = Urdf(file, root.findings.file, root.attribute("name") or file.stem, top, links, resting, {}, namespace)
-    places = {top: np.eye(4)}
-    for link in robot.below(top)[1:]:
-        places[link] = places[robot.above[link].parent] @ turns[link]
-    return replace(robot, places={link: _pose(place) for link, place in places.items()})
+    Raises:
+        ConfigError: The text is no URDF, or its joints are wrong.
+    """
+    return ask("formats.urdf.rows:tree", text, "robot_description", returns=Urdf, about="robot_description")
 
 
-def _pose(turn: FloatArray) -> Pose:
-    """A (4, 4) matrix as a pose; zeros have no sign."""
-    (x, y, z), (roll, pitch, yaw) = turn[:3, 3].tolist(), angles(turn[:3, :3].tolist())
-    return x + 0.0, y + 0.0, z + 0.0, roll + 0.0, pitch + 0.0, yaw + 0.0
+@lru_cache(maxsize=64)
+def in_namespace(text: str, namespace: str) -> str:
+    """A URDF's text with its names in another namespace, as VRX's argument `namespace` has it.
+
+    Links, joints, frames and topics begin with the namespace; so does what refers to them. Text whose root link has no
+    namespace, and text that is no robot, stays as it is.
+    """
+    own = namespace_of(text)
+    if own in {"", namespace}:
+        return text
+    name = re.escape(own)
+    beginning = re.compile(rf"""(filename\s*=\s*(?:"[^"]*"|'[^']*'))|(=\s*["']\s*/?|>\s*/?){name}/""")
+    alone = re.compile(rf"(<(robotNamespace|namespace)>\s*/?){name}(/?\s*</\2>)")
+    text = beginning.sub(lambda found: found[1] or f"{found[2]}{namespace}/", text)
+    return alone.sub(lambda found: f"{found[1]}{namespace}{found[3]}", text)
 
 
-def named(root: Node, tag: str) -> list[Node]:
-    """Elements of this name, with names of their own that none shares."""
-    nodes = root.children(tag)
-    lines: dict[str, int | None] = {}
-    for node in nodes:
-        name = node.attribute("name") or ""
-        if name in lines and name:
-            node.fault(f"duplicate name: line {lines[name]} has a {tag} of this name")
-        lines.setdefault(name, node.line)
-    return nodes
-
-
-def _checked_root(links: Mapping[str, Link], joints: Mapping[str, Joint], root: Node) -> str:
-    """The root link; a file whose joints name links that are not there has other problems first."""
-    if not links:
-        root.fault("has no links", root.tag)
-    if not links or root.findings.problems:
+def namespace_of(text: str) -> str:
+    """The namespace of a URDF's root link; empty if it has none, and for text that is not a robot."""
+    try:
+        return read_joints(text).namespace
+    except VrxError:
         return ""
-    return root_of(links, joints, root.findings)
 
 
-def _check_masses(links: Mapping[str, Link], around: Surroundings, root: Node) -> None:
-    """A robot has a mass; the inertia of a link that is no small part of it can exist."""
-    total = sum(link.inertial.mass for link in links.values() if link.inertial)
-    if links and total == 0 and not around.findings.problems:
-        root.fault("no link has a mass", root.tag)
-    for node, name, far, words in around.impossible:
-        inertial = links[name].inertial
-        if far and inertial and inertial.mass > LIGHT * total:
-            node.fault(f"impossible moments of inertia: about the principal axes they are {words} kg m2, "
-                       "and the largest is more than the sum of the other two")  # fmt: skip
-        else:
-            around.findings.note("inertia", name)
-
-
-def _note_misspelt(root: Node) -> None:
-    """Elements that look like a misspelt one of URDF; whatever else is unknown is an extension."""
-    for tag, known in KNOWN.items():
-        for node in [root] if tag == "robot" else root.children(tag):
-            for child in node.element.iterchildren("*"):
-                close = None if child.tag in known else nearest(str(child.tag), known)
-                if close:
-                    thing = f"<{child.tag}> in line {child.sourceline} (did you mean '{close}'?)"
-                    root.findings.note("element", thing)
-
-
-def _warn(findings: Findings) -> None:
+def warn(findings: Findings) -> None:
+    """Warn of what is suspicious, once for each kind of it."""
     for kind, things in findings.odd.items():
         names = ", ".join(things[:8]) + (f" and {len(things) - 8} more" if len(things) > 8 else "")
         warnings.warn(f"{findings.file}: {ODD[kind]}: {names}", VrxWarning, stacklevel=4)

@@ -13,8 +13,7 @@ from vrx_mj.config.fleet import BoatConfig, Order
 from vrx_mj.drive.pilot import Wheel, engine_commands, engines_of
 from vrx_mj.errors import CommandError, ConfigError, VrxError
 from vrx_mj.formats.urdf.model import Urdf
-from vrx_mj.formats.urdf.reader import read_joints
-from vrx_mj.formats.urdf.xml_text import in_namespace
+from vrx_mj.formats.urdf.reader import in_namespace, read_joints
 from vrx_mj.frames import quaternion
 from vrx_mj.mjcf.build import boat_urdf
 from vrx_mj.mjcf.world import World
@@ -155,7 +154,7 @@ class BoatJoint(NamedTuple):
 def boat_joints(text: str, boat: str) -> tuple[BoatJoint, ...]:
     """The joints of a URDF, parents first; none for a text that is not a robot."""
     try:
-        robot = read_joints(text, "robot_description")
+        robot = read_joints(text)
     except ConfigError:
         return ()
     return tuple(_joints_of_links(robot, boat))

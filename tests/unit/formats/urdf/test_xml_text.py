@@ -3,7 +3,7 @@
 import pytest
 
 from vrx_mj.config.fleet import Order
-from vrx_mj.formats.urdf.xml_text import in_namespace, namespace_of
+from vrx_mj.formats.urdf.reader import in_namespace, namespace_of
 from vrx_mj.mjcf.build import boat_urdf
 
 TEXT = """<robot name="wamv">

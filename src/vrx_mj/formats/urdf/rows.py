@@ -1,0 +1,145 @@
+"""A URDF's text as rows, in the process without rights: every element checked, every problem found at once."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import yourdfpy
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.errors import nearest
+from vrx_mj.formats.urdf.elements import Findings, Node
+from vrx_mj.formats.urdf.gazebo import read_gazebo
+from vrx_mj.formats.urdf.links import Surroundings, material_colors, read_joint, read_link, root_of
+from vrx_mj.formats.urdf.model import Joint, Link, Reading, Urdf
+from vrx_mj.formats.urdf.xml_text import parse_robot
+from vrx_mj.frames import Pose, angles, rotation
+
+FIXED = "fixed"
+LIGHT = 0.01
+"""Share of a robot's mass below which a link's impossible inertia does not matter."""
+
+KNOWN = {
+    "robot": ("link", "joint", "material", "gazebo", "transmission"),
+    "link": ("inertial", "visual", "collision"),
+    "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller"),
+}
+"""Elements that URDF has; others are extensions, unless they look like one of these misspelt."""
+
+
+def reading(text: str, file: str, label: str) -> Reading:
+    """What a URDF's text says, without looking at any file."""
+    findings = Findings(label)
+    root = Node(parse_robot(text, label), "", findings)
+    around = Surroundings(findings, *material_colors(root))
+    rows = {row.link.name: row for row in (read_link(node, around) for node in named(root, "link"))}
+    links = {name: row.link for name, row in rows.items()}
+    joints = {joint.name: joint for joint in (read_joint(node, links) for node in named(root, "joint"))}
+    _note_misspelt(root)
+    tags = [Node(tag, "gazebo", findings) for tag in root.element.iterchildren("gazebo")]
+    robot = robot_of(root, Path(file), links, joints, around, tags)
+    odd = {kind: tuple(things) for kind, things in findings.odd.items()}
+    return Reading(robot, tuple(rows.values()), tuple(findings.problems), odd)
+
+
+def robot_of(
+    root: Node,
+    file: Path,
+    links: Mapping[str, Link],
+    joints: Mapping[str, Joint],
+    around: Surroundings,
+    tags: Sequence[Node],
+) -> Urdf:
+    """A robot whose links hang together and can exist, with what its tags mean, unless something is wrong with it."""
+    top = _checked_root(links, joints, root)
+    _check_masses(links, around, root)
+    if root.findings.problems:
+        return Urdf(file, root.findings.file, "", top, links, joints, {})
+    robot = _robot(root, file, links, joints, top)
+    return replace(robot, gazebo=read_gazebo(robot, tags, root.findings))
+
+
+def tree(text: str, label: str) -> Urdf:
+    """What a URDF's text says about its joints."""
+    findings = Findings(label)
+    root = Node(parse_robot(text, label), "", findings)
+    links = {node.name(): Link(node.name(), None, place=node.place) for node in root.children("link")}
+    joints = {joint.name: joint for joint in (read_joint(node, links) for node in root.children("joint"))}
+    top = _checked_root(links, joints, root)
+    findings.settle()
+    return _robot(root, Path(label), links, joints, top)
+
+
+def _robot(root: Node, file: Path, links: Mapping[str, Link], joints: Mapping[str, Joint], top: str) -> Urdf:
+    """A robot without plugins and sensors, its joints at rest: yourdfpy says where that puts their links."""
+    rows = []
+    for joint in joints.values():
+        origin = np.eye(4)
+        origin[:3, :3], origin[:3, 3] = rotation(*joint.pose[3:]), joint.pose[:3]
+        kind = joint.type if joint.rest else FIXED
+        rows.append(yourdfpy.Joint(joint.name, kind, joint.parent, joint.child, origin, np.array(joint.axis)))
+    model = yourdfpy.URDF(yourdfpy.Robot("", [yourdfpy.Link(name) for name in links], rows), load_meshes=False)
+    model.update_cfg({joint.name: joint.rest for joint in joints.values() if joint.rest})
+    turns = {joint.child: model.get_transform(joint.child, joint.parent) for joint in joints.values()}
+    resting = {
+        name: replace(joint, pose=_pose(turns[joint.child])) if joint.rest else joint for name, joint in joints.items()
+    }
+    namespace = top.partition("/")[0] if "/" in top else ""
+    robot = Urdf(file, root.findings.file, root.attribute("name") or file.stem, top, links, resting, {}, namespace)
+    places = {top: np.eye(4)}
+    for link in robot.below(top)[1:]:
+        places[link] = places[robot.above[link].parent] @ turns[link]
+    return replace(robot, places={link: _pose(place) for link, place in places.items()})
+
+
+def _pose(turn: FloatArray) -> Pose:
+    """A (4, 4) matrix as a pose; zeros have no sign."""
+    (x, y, z), (roll, pitch, yaw) = turn[:3, 3].tolist(), angles(turn[:3, :3].tolist())
+    return x + 0.0, y + 0.0, z + 0.0, roll + 0.0, pitch + 0.0, yaw + 0.0
+
+
+def named(root: Node, tag: str) -> list[Node]:
+    """Elements of this name, with names of their own that none shares."""
+    nodes = root.children(tag)
+    lines: dict[str, int | None] = {}
+    for node in nodes:
+        name = node.attribute("name") or ""
+        if name in lines and name:
+            node.fault(f"duplicate name: line {lines[name]} has a {tag} of this name")
+        lines.setdefault(name, node.line)
+    return nodes
+
+
+def _checked_root(links: Mapping[str, Link], joints: Mapping[str, Joint], root: Node) -> str:
+    """The root link; a file whose joints name links that are not there has other problems first."""
+    if not links:
+        root.fault("has no links", root.tag)
+    if not links or root.findings.problems:
+        return ""
+    return root_of(links, joints, root.findings)
+
+
+def _check_masses(links: Mapping[str, Link], around: Surroundings, root: Node) -> None:
+    """A robot has a mass; the inertia of a link that is no small part of it can exist."""
+    total = sum(link.inertial.mass for link in links.values() if link.inertial)
+    if links and total == 0 and not around.findings.problems:
+        root.fault("no link has a mass", root.tag)
+    for node, name, far, words in around.impossible:
+        inertial = links[name].inertial
+        if far and inertial and inertial.mass > LIGHT * total:
+            node.fault(f"impossible moments of inertia: about the principal axes they are {words} kg m2, "
+                       "and the largest is more than the sum of the other two")  # fmt: skip
+        else:
+            around.findings.note("inertia", name)
+
+
+def _note_misspelt(root: Node) -> None:
+    """Elements that look like a misspelt one of URDF; whatever else is unknown is an extension."""
+    for tag, known in KNOWN.items():
+        for node in [root] if tag == "robot" else root.children(tag):
+            for child in node.element.iterchildren("*"):
+                close = None if child.tag in known else nearest(str(child.tag), known)
+                if close:
+                    thing = f"<{child.tag}> in line {child.sourceline} (did you mean '{close}'?)"
+                    root.findings.note("element", thing)
