@@ -8,7 +8,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.model.water import Sea
 from vrx_mj.physics import tables
-from vrx_mj.physics.surface import SPOKES, draw_surface, ring_distances, ripples, spokes
+from vrx_mj.physics.surface import RINGS, SPOKES, draw_surface, ring_distances, ripples, spokes
 from vrx_mj.physics.waves import random_phases, surface_heights
 
 SHOWN = 3
@@ -79,6 +79,19 @@ class SeaSkin(Skin):
         surface_heights(self._waves, self._sea[0], east, north, np.full(east.shape, float(time)), out)
         return out.reshape(np.shape(x))
 
+    def drawn_height(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Heights [m] of the facets that `move` made last, at x, y [m, equal shapes]; beside them, of their rim."""
+        east, north = x - self._eye[0], y - self._eye[1]
+        angle = (np.arctan2(north, east) - self._course + math.pi) % (2.0 * math.pi) - math.pi
+        outward = np.interp(np.hypot(east, north), self._distances, np.arange(RINGS))
+        across = (angle / self._half + 1.0) * 0.5 * (SPOKES - 1)
+        (ring, u), (spoke, v) = (
+            np.divmod(np.clip(place, 0.0, count - 1.001), 1.0) for place, count in ((outward, RINGS), (across, SPOKES))
+        )
+        z, i, j = self.vertices[:, 2].reshape(RINGS, SPOKES), ring.astype(int), spoke.astype(int)
+        first, last, other = z[i, j], z[i + 1, j + 1], np.where(u > v, z[i + 1, j], z[i, j + 1])
+        return np.asarray(first + (other - first) * np.maximum(u, v) + (last - other) * np.minimum(u, v), np.float64)
+
     def floats(self, data: mujoco.MjData, eye: FloatArray, time: float) -> FloatArray:
         """What stands in the water near an eye (3,) [m] at `time` [s], as `draw_surface` has it; foam grows with waves.
 
@@ -117,15 +130,17 @@ class SeaSkin(Skin):
         if self.wet:
             self._sums[:2] = np.cos(course + half * self._spokes), np.sin(course + half * self._spokes)
             sea, deviation = self._sea[0], math.sqrt(0.5 * float(np.sum(self._waves["amplitude"] ** 2)))
+            self._eye, self._course, self._half = np.asarray(eye, np.float64), course, float(half)
+            self._distances = ring_distances(float(eye[2] - sea["level"]), deviation, *elevations)
             draw_surface(
                 self._waves,
                 self._shading,
                 sea,
                 float(time),
-                np.asarray(eye, np.float64),
+                self._eye,
                 np.asarray(sun, np.float64),
-                float(half),
-                ring_distances(float(eye[2] - sea["level"]), deviation, *elevations),
+                self._half,
+                self._distances,
                 floats,
                 self._sums,
                 self.vertices,

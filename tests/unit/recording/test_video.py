@@ -11,10 +11,13 @@ import numpy as np
 import pytest
 
 import recorded_run
+import vrx_mj
 from trees import partial
 from vrx_mj.draw.colors import boat_colors
 from vrx_mj.errors import RecordError, UnknownNameError, VideoError, VrxError
+from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.packages import install_extra
+from vrx_mj.physics.surface import SPOKES, fan_triangles
 from vrx_mj.recording import read_record
 from vrx_mj.recording.video import Film, Shot, draw_video, looking, parse_size, write_video
 from vrx_mj.recording.video.filming import clock_line, encoder_of, project, task_lines
@@ -40,6 +43,7 @@ from vrx_mj.recording.video.stage import (
     view_of,
 )
 from vrx_mj.recording.writer import RecordWriter
+from vrx_mj.sensors.sea import SeaSkin
 
 UP = (0.0, 0.0, 1.0)
 
@@ -103,19 +107,61 @@ def test_between_two_rows_numbers_are_linear_and_turns_keep_their_length_the_sho
     assert row[5:] == pytest.approx([math.cos(0.2), 0.0, 0.0, math.sin(0.2)])
 
 
-def height(x, y, t):
-    return 0.3 * np.sin(0.5 * np.asarray(x) - t)
+def height(x, y):
+    return 0.3 * np.sin(0.5 * np.asarray(x) - 20.0)
 
 
 def test_foam_lies_on_the_sea_behind_the_stern_and_fades():
     wake = Wake(straight(FULL_SPEED), (-2.0, 1.0))
     edges, shades = wake.strip(20.0, height)
     x, y, z = edges.reshape(-1, 3).T
-    assert z == pytest.approx(height(x, y, 20.0) + OVER)
+    assert z == pytest.approx(height(x, y) + OVER)
     assert x.max() == pytest.approx(FULL_SPEED * 20.0 - 2.0)
     assert x.min() == pytest.approx(FULL_SPEED * (20.0 - LASTS) - 2.0, abs=1e-9)  # where it was `LASTS` ago
     assert np.abs(y - 1.0).min() == pytest.approx(WIDTH / 2, rel=1e-3)
     assert shades[0] == shades.max() == pytest.approx(WHITE, rel=0.05)
+
+
+STORM = {
+    "physics": {"profile": "marine"},
+    "sea": {"model": "jonswap", "significant_height": 1.2, "peak_period": 5.0, "direction": [0.6, 0.8]},
+}
+
+
+@pytest.fixture(scope="module")
+def storm_skin():
+    world = vrx_mj.compile_world(STORM)
+    return SeaSkin(drawing_model(world), world.parameters.sea)
+
+
+VIEWS = [
+    ((-30.0, 4.0, 2.0), 0.5, (-0.4, 0.3)),
+    ((-40.0, -6.0, 12.0), 0.6, (-0.9, 0.1)),
+    ((0.0, 0.0, 60.0), math.pi, (-1.6, -0.6)),
+]
+"""Eyes [m], half the widths of what they see along x, and the elevations that they see [rad]."""
+
+
+@pytest.mark.parametrize(("eye", "half", "elevations"), VIEWS)
+def test_drawn_heights_are_those_of_the_seas_facets(storm_skin, eye, half, elevations):
+    storm_skin.move(np.array(eye), np.array(UP), 0.0, half, 20.0, elevations)
+    corners = storm_skin.vertices[fan_triangles()].astype(float)
+    size = np.ptp(corners, axis=1).max(axis=1)
+    for share in ((0.2, 0.3, 0.5), (0.6, 0.3, 0.1), (1 / 3, 1 / 3, 1 / 3)):
+        x, y, z = np.einsum("c,tci->it", share, corners)
+        # a facet's side is a chord of its ring, by less than this part of its size: slopes are below 1
+        assert np.all(np.abs(storm_skin.drawn_height(x, y) - z) < (half / SPOKES) * size + 1e-4)
+
+
+@pytest.mark.parametrize(("eye", "half", "elevations"), VIEWS)
+def test_no_crest_of_the_drawn_sea_hides_foam(storm_skin, eye, half, elevations):
+    """Between its corners too: 9 x 9 places of each piece."""
+    storm_skin.move(np.array(eye), np.array(UP), 0.0, half, 20.0, elevations)
+    edges, _ = Wake(straight(FULL_SPEED) - (0.0, 30.0, 0.0, 0.0), (-2.0, 1.0)).strip(20.0, storm_skin.drawn_height)
+    share = np.linspace(0.0, 1.0, 9)[:, None]
+    sides = edges[:-1, None] + share[..., None] * (edges[1:] - edges[:-1])[:, None]
+    x, y, z = (sides[:, :, :1] + share * (sides[:, :, 1:] - sides[:, :, :1])).reshape(-1, 3).T
+    assert np.all(z > storm_skin.drawn_height(x, y))
 
 
 def test_a_boat_that_lies_still_leaves_no_foam():

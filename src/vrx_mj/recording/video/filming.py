@@ -388,7 +388,7 @@ Encoder = Callable[[Path, Pictures, int, Fraction], None]
 X264 = {
     "crf": "27", "preset": "superfast", "x264-params": "subme=0:partitions=none:b-adapt=0:weightp=0:psy=0:scenecut=0",
 }  # fmt: skip
-"""Encoding of MP4: less `crf` is better, below 24 no difference is visible; the parameters save a third of the time."""
+"""Encoding of MP4: less `crf` is better; the parameters save a third of the time."""
 WEBP_QUALITY, WEBP_EFFORT = 72, 4
 COLORS = 128
 """Colours of a GIF."""

@@ -350,7 +350,7 @@ class Stage:
         with announced(draw_surface, "the sea's pictures", 8):
             self._move_sea(view, moment.time)
         drawn = np.empty((height, width, 3), np.uint8)
-        self._foam.move(moment.time, self._sea.height)
+        self._foam.move(moment.time, self._sea.drawn_height)
         self._canvas.draw(data, view, (self._sea, self._foam), drawn)
         with announced(smooth, "the smoothing of edges", 3):
             return antialias(drawn)
@@ -382,7 +382,7 @@ def sterns(parameters: Parameters) -> Sequence[tuple[str, tuple[float, float]]]:
 
 Strip = tuple[FloatArray, FloatArray]
 """Edges (n, 2, 3) [m] and opacities (n,) of foam, the freshest first; the first edge is on the right of the way."""
-Height = Callable[[FloatArray, FloatArray, float], npt.ArrayLike]
+Height = Callable[[FloatArray, FloatArray], npt.ArrayLike]
 
 LASTS = 14.0
 """How long foam is seen [s]."""
@@ -400,7 +400,7 @@ WHITE = 0.38
 WIDTH, SPREAD = 0.28, 0.09
 """Width of fresh foam [m], and by how much it grows [m/s]."""
 OVER = 0.05
-"""Height of foam over the water [m], so that the facets of the drawn sea do not hide it."""
+"""Height of foam over the facets of the drawn sea [m], whose edges it does not follow."""
 
 
 class Wake:
@@ -435,7 +435,7 @@ def strip_of(time: FloatArray, place: FloatArray, speed: FloatArray, now: float,
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-6)
     half = 0.5 * (WIDTH + SPREAD * age)[:, None] * np.column_stack([-along[:, 1], along[:, 0]])
     edges = np.stack([spots + half, spots - half], axis=1)
-    z = np.asarray(height(edges[..., 0], edges[..., 1], now)) + OVER
+    z = np.asarray(height(edges[..., 0], edges[..., 1])) + OVER
     opacity = WHITE * np.clip((fast - SLOWEST) / (FULL_SPEED - SLOWEST), 0.0, 1.0) * (1.0 - age / LASTS)
     return np.concatenate([edges, z[..., None]], axis=-1), opacity
 
@@ -446,7 +446,7 @@ class Foam(Skin):
     def __init__(self, spec: mujoco.MjSpec, wakes: Sequence[Wake]) -> None:
         """Add the skin to the spec of a drawing model, which stays without it where there are no wakes."""
         super().__init__(2 * PIECES * len(wakes))
-        self._wakes, self._time = wakes, math.nan
+        self._wakes = wakes
         self.normals[:, 2] = 1.0
         self.palette[:] = 0.5
         if wakes:
@@ -459,10 +459,7 @@ class Foam(Skin):
             add_skin(spec, FOAM, white, self.vertices, self.palette, triangles, opacity=0.99)
 
     def move(self, time: float, height: Height) -> None:
-        """Lay the foam of a time [s] on a sea of a height; several pictures of one time share it."""
-        if time == self._time:
-            return
-        self._time = time
+        """Lay the foam of a time [s] on a sea of a height: that of its facets, which would hide what lies lower."""
         places, shades = self.vertices.reshape(-1, PIECES, 2, 3), self.palette.reshape(-1, PIECES, 2, 2)
         for number, wake in enumerate(self._wakes):
             edges, opacity = wake.strip(time, height)
