@@ -14,11 +14,9 @@ from typing import Any
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, shown
 
 __all__ = [
-    "MOST_SEED", "as_flag", "as_number", "as_path", "as_seed", "as_text", "check_kind", "check_name", "several",
+    "as_flag", "as_number", "as_path", "as_seed", "as_text", "check_kind", "check_name", "several",
     "whole",
 ]  # fmt: skip
-
-MOST_SEED = 2**63 - 1
 
 
 def check_kind(taker: str, given: object, kind: type, wanted: str, error: type[VrxError] = CommandError) -> None:
@@ -97,7 +95,7 @@ def as_seed(given: object) -> int:
         CommandError: it is not a whole number from 0 to 2^63 - 1.
     """
     value = whole("seed", given)
-    if not 0 <= value <= MOST_SEED:
+    if not 0 <= value < 2**63:
         raise CommandError(f"invalid seed {shown(given)}: a whole number from 0 to 2^63 - 1 is needed")
     return value
 

@@ -18,8 +18,8 @@ from vrx_mj.errors import VrxError
 
 FORMAT = 1
 """Version of the file."""
-MOST_BYTES = 20_000_000
-"""What a file may hold."""
+MOST_BYTES, MOST_POLES = 20_000_000, 40
+"""What a file may hold; a step takes time with each pole."""
 FEWEST_ANGLES = 8
 LARGEST = 1e12
 """Bound of its numbers."""
@@ -83,7 +83,7 @@ def _checked(data: Any) -> Hydro:
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise VrxError(f"`format`: {FORMAT} is needed; `vrx-mj robot hydro --bem` writes such files")
     frequencies = _array(data, "frequencies", (None,))
-    n, k = len(frequencies), len(_list(data, "poles"))
+    n, k = len(frequencies), len(_list(data, "poles", MOST_POLES))
     m = _angles(data, n)
     found = Hydro(
         program=str(data.get("program", ""))[:200],
@@ -105,7 +105,7 @@ def _checked(data: Any) -> Hydro:
 
 def _angles(data: dict[str, Any], n: int) -> int:
     """Number of angles of the diffraction."""
-    rows = _list(data, "diffraction")
+    rows = _list(data, "diffraction", n)
     if not rows:
         return 0
     m = len(rows[0]) if isinstance(rows[0], list) else 0
@@ -115,10 +115,10 @@ def _angles(data: dict[str, Any], n: int) -> int:
     return m
 
 
-def _list(data: dict[str, Any], key: str) -> list[Any]:
+def _list(data: dict[str, Any], key: str, most: int) -> list[Any]:
     value = data.get(key, [])
-    if not isinstance(value, list):
-        raise VrxError(f"`{key}`: a list is needed, got {shown(value)}")
+    if not isinstance(value, list) or len(value) > most:
+        raise VrxError(f"`{key}`: a list of at most {most} is needed, got {shown(value)}")
     return value
 
 

@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.arguments import MOST_SEED
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.runtime.loop import HUGE
@@ -65,7 +64,7 @@ def row_seeds(which: IntArray, seed: Any) -> IntArray:
         CommandError: neither one whole number nor as many as there are rows.
     """
     one = isinstance(seed, int | np.integer) and not isinstance(seed, bool)
-    if one and 0 <= seed <= MOST_SEED - int(which.max(initial=0)):
+    if one and 0 <= seed < 2**63 - int(which.max(initial=0)):
         return int(seed) + which
     given = _array(seed)
     if given.shape != which.shape or not np.issubdtype(given.dtype, np.integer) or (given < 0).any():
