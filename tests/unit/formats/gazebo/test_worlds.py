@@ -56,7 +56,7 @@ def losses(world):
 @pytest.mark.parametrize("name", MACROS)
 def test_each_macro_of_vrx_makes_its_part(name):
     macro = MACROS[name]
-    base = "" if name in BASES else "<xacro:sydneyregatta/>"
+    base = "" if name in BASES else "<xacro:sydneyregatta_minus_scene/>"
     blocks = "".join(f"<{key}>{BLOCKS[key]}</{key}>" for key in macro.blocks)
     given = ' name="course"' if name in NAMED else ""
     world = said(f"{base}<xacro:{name}{given}>{blocks}</xacro:{name}>", file="bay.world.xacro")
@@ -143,16 +143,19 @@ def test_each_parameter_of_a_macro_changes_the_world_or_is_noted(name, key):
     assert any(map(changes, VALUES))
 
 
+SPEED, TO = "/vrx/debug/wind/speed", "/vrx/debug/wind/direction"
+
+
 @pytest.mark.parametrize(
-    ("name", "key", "ours"),
+    ("name", "key", "ours", "note"),
     [
-        ("wayfinding", "competition", "vrx"),
-        ("usv_wind_gazebo", "topic_wind_speed", "/vrx/debug/wind/speed"),
-        ("usv_wind_gazebo", "topic_wind_direction", "/vrx/debug/wind/direction"),
+        ("wayfinding", "competition", "vrx", "<task_info_topic> ignored: topics have the names that VRX gives them"),
+        ("usv_wind_gazebo", "topic_wind_speed", SPEED, f"<topic_wind_speed> ignored: here it is `{SPEED}`"),
+        ("usv_wind_gazebo", "topic_wind_direction", TO, f"<topic_wind_direction> ignored: here it is `{TO}`"),
     ],
 )
-def test_parameters_that_name_topics_are_noted(name, key, ours):
-    assert call(name, **{key: "other"})[1] == [f"<{name}> / {key} ignored: here it is `{ours}`"]
+def test_parameters_that_name_topics_are_noted(name, key, ours, note):
+    assert call(name, **{key: "other"})[1] == [note]
     assert call(name, **{key: ours})[1] == []
 
 
@@ -388,10 +391,13 @@ def test_two_models_of_one_name_are_refused_with_both_lines(body, message):
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        ('<xacro:ocean_waves period="-3"/>', "<ocean_waves> / period: must be above 0, got -3"),
-        ('<xacro:usv_wind_gazebo mean_vel="-3"/>', "<usv_wind_gazebo> / mean_velocity: must be at least 0, got -3"),
+        ('<xacro:ocean_waves period="-3"/>', "<model> 'ocean_waves' / period: must be above 0, got -3"),
+        (
+            '<xacro:usv_wind_gazebo mean_vel="-3"><wind_objs/></xacro:usv_wind_gazebo>',
+            "<plugin> 'wind' / mean_velocity: must be at least 0, got -3",
+        ),
         (BUOY.format("a", "1e9"), "<pose>: must be at most 1000000, got 1000000000"),
-        ('<xacro:insert_model uri="post" x="1e9"/>', "<insert_model> / pose: must be at most 1000000, got 1000000000"),
+        ('<xacro:insert_model uri="post" x="1e9"/>', "<pose>: must be at most 1000000, got 1000000000"),
         (
             "<scene><fog><type>exp</type><density>-1</density></fog></scene>",
             "<scene> / density: must be at least 0, got -1",
@@ -528,7 +534,7 @@ def test_of_two_elements_the_first_counts_as_in_gazebo(tag, first, second, key, 
 
 def test_a_macro_of_the_scene_is_the_first_one_too():
     own = "<scene><ambient>0.9 0.9 0.9 1</ambient></scene>"
-    macro = f"<xacro:scene_macro><ambient>0.3 0.3 0.3 1</ambient><fog>{BLOCKS['fog']}</fog></xacro:scene_macro>"
+    macro = f"<xacro:scene_macro><fog>{BLOCKS['fog']}</fog><ambient>0.3 0.3 0.3 1</ambient></xacro:scene_macro>"
     world = said(f"<xacro:sydneyregatta_minus_scene/>\n{macro}\n{own}", file="bay.world.xacro")
     assert losses(world) == ["<scene> ignored: a world has one <scene>: the first, on line 4"]
     assert world.section["scene"]["ambient"] == (0.3, 0.3, 0.3, 1.0)
