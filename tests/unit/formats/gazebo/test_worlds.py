@@ -7,9 +7,11 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
+import yaml
 
 import vrx_mj
 from gazebo_files import classic_text, newer_text
+from vrx_mj.cli.nodes import PROGRAMS
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import load_world
@@ -66,6 +68,37 @@ def test_each_macro_of_vrx_makes_its_part(name):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", VrxWarning)
         load_world("bay.world.xacro")
+
+
+@pytest.mark.parametrize("name", MACROS)
+def test_a_macro_makes_the_same_in_a_series_and_when_xacro_expands_it(name):
+    macro = MACROS[name]
+    base = "" if name in BASES else "sydneyregatta_minus_scene"
+    given = {"name": "course"} if name in NAMED else {}
+    lit = {"light_buoy_present": "true"} if "light_buoy_present" in macro.defaults else {}
+    words = "".join(f' {key}="{value}"' for key, value in {**given, **lit}.items())
+    blocks = "".join(f"<{key}>{BLOCKS[key]}</{key}>" for key in macro.blocks)
+    body = f"{base and f'<xacro:{base}/>'}<xacro:{name}{words}>{blocks}</xacro:{name}>"
+    said('<xacro:include filename="$(find vrx_gazebo)/worlds/xacros/include_all_xacros.xacro"/>' + body,
+         file="bay.world.xacro")  # fmt: skip
+    assert PROGRAMS["xacro"](["bay.world.xacro", "-o", "made.world"], Path()) == 0
+    values = {key: f"'{value}'" for key, value in {**given, **lit}.items()}
+    call = values | {f"/**{key}": BLOCKS[key] if "<" in BLOCKS[key] else f"'{BLOCKS[key]}'" for key in macro.blocks}
+    macros = {**({base: [None]} if base else {}), name: [call or None]}
+    Path("bay.yaml").write_text(yaml.safe_dump({"a": {"steps": 1, "macros": macros}}), encoding="utf-8")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VrxWarning)
+        first, *others = (comparable(load_world(source)) for source in ("bay.yaml#0", "bay.world.xacro", "made.world"))
+    assert others == [first] * 2
+
+
+def comparable(world):
+    """What makes a world, its objects in order and its task named."""
+    said = world.model_dump(exclude={"name", "description", "spawn", "folder"})
+    said["objects"] = sorted(said["objects"], key=lambda thing: thing["name"])
+    if said["task"]:
+        said["task"]["name"] = said["task"]["name"] or said["task"]["type"]
+    return said
 
 
 def test_values_of_macros_may_be_expressions_and_macros_of_ones_own():
@@ -391,13 +424,13 @@ def test_two_models_of_one_name_are_refused_with_both_lines(body, message):
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        ('<xacro:ocean_waves period="-3"/>', "<model> 'ocean_waves' / period: must be above 0, got -3"),
+        ('<xacro:ocean_waves period="-3"/>', "<ocean_waves> / period: must be above 0, got -3"),
         (
             '<xacro:usv_wind_gazebo mean_vel="-3"><wind_objs/></xacro:usv_wind_gazebo>',
-            "<plugin> 'wind' / mean_velocity: must be at least 0, got -3",
+            "<usv_wind_gazebo> / mean_velocity: must be at least 0, got -3",
         ),
         (BUOY.format("a", "1e9"), "<pose>: must be at most 1000000, got 1000000000"),
-        ('<xacro:insert_model uri="post" x="1e9"/>', "<pose>: must be at most 1000000, got 1000000000"),
+        ('<xacro:insert_model uri="post" x="1e9"/>', "<insert_model> / pose: must be at most 1000000, got 1000000000"),
         (
             "<scene><fog><type>exp</type><density>-1</density></fog></scene>",
             "<scene> / density: must be at least 0, got -1",
