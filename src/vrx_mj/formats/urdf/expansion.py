@@ -285,7 +285,7 @@ def _problem(error: Exception, cause: BaseException, made: _Expansion, known: Se
         words = UnknownNameError("package", str(cause), known or ())
         message = f"{words} (or add its folder to the package paths)"
     else:
-        message = _message(cause, trail)
+        message = _message(cause, trail) + _beside(cause)
     if trail.expression:
         message = f"{trail.expression[:_LONGEST]}: {message}"
     if trail.place is None:
@@ -301,10 +301,22 @@ def _cause(error: BaseException) -> BaseException:
     return error
 
 
+def _unknown_argument(cause: BaseException) -> UnknownArgumentError | None:
+    found = cause.__context__ if isinstance(cause, substitution_args.ArgException) else cause
+    return found if isinstance(found, UnknownArgumentError) else None
+
+
+def _beside(cause: BaseException) -> str:
+    """Where an argument can be given that no file declares."""
+    unknown = _unknown_argument(cause)
+    if unknown is None or nearest(*unknown.args):
+        return ""
+    return f"; or give it in the YAML beside the file: `arguments: {{{unknown.args[0]}: ...}}`"
+
+
 def _message(cause: BaseException, trail: "_Trail") -> str:
     """What is wrong, in the words of Python or xacro."""
-    unknown = cause.__context__ if isinstance(cause, substitution_args.ArgException) else cause
-    if isinstance(unknown, UnknownArgumentError):
+    if (unknown := _unknown_argument(cause)) is not None:
         return str(UnknownNameError("argument", *unknown.args))
     if isinstance(cause, MemoryError):
         return "takes too much memory"

@@ -7,11 +7,10 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
-import yaml
 
 import vrx_mj
 from gazebo_files import classic_text, newer_text
-from vrx_mj.cli.nodes import PROGRAMS
+from macro_blocks import BLOCKS
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import load_world
@@ -19,20 +18,6 @@ from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.formats.gazebo.worlds import gazebo_world
 from vrx_mj.formats.series.macros import MACROS
 
-BLOCKS = {
-    "wind_objs": "<wind_obj><name>wamv</name><link_name>wamv/base_link</link_name>"
-    "<coeff_vector>.5 .5 .33</coeff_vector></wind_obj>",
-    "fog": "<fog><type>linear</type><density>0.1</density></fog>",
-    "ambient": "0.3 0.3 0.3 1",
-    "wp_markers": "<markers><height>2</height></markers>",
-    "waypoints": "<waypoint><pose>-33.7226 150.674 1</pose></waypoint>",
-    "gates": "<gate><left_marker>red_bound_0</left_marker><right_marker>green_bound_0</right_marker></gate>",
-    "model_includes": "<include><name>red_0</name><uri>model://surmark950410</uri></include>",
-    "object_sequence": "<object><time>1</time><type>red</type><name>red_0</name><pose>6 0 0 0 0 0</pose></object>",
-    "animal_includes": "<include><name>turtle</name><uri>model://turtle_buoy</uri></include>",
-    "animal_buoys": "<buoy><model_name>turtle</model_name><goal>avoid</goal></buoy>",
-}
-"""What the blocks of the macros hold."""
 NAMED = {name for name in MACROS if "name" in MACROS[name].defaults}
 BASES = {name for name in MACROS if MACROS[name].part == "base"}
 
@@ -68,37 +53,6 @@ def test_each_macro_of_vrx_makes_its_part(name):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", VrxWarning)
         load_world("bay.world.xacro")
-
-
-@pytest.mark.parametrize("name", MACROS)
-def test_a_macro_makes_the_same_in_a_series_and_when_xacro_expands_it(name):
-    macro = MACROS[name]
-    base = "" if name in BASES else "sydneyregatta_minus_scene"
-    given = {"name": "course"} if name in NAMED else {}
-    lit = {"light_buoy_present": "true"} if "light_buoy_present" in macro.defaults else {}
-    words = "".join(f' {key}="{value}"' for key, value in {**given, **lit}.items())
-    blocks = "".join(f"<{key}>{BLOCKS[key]}</{key}>" for key in macro.blocks)
-    body = f"{base and f'<xacro:{base}/>'}<xacro:{name}{words}>{blocks}</xacro:{name}>"
-    said('<xacro:include filename="$(find vrx_gazebo)/worlds/xacros/include_all_xacros.xacro"/>' + body,
-         file="bay.world.xacro")  # fmt: skip
-    assert PROGRAMS["xacro"](["bay.world.xacro", "-o", "made.world"], Path()) == 0
-    values = {key: f"'{value}'" for key, value in {**given, **lit}.items()}
-    call = values | {f"/**{key}": BLOCKS[key] if "<" in BLOCKS[key] else f"'{BLOCKS[key]}'" for key in macro.blocks}
-    macros = {**({base: [None]} if base else {}), name: [call or None]}
-    Path("bay.yaml").write_text(yaml.safe_dump({"a": {"steps": 1, "macros": macros}}), encoding="utf-8")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", VrxWarning)
-        first, *others = (comparable(load_world(source)) for source in ("bay.yaml#0", "bay.world.xacro", "made.world"))
-    assert others == [first] * 2
-
-
-def comparable(world):
-    """What makes a world, its objects in order and its task named."""
-    said = world.model_dump(exclude={"name", "description", "spawn", "folder"})
-    said["objects"] = sorted(said["objects"], key=lambda thing: thing["name"])
-    if said["task"]:
-        said["task"]["name"] = said["task"]["name"] or said["task"]["type"]
-    return said
 
 
 def test_values_of_macros_may_be_expressions_and_macros_of_ones_own():
