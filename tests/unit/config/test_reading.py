@@ -121,5 +121,5 @@ def test_a_package_whose_name_never_comes_has_none(tmp_path):
     (tmp_path / "boats").mkdir()
     os.mkfifo(tmp_path / "boats" / "package.xml")
     files = Files(tmp_path / "boats" / "a.xacro", {}, [tmp_path / "boats"])
-    assert files.find_package("boats") == tmp_path / "boats"
+    assert files.package("boats") == tmp_path / "boats"
     assert refusal(lambda: MeshFiles(tmp_path / "boats").find("package://other/a.stl")).startswith("no file")

@@ -1,4 +1,4 @@
-"""An XML file of Gazebo or ROS as elements that know their places; xacro in it is expanded, but for VRX's macros."""
+"""An XML file of Gazebo or ROS as elements that know their places; xacro in it is expanded."""
 
 import os.path
 import re
@@ -16,10 +16,8 @@ from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.formats.urdf.expand import expanded_document
 from vrx_mj.formats.urdf.xml_document import parse_document, place_of, read_bytes
 
-MACRO = "xacro:"
-"""Beginning of the tag of a macro of VRX that is called."""
 LIBRARIES = frozenset({"robotx_gazebo", "vmrc_gazebo", "vorc_gazebo", "vrx_2019", "vrx_gazebo", "wave_gazebo"})
-"""Packages of VRX, whose macros are known here: their files may be missing."""
+"""Packages of VRX, whose files may be missing: macros of ours stand for theirs."""
 _PREFIXES = {"gz": "http://gazebosim.org/schema", "ignition": "http://ignitionrobotics.org/schema"}
 """Namespaces of XML that files of Gazebo use without declaring them."""
 _ROOT = re.compile(rb"(?>[^<]+|<!--(?>.*?-->)|<\?(?>.*?\?>))*+<[A-Za-z_][\w.:-]*", re.DOTALL)
@@ -73,7 +71,7 @@ class Element:
     def label(self) -> str:
         """The element as messages call it: `<include> 'buoy'`."""
         name = self.attributes.get("name") or self.text("name") or self.text("uri")
-        return f"<{self.tag.removeprefix(MACRO)}>{f' {shown(name)}' if name else ''}"
+        return f"<{self.tag}>{f' {shown(name)}' if name else ''}"
 
     def all(self, tag: str) -> list["Element"]:
         """The elements of a tag in this one."""
@@ -169,7 +167,7 @@ def home_path(text: str) -> Path:
 
 
 def read_document(file: Path, arguments: Mapping[str, str] | None = None) -> Element:
-    """The root element of a file; a `.xacro` is expanded, with the calls of VRX's own macros left in it.
+    """The root element of a file; a `.xacro` is expanded, where VRX's macros of worlds are ours.
 
     Files that it includes are read from its own folder and from packages alone.
 

@@ -12,8 +12,8 @@ from vrx_mj.config.profiles import CLASSIC, NEWER
 from vrx_mj.config.search import SCHEME, WORLD_SUFFIXES, catalogue
 from vrx_mj.config.tree import Entry, Place, Section
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning, nearest, shortened
-from vrx_mj.formats.gazebo.document import MACRO, Element, Note, Report, read_document
+from vrx_mj.errors import ConfigError, VrxError, VrxWarning, nearest, shortened
+from vrx_mj.formats.gazebo.document import Element, Note, Report, read_document
 from vrx_mj.formats.gazebo.model_frames import in_world_frame, pose_of, safe_name
 from vrx_mj.formats.gazebo.models import (
     NO_MODEL,
@@ -30,8 +30,7 @@ from vrx_mj.formats.gazebo.models import (
 from vrx_mj.formats.gazebo.sdf_boats import is_boat
 from vrx_mj.formats.gazebo.surroundings import georeference, published_sea, scene, view, wave_field, wind
 from vrx_mj.formats.gazebo.task_plugins import kind_of, marked, task_of, unread
-from vrx_mj.formats.series.calls import BLOCK, SYMBOLS, At, Call, located, named_as, thing
-from vrx_mj.formats.series.macros import MACROS, made
+from vrx_mj.formats.series.calls import SYMBOLS, At, located, named_as, thing
 from vrx_mj.formats.series.pieces import Piece, assembled, base_objects
 
 BASES = {
@@ -59,14 +58,13 @@ CLOSE = 2e-3
 """Difference of numbers [m, rad] up to which an object is that of the base."""
 GZ_SIM = (1, 7)
 """Version of SDF from which a world is one of gz-sim."""
-INCLUDES = "include_all_xacros"
-"""VRX's macro that includes the files of the others."""
-UNUSED: Mapping[str, str] = {
-    "competition": "vrx",
+STALE_LINK = "base_link"
+"""What VRX's files of 2019 call the boat's link, which has another name since: their wind acts on nothing."""
+TOPICS = {
     "topic_wind_speed": "/vrx/debug/wind/speed",
     "topic_wind_direction": "/vrx/debug/wind/direction",
 }
-"""Parameters of macros that name topics, and the names that these have here."""
+"""Elements of a wind plugin that name topics, and the names that these have here."""
 MOST_HINTS = 100
 """Unknown names of models for which a known one is guessed."""
 SHOWN = 6
@@ -197,11 +195,9 @@ class _Reader:
 
     def take(self, element: Element) -> None:
         """Take over one element of the world."""
-        if element.tag.startswith(MACRO):
-            self.take_macro(element)
-        elif self.is_second(element.tag, element):
+        if self.is_second(element.tag, element):
             return
-        elif element.tag in _TAKE:
+        if element.tag in _TAKE:
             _TAKE[element.tag](self, element)
         else:
             self.report.note(element, "ignored", _IGNORED.get(element.tag, "unknown here"))
@@ -218,27 +214,6 @@ class _Reader:
         """Add a piece of the world."""
         self.pieces.append(Piece(part, element.label, element.place, (element.label,), content))
         self.report.note(element, "taken over", ours or f"`{part}`")
-
-    def take_macro(self, element: Element) -> None:
-        """Take over the call of a macro of VRX."""
-        name = element.tag.removeprefix(MACRO)
-        if name == INCLUDES:
-            self.report.note(element, "taken over", "its macros are known here")
-            return
-        if name not in MACROS:
-            raise element.fault(f"{UnknownNameError('macro', name, MACROS)}; is its <xacro:include> missing?")
-        piece = made(_call(name, element))
-        if self.is_second(piece.part, element):
-            return
-        ours = "`objects`" if piece.part == "objects" else f"`{'extends' if piece.part == 'base' else piece.part}`"
-        if piece.stale:
-            self.report.note(element, "approximated", "`wind`: its link `base_link` is the boat's here")
-        else:
-            self.report.note(element, "taken over", ours)
-        for key in sorted(UNUSED.keys() & element.attributes.keys() & MACROS[name].defaults.keys()):
-            if element.attributes[key] not in {"", str(MACROS[name].defaults[key]), UNUSED[key]}:
-                self.report.note(element, "ignored", f"here it is `{UNUSED[key]}`", f"{element.label} / {key}")
-        self.pieces.append(piece)
 
     def take_include(self, element: Element) -> None:
         """Take over a model by its name."""
@@ -265,7 +240,8 @@ class _Reader:
         if ours is None and self.has_boat(name):
             self.add_boat(element, element.text("name") or name, f"{SCHEME}{name}")
             return
-        own = At(safe_name(element.text("name") or named_as(name)), element.place)
+        numbered = element.child("name") is not None and not element.text("name")  # as `insert_model` has it
+        own = None if numbered else At(safe_name(element.text("name") or named_as(name)), element.place)
         content = thing(At(ours or name, element.place), pose_of(element), own)
         if ours is None:
             content["model"] = At(f"{SCHEME}{name}", element.place)
@@ -336,8 +312,8 @@ class _Reader:
         if kind_of(element):
             self.scoring.append(element)
         elif file.removeprefix("lib").removesuffix(".so") in WINDS:
-            content = wind(element)
-            self.add("wind", element, {"wind": content})
+            self.add("wind", element, {"wind": wind(element)})
+            self.note_wind(element)
         elif "publisherplugin" in file:
             sea = published_sea(element)
             if sea is not None:
@@ -352,6 +328,14 @@ class _Reader:
             self.report.note(element, "taken over", "every world has it")
         else:
             self.report.note(element, "ignored", "no such plugin here")
+
+    def note_wind(self, element: Element) -> None:
+        """Note links that boats have no more, and topics of other names."""
+        if any(thing.text("link_name") == STALE_LINK for thing in element.all("wind_obj")):
+            self.report.note(element, "approximated", "its link `base_link` is the boat's here", "<wind_obj>")
+        for tag, topic in TOPICS.items():
+            if element.text(tag) not in {"", topic}:
+                self.report.note(element, "ignored", f"here it is `{topic}`", f"<{tag}>")
 
     def take_scene(self, element: Element) -> None:
         """Take over light, sky and fog."""
@@ -419,7 +403,7 @@ class _Reader:
             where = f"is part of the terrain on line {self.terrain.place.line}"
             first = {str(one["name"]): where for one in base if "name" in one}
         labels = {id(content): element for element, content in self.placed}
-        things = [(labels[id(content)], content["name"]) for content in objects]
+        things = [(labels[id(content)], content["name"]) for content in objects if "name" in content]
         for element, said in sorted([*things, *self.afloat], key=lambda one: one[0].place.line or 0):
             name = str(_plain(said))
             if name in first:
@@ -446,7 +430,7 @@ class _Reader:
 
     def add_task(self, objects: list[Content]) -> None:
         """Add the task of the scoring plugins."""
-        named = [{"name": _plain(one["name"]), "model": str(_plain(one["model"]))} for one in objects]
+        named = [{"name": _plain(one.get("name", one["model"])), "model": str(_plain(one["model"]))} for one in objects]
         plugin, task = task_of(self.scoring, named)
         earth = next((one.content["georeference"] for one in self.pieces if one.part == "georeference"), None)
         for place in [*task.get("waypoints", ()), *([task["goal"]] if "goal" in task else ())]:
@@ -470,16 +454,6 @@ def _is_newer(root: Element) -> bool:
         version = ()
     plugins = (one for one in root.walk() if one.tag == "plugin")
     return version >= GZ_SIM or any(one.attributes.get("name", "").startswith(("gz::", "vrx::")) for one in plugins)
-
-
-def _call(name: str, element: Element) -> Call:
-    """The call of a macro as a world of a series has it: its attributes, and the XML of its blocks."""
-    values: dict[str, str] = {key: value.strip() for key, value in element.attributes.items()}
-    places = dict.fromkeys(values, element.place)
-    for block in element.children:
-        values[BLOCK + block.tag], places[BLOCK + block.tag] = block.inner_xml(), block.place
-    entries = {key: Entry(place, place) for key, place in places.items()}
-    return Call(name, Section(values, element.place, entries), element.place, (element.label,), in_xml=True)
 
 
 def _same(content: Mapping[str, Any], other: Mapping[str, Any]) -> bool:

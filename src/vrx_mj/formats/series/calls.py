@@ -33,23 +33,16 @@ class Call:
     place: Place
     loc: tuple[str | int, ...]
     """Its path in the file."""
-    in_xml: bool = False
-    """Whether a xacro calls it, whose blocks are elements."""
-
-    def shown(self, key: str) -> str:
-        """A parameter as the file writes it: the block `<waypoints>` of a xacro is `/**waypoints` in an axes file."""
-        return f"<{key.removeprefix(BLOCK)}>" if self.in_xml and key.startswith(BLOCK) else key
 
     def needs(self, key: str) -> ConfigError:
         """The error that a parameter is missing."""
-        name, kind = self.shown(key), "block" if self.shown(key) != key else "parameter"
-        return self.fault(None, f"{self.macro} needs the {kind} {name if kind == 'block' else repr(name)}")
+        return self.fault(None, f"{self.macro} needs the parameter {key!r}")
 
     def problem(self, key: str | None, message: str) -> Problem:
         """A problem with a parameter, or with the call itself."""
         entry = self.parameters.entries.get(key or "")
         place = entry.value if entry else self.place
-        path = (*self.loc, self.shown(key)) if entry and key else self.loc
+        path = (*self.loc, key) if entry and key else self.loc
         return Problem(place.file.name, place.line, place.column, key_path(path), message)
 
     def fault(self, key: str | None, message: str) -> ConfigError:
@@ -256,14 +249,6 @@ class At(NamedTuple):
     place: Place
 
 
-def _unknown(call: Call, key: str, known: Sequence[str]) -> str:
-    """The message about a parameter that a macro does not have; of a block, with the macro's blocks."""
-    is_block = call.shown(key) != key
-    alike = [call.shown(name) for name in known if name.startswith(BLOCK)] if is_block else map(call.shown, known)
-    kind = "block" if is_block else "parameter"
-    return str(UnknownNameError(f"{kind} of {call.macro}", call.shown(key), list(alike)))
-
-
 class Given:
     """The arguments of a call, and the defaults of its macro."""
 
@@ -273,7 +258,7 @@ class Given:
         known = [*defaults, *(BLOCK + name for name in blocks)]
         for key in call.parameters:
             if key not in known:
-                raise call.fault(key, _unknown(call, key, known))
+                raise call.fault(key, str(UnknownNameError(f"parameter of {call.macro}", key, known)))
         for key, value in defaults.items():
             if value is REQUIRED and key not in call.parameters:
                 raise call.needs(key)

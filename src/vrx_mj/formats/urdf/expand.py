@@ -59,11 +59,11 @@ def expand(
 
     `arguments` are the file's `$(arg NAME)`, of which it or the files in it must declare those that are `needed`.
     `$(find NAME)` looks in `packages`, in `package_paths` and beside the file; without `packages`, our own come last,
-    and for our own files first. A file may read only what lies there or in its own folder. Of missing
-    packages among `libraries`, those of VRX, our own macros of worlds take the place. Warnings of xacro come as one
+    and for our own files first. A file may read only what lies there or in its own folder. Our own macros
+    of worlds stand for those of `libraries`, packages of VRX. Warnings of xacro come as one
     VrxWarning. Raises ConfigError, or UnknownNameError for an argument.
     """
-    made = _expanded(Path(file), arguments or {}, packages, package_paths, libraries, _MACROS)
+    made = _expanded(Path(file), arguments or {}, packages, package_paths, libraries)
     _warn(Path(file), made)
     if unknown := next((name for name in needed if name not in made.declared), None):
         raise UnknownNameError("xacro argument", unknown, sorted(made.declared))
@@ -84,7 +84,7 @@ def expanded_document(
 ) -> minidom.Document:
     """The document that a `.xacro` file makes; its elements know their places (`xml_document.place_of`).
 
-    What the packages `libraries` define is left as it is called where they are missing. Raises ConfigError.
+    Our own macros of worlds stand for those of `libraries`, packages of VRX. Raises ConfigError.
     """
     made = _expanded(Path(file), arguments or {}, None, package_paths, libraries)
     _warn(Path(file), made)
@@ -125,23 +125,18 @@ def _expanded(
     packages: Mapping[str, Path] | None,
     paths: Sequence[Path],
     libraries: Collection[str] = (),
-    macros: Path | str = "",
 ) -> Expanded:
     """What a file expands to; a package that it names in another file, or by an expression, takes one more attempt."""
     if not file.is_file():
         raise ConfigError([Problem(display(file), None, None, "", "no such file")])
     given = {str(name): str(value) for name, value in arguments.items()}
-    ours = {
-        name: folder
-        for name, folder in own_packages().items()
-        if packages is None and (macros or name not in libraries)
-    }
+    ours = own_packages() if packages is None else {}
     first = ours if file.resolve().is_relative_to((root() / "assets").resolve()) else packages or {}
     files = Files(file, first, paths, spare=ours)
     names = _FOUND.findall(read_bytes(file).decode("utf-8", errors="replace"))
     found = {name: str(folder) for name in names[:_MOST_PACKAGES] if (folder := files.package(name)) is not None}
     for _ in range(_MOST_PACKAGES):
-        made = _asked(file, given, found, files, None, (libraries, macros))
+        made = _asked(file, given, found, files, None, libraries)
         name = made.missing
         folder = files.package(name) if name else None
         if name is None:
@@ -149,7 +144,7 @@ def _expanded(
         if folder is None:
             break
         found[name] = str(folder)
-    return _asked(file, given, found, files, files.known(), (libraries, macros))
+    return _asked(file, given, found, files, files.known(), libraries)
 
 
 def _asked(
@@ -158,13 +153,13 @@ def _asked(
     packages: Mapping[str, str],
     files: Files,
     known: Sequence[str] | None,
-    spare: tuple[Collection[str], Path | str],
+    libraries: Collection[str],
 ) -> Expanded:
-    (libraries, macros), reads = spare, [*files.roots, *([spare[1]] if spare[1] else [])]
-    job, path = "formats.urdf.expansion:expanded", file.absolute()
+    job, about, macros = "formats.urdf.expansion:expanded", f"xacro {display(file)}", [_MACROS] if libraries else []
+    told = (file.absolute(), arguments, packages, known, sorted(libraries), *macros)
     try:
-        return ask(job, path, arguments, packages, known, sorted(libraries), macros, returns=Expanded,
-                   about=f"xacro {display(file)}", reads=reads, seconds=_SECONDS, answer=_ANSWER)  # fmt: skip
+        return ask(job, *told, returns=Expanded, about=about, reads=[*files.roots, *macros], seconds=_SECONDS,
+                   answer=_ANSWER)  # fmt: skip
     except ReaderError as error:
         raise ConfigError([Problem(display(file), None, None, "", error.reason)]) from None
 

@@ -23,7 +23,7 @@ from vrx_mj.config.tree import Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, nearest
 from vrx_mj.formats.urdf.expand import Expanded
 from vrx_mj.formats.urdf.expressions import Result
-from vrx_mj.formats.urdf.xml_document import MAX_BYTES, Located, elements, parse_document, place_of
+from vrx_mj.formats.urdf.xml_document import MAX_BYTES, Copied, Located, elements, parse_document, place_of
 
 _NAME = re.compile(r"[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*(:[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*)?")
 _IN_PACKAGE = re.compile(r"\s*\$\(find (\w{1,200})\)/")
@@ -48,10 +48,9 @@ def expanded(
 ) -> Expanded:
     """Expand a xacro file, by its absolute path, with arguments and the folders of packages.
 
-    Without `known`, names of all packages that there are, one that is not among `packages` is no error yet. In the place
-    of files of missing `libraries` comes the file `macros`; without one they are left out, and calls of unknown macros
-    stay. It changes the package `xacro`: it is
-    for a process of its own.
+    Without `known`, names of all packages that there are, one that is not among `packages` is no error yet. Macros of
+    the file `macros` stand for those of `libraries`, whose files may be missing; what they make has the place of their
+    call. It changes the package `xacro`: it is for a process of its own.
 
     Raises:
         ConfigError: the file cannot be expanded.
@@ -128,6 +127,8 @@ class _Expansion:
         self.packages = packages
         self.libraries = libraries
         self.macros = macros
+        self.calls: list[Place] = []
+        """Where the macros being expanded are called."""
         self.warnings: dict[str, None] = {}
         self.include, self.call = xacro.process_include, xacro.handle_macro_call
         package: Any = xacro
@@ -137,10 +138,8 @@ class _Expansion:
         package.root_dir = str(Path(file).parent)
         package.substitution_args_context = {"filename": ""}
         package._global_symbols = _symbols()
-        if libraries:
-            package.process_include = self._include
-        if libraries and not macros:
-            package.handle_macro_call = self._call
+        if macros:
+            package.process_include, package.handle_macro_call = self._include, self._call
         package.init_stacks(file)
         inner: Any = substitution_args
         inner._eval_dirname = lambda _: str(Path(xacro.filestack[-1]).parent)
@@ -150,9 +149,9 @@ class _Expansion:
         """What the file expands to. Raises ConfigError."""
         try:
             document = self._parse(None, self.file)
+            if self.macros:
+                self._preload(document)
             xacro.process_doc(document, mappings=self.arguments)
-            if self.libraries and not self.macros:
-                document.documentElement.setAttribute("xmlns:xacro", "http://www.ros.org/wiki/xacro")
             for element in elements(document):
                 _check_names(element)
             text = document.toprettyxml(indent="  ")
@@ -160,7 +159,7 @@ class _Expansion:
             cause = _cause(error)
             if known is None and isinstance(cause, UnknownPackageError):
                 return Expanded(missing=str(cause))
-            raise ConfigError([_problem(error, cause, self.file, known)]) from None
+            raise ConfigError([_problem(error, cause, self, known)]) from None
         places = [place_of(element) for element in elements(document)]
         files = {file: number for number, file in enumerate(dict.fromkeys(place.file for place in places))}
         spots = tuple((files[place.file], place.line or 1, place.column or 1) for place in places)
@@ -173,7 +172,22 @@ class _Expansion:
         except ReadingError as error:
             xacro.filestack.pop()
             raise xacro.XacroException(exc=FileNotFoundError(_unread(filename, error))) from None
-        return parse_document(data, display(Path(filename)), Path(filename).parent)
+        document = parse_document(data, display(Path(filename)), Path(filename).parent)
+        for element in elements(document) if filename == self.macros else ():
+            element.setUserData("place", place_of(element), self)
+        return document
+
+    def _preload(self, document: Any) -> None:
+        """Have the macros at hand before the first element."""
+        root = document.documentElement
+        include = document.createElement("xacro:include")
+        include.setAttribute("filename", self.macros)
+        include.setUserData("place", place_of(root), None)
+        root.insertBefore(include, root.firstChild)
+
+    def handle(self, operation: int, key: str, data: Place, source: Any, copy: Any) -> None:
+        """Give what a macro of ours makes the place of its call."""
+        copy.setUserData(key, self.calls[-1] if self.calls else data, Copied())
 
     def _open(self, filename: str) -> io.StringIO:
         try:
@@ -194,15 +208,16 @@ class _Expansion:
             rest = node.getAttribute("filename")[found.end() :].strip()
             folder = self.packages.get(found[1])
             if folder is None or ("$" not in rest and not (Path(folder) / rest).is_file()):
-                if not self.macros:
-                    xacro.replace_node(node, by=None)
-                    return
-                node.setAttribute("filename", self.macros)
+                xacro.replace_node(node, by=None)
+                return
         self.include(node, macros, symbols, work)
 
     def _call(self, node: Any, macros: Any, symbols: Any) -> bool:
-        known = node.tagName == "xacro:call" or not node.tagName.startswith("xacro:")
-        return bool((known or node.tagName.removeprefix("xacro:") in macros) and self.call(node, macros, symbols))
+        self.calls.append(place_of(node))
+        try:
+            return bool(self.call(node, macros, symbols))
+        finally:
+            self.calls.pop()
 
     def _warn(self, *words: object, **_: object) -> None:
         frame: FrameType | None = sys._getframe(1)
@@ -258,23 +273,23 @@ class InvalidNameError(Exception):
         self.element = element
 
 
-def _problem(error: Exception, cause: BaseException, file: str, known: Sequence[str] | None) -> Problem:
+def _problem(error: Exception, cause: BaseException, made: _Expansion, known: Sequence[str] | None) -> Problem:
     """What stopped an expansion: the innermost error, where the files say what raised it."""
     if isinstance(cause, ConfigError):
         return cause.problems[0]
     mark = cause.problem_mark or cause.context_mark if isinstance(cause, yaml.MarkedYAMLError) else None
     if mark is not None and isinstance(cause, yaml.MarkedYAMLError):
         return Problem(mark.name, mark.line + 1, mark.column + 1, "", str(cause.problem or cause.context))
-    trail = _Trail(error)
+    trail = _Trail(error, display(Path(made.macros)))
     if isinstance(cause, UnknownPackageError):
         words = UnknownNameError("package", str(cause), known or ())
         message = f"{words} (or add its folder to the package paths)"
     else:
-        message = _message(cause, trail)
+        message = _message(cause, trail) + _beside(cause)
     if trail.expression:
         message = f"{trail.expression[:_LONGEST]}: {message}"
     if trail.place is None:
-        return Problem(display(Path(file)), None, None, "", message)
+        return Problem(display(Path(made.file)), None, None, "", message)
     place = _pointed(trail.place, trail.expression)
     return Problem(place.file.name, place.line, place.column, f"<{trail.tag}>", message + trail.callers())
 
@@ -286,10 +301,22 @@ def _cause(error: BaseException) -> BaseException:
     return error
 
 
+def _unknown_argument(cause: BaseException) -> UnknownArgumentError | None:
+    found = cause.__context__ if isinstance(cause, substitution_args.ArgException) else cause
+    return found if isinstance(found, UnknownArgumentError) else None
+
+
+def _beside(cause: BaseException) -> str:
+    """Where an argument can be given that no file declares."""
+    unknown = _unknown_argument(cause)
+    if unknown is None or nearest(*unknown.args):
+        return ""
+    return f"; or give it in the YAML beside the file: `arguments: {{{unknown.args[0]}: ...}}`"
+
+
 def _message(cause: BaseException, trail: "_Trail") -> str:
     """What is wrong, in the words of Python or xacro."""
-    unknown = cause.__context__ if isinstance(cause, substitution_args.ArgException) else cause
-    if isinstance(unknown, UnknownArgumentError):
+    if (unknown := _unknown_argument(cause)) is not None:
         return str(UnknownNameError("argument", *unknown.args))
     if isinstance(cause, MemoryError):
         return "takes too much memory"
@@ -316,7 +343,8 @@ def _message(cause: BaseException, trail: "_Trail") -> str:
 class _Trail:
     """What the frames of the package's functions held when an error came: where in the files it was."""
 
-    def __init__(self, error: BaseException) -> None:
+    def __init__(self, error: BaseException, macros: str = "") -> None:
+        self.library = macros
         self.place: Place | None = None
         self.tag = ""
         self.expression = ""
@@ -340,7 +368,7 @@ class _Trail:
         elif function == "eval_text":
             self.names = [str(name) for name in _names(local["symbols"])]
             text = local["text"]
-            if isinstance(text, Located):
+            if isinstance(text, Located) and text.place.file.name != self.library:
                 self.place, self.tag = text.place, text.tag
         elif function in {"handle_expr", "handle_extension"}:
             self.expression = f"${{{local['s']}}}" if function == "handle_expr" else f"$({local['s']})"
@@ -352,7 +380,8 @@ class _Trail:
         return f" ({', '.join(list(said)[:_SHOWN_CALLERS])})" if said else ""
 
     def _at(self, element: Any) -> None:
-        self.place, self.tag = place_of(element), element.tagName
+        if place_of(element).file.name != self.library:
+            self.place, self.tag = place_of(element), element.tagName
 
 
 def _names(table: Any) -> list[Any]:

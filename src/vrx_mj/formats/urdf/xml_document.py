@@ -91,10 +91,11 @@ def _fault(place: Place, key: str, message: str) -> ConfigError:
     return ConfigError([Problem(place.file.name, place.line, place.column, key, message)])
 
 
-class _Copied:
+class Copied:
     """Gives a copied element its original's place."""
 
     def handle(self, operation: int, key: str, data: Place, source: Any, copy: Any) -> None:
+        """Called by minidom."""
         copy.setUserData(key, data, self)
 
 
@@ -103,7 +104,7 @@ class _Builder(expatbuilder.ExpatBuilderNS):
 
     def __init__(self, file: File) -> None:
         self.file = file
-        self.copied = _Copied()
+        self.copied = Copied()
         self.open: list[tuple[str, int]] = []
         self.nodes = 0
         super().__init__()

@@ -10,6 +10,7 @@ import pytest
 
 import vrx_mj
 from gazebo_files import classic_text, newer_text
+from macro_blocks import BLOCKS
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import load_world
@@ -17,20 +18,6 @@ from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.formats.gazebo.worlds import gazebo_world
 from vrx_mj.formats.series.macros import MACROS
 
-BLOCKS = {
-    "wind_objs": "<wind_obj><name>wamv</name><link_name>wamv/base_link</link_name>"
-    "<coeff_vector>.5 .5 .33</coeff_vector></wind_obj>",
-    "fog": "<fog><type>linear</type><density>0.1</density></fog>",
-    "ambient": "0.3 0.3 0.3 1",
-    "wp_markers": "<markers><height>2</height></markers>",
-    "waypoints": "<waypoint><pose>-33.7226 150.674 1</pose></waypoint>",
-    "gates": "<gate><left_marker>red_bound_0</left_marker><right_marker>green_bound_0</right_marker></gate>",
-    "model_includes": "<include><name>red_0</name><uri>model://surmark950410</uri></include>",
-    "object_sequence": "<object><time>1</time><type>red</type><name>red_0</name><pose>6 0 0 0 0 0</pose></object>",
-    "animal_includes": "<include><name>turtle</name><uri>model://turtle_buoy</uri></include>",
-    "animal_buoys": "<buoy><model_name>turtle</model_name><goal>avoid</goal></buoy>",
-}
-"""What the blocks of the macros hold."""
 NAMED = {name for name in MACROS if "name" in MACROS[name].defaults}
 BASES = {name for name in MACROS if MACROS[name].part == "base"}
 
@@ -56,7 +43,7 @@ def losses(world):
 @pytest.mark.parametrize("name", MACROS)
 def test_each_macro_of_vrx_makes_its_part(name):
     macro = MACROS[name]
-    base = "" if name in BASES else "<xacro:sydneyregatta/>"
+    base = "" if name in BASES else "<xacro:sydneyregatta_minus_scene/>"
     blocks = "".join(f"<{key}>{BLOCKS[key]}</{key}>" for key in macro.blocks)
     given = ' name="course"' if name in NAMED else ""
     world = said(f"{base}<xacro:{name}{given}>{blocks}</xacro:{name}>", file="bay.world.xacro")
@@ -143,16 +130,19 @@ def test_each_parameter_of_a_macro_changes_the_world_or_is_noted(name, key):
     assert any(map(changes, VALUES))
 
 
+SPEED, TO = "/vrx/debug/wind/speed", "/vrx/debug/wind/direction"
+
+
 @pytest.mark.parametrize(
-    ("name", "key", "ours"),
+    ("name", "key", "ours", "note"),
     [
-        ("wayfinding", "competition", "vrx"),
-        ("usv_wind_gazebo", "topic_wind_speed", "/vrx/debug/wind/speed"),
-        ("usv_wind_gazebo", "topic_wind_direction", "/vrx/debug/wind/direction"),
+        ("wayfinding", "competition", "vrx", "<task_info_topic> ignored: topics have the names that VRX gives them"),
+        ("usv_wind_gazebo", "topic_wind_speed", SPEED, f"<topic_wind_speed> ignored: here it is `{SPEED}`"),
+        ("usv_wind_gazebo", "topic_wind_direction", TO, f"<topic_wind_direction> ignored: here it is `{TO}`"),
     ],
 )
-def test_parameters_that_name_topics_are_noted(name, key, ours):
-    assert call(name, **{key: "other"})[1] == [f"<{name}> / {key} ignored: here it is `{ours}`"]
+def test_parameters_that_name_topics_are_noted(name, key, ours, note):
+    assert call(name, **{key: "other"})[1] == [note]
     assert call(name, **{key: ours})[1] == []
 
 
@@ -389,7 +379,10 @@ def test_two_models_of_one_name_are_refused_with_both_lines(body, message):
     ("body", "message"),
     [
         ('<xacro:ocean_waves period="-3"/>', "<ocean_waves> / period: must be above 0, got -3"),
-        ('<xacro:usv_wind_gazebo mean_vel="-3"/>', "<usv_wind_gazebo> / mean_velocity: must be at least 0, got -3"),
+        (
+            '<xacro:usv_wind_gazebo mean_vel="-3"><wind_objs/></xacro:usv_wind_gazebo>',
+            "<usv_wind_gazebo> / mean_velocity: must be at least 0, got -3",
+        ),
         (BUOY.format("a", "1e9"), "<pose>: must be at most 1000000, got 1000000000"),
         ('<xacro:insert_model uri="post" x="1e9"/>', "<insert_model> / pose: must be at most 1000000, got 1000000000"),
         (
@@ -528,7 +521,7 @@ def test_of_two_elements_the_first_counts_as_in_gazebo(tag, first, second, key, 
 
 def test_a_macro_of_the_scene_is_the_first_one_too():
     own = "<scene><ambient>0.9 0.9 0.9 1</ambient></scene>"
-    macro = f"<xacro:scene_macro><ambient>0.3 0.3 0.3 1</ambient><fog>{BLOCKS['fog']}</fog></xacro:scene_macro>"
+    macro = f"<xacro:scene_macro><fog>{BLOCKS['fog']}</fog><ambient>0.3 0.3 0.3 1</ambient></xacro:scene_macro>"
     world = said(f"<xacro:sydneyregatta_minus_scene/>\n{macro}\n{own}", file="bay.world.xacro")
     assert losses(world) == ["<scene> ignored: a world has one <scene>: the first, on line 4"]
     assert world.section["scene"]["ambient"] == (0.3, 0.3, 0.3, 1.0)

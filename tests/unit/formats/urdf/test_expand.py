@@ -1,5 +1,6 @@
 """Expansion against the xacro package itself, and where files and packages are found."""
 
+import subprocess
 import sys
 import threading
 import warnings
@@ -150,6 +151,13 @@ def test_the_text_is_pretty_and_has_no_path_in_it(folder):
     file = write(folder, '<link name="a"><box size="${1 + 1}"/></link>')
     lines = ['<?xml version="1.0" ?>', '<robot name="boat">', '  <link name="a">', '    <box size="2"/>', "  </link>"]
     assert expand(file) == "\n".join([*lines, "</robot>", ""])
+
+
+def test_the_xacro_package_stays_in_its_own_process(folder):
+    file = write(folder, BODIES["math"])
+    code = f"from vrx_mj.formats.urdf.expand import expand; expand({str(file)!r}); print('xacro' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", f"import sys; {code}"], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"
 
 
 def test_a_plain_urdf_stays_as_it_is(folder):
