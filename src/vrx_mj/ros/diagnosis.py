@@ -171,6 +171,9 @@ AGROUND = 2
 AFLOAT = 10
 """Looks in a row at which a boat that is afloat again does not: in waves a boat ashore comes free now and then."""
 THRUST = "_thrust_cmd"
+IN_TURN = 1.0
+"""Between two messages of one sender [s]: those of another between them are in turn with it."""
+MOST_SENDERS = 64
 SHOWN = 8
 """Names of boats that a message shows, at most."""
 
@@ -182,6 +185,8 @@ class Diagnosis:
         self._sim, self._report = sim, report
         self._reported: set[str] = set()
         self._times: dict[tuple[str, str], deque[float]] = {}
+        self._last: dict[str, dict[str, float]] = {}
+        """When each sender's last message came, by topic."""
         self._ashore: dict[str, int] = {}
         self._number = -1
         self._hints = TopicHints()
@@ -228,6 +233,7 @@ class Diagnosis:
         """A message was taken: see whether it comes often enough."""
         if not command.topic.endswith(THRUST):
             return
+        self._shared(command)
         key, boat = (command.topic, command.sender), command.topic.split("/")[1]
         if key not in self._times and len(self._times) > 1024:
             return
@@ -244,6 +250,18 @@ class Diagnosis:
                 f"{command.topic} comes every {gaps[len(gaps) // 2]:.2g} s but a thrust lasts {timeout:g} s: thrust is "
                 f"on {share} % of the time; use -r {2.0 / timeout:g} or more",
             )
+
+    def _shared(self, command: "Command") -> None:
+        """See whether two senders' messages come in turn."""
+        last, now = self._last.setdefault(command.topic, {}), self._sim.time
+        before = last.get(command.sender, -math.inf)
+        if now - before < IN_TURN:
+            for other in (other for other, time in last.items() if other != command.sender and time >= before):
+                two = f"{command.topic} comes from {command.sender} and from {other}"
+                self._once(f"{command.topic} shared", f"{two}: each message replaces the other's")
+        if len(last) > MOST_SENDERS:
+            last.clear()
+        last[command.sender] = now
 
     def commanded(self, boat: str, commands: Mapping[str, float]) -> None:
         """See whether commands are beyond what thrusters do, or the boat is held."""

@@ -13,9 +13,6 @@ from hashlib import sha256
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
-from vrx_mj.arrays import FloatArray
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, ConfigError, SensorError, VrxError, shortened
 from vrx_mj.formats.gazebo.text_models import model_of_text
@@ -23,6 +20,7 @@ from vrx_mj.formats.urdf.reader import in_namespace
 from vrx_mj.frames import compose
 from vrx_mj.ros.autopilot import Autopilot, HeldThrust
 from vrx_mj.ros.diagnosis import Diagnosis
+from vrx_mj.ros.initial_poses import InitialPoses
 from vrx_mj.ros.interface import (
     Call,
     Command,
@@ -42,7 +40,7 @@ from vrx_mj.ros.table.boats import description
 from vrx_mj.ros.table.host import Bodies, CmdVel, Scenery
 from vrx_mj.ros.table.tasks import TASK_INFO
 from vrx_mj.runtime.applied import AppliedForces
-from vrx_mj.runtime.observation import BoatObservation, Observation
+from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.subscriptions import Subscription
 from vrx_mj.runtime.timing import Schedule, sample_number, steps_to_time
@@ -195,53 +193,6 @@ class Lockstep:
         if not self._answers:
             return (STEP,)
         return tuple(topic for topic, waiting in self._answers.items() if not waiting)
-
-
-STILL = (0.0,) * 6
-CLOSE = 1e-9
-"""A body that moved less [m] is left alone: one that sleeps goes on sleeping."""
-
-
-class InitialPoses:
-    """Poses by name, each from when its body was first seen."""
-
-    def __init__(self, sim: Simulation) -> None:
-        self._sim = sim
-        self._boats: dict[str, FloatArray] = {}
-        self._objects: dict[str, FloatArray] = {}
-        self.bind()
-
-    def bind(self) -> None:
-        """Boats came or went."""
-        seen = self._sim.observe()
-        self._boats = {name: self._boats.get(name, _pose(seen[name])) for name in self._sim.boats}
-        afloat = {name: place for name in self._names() if (place := self._object(name)) is not None}
-        self._objects = {name: self._objects.get(name, place) for name, place in afloat.items()}
-
-    def put_back(self) -> None:
-        """Put everything that moved where it started, at rest; boats that their task holds stay where it does."""
-        task = self._sim.task
-        held = {task["boat"]} if task is not None and task["state"] == "initial" else set()
-        for name, pose in self._boats.items():
-            if name not in held:
-                self._sim.set_boat(name, pose=pose.tolist(), velocity=STILL)
-        for name, pose in self._objects.items():
-            now = self._object(name)
-            if now is not None and np.abs(now - pose).max() > CLOSE:
-                self._sim.set_object(name, pose=pose.tolist(), velocity=STILL)
-
-    def _names(self) -> list[str]:
-        return [item.name for item in self._sim.world.parameters.objects if item.kind != "static"]
-
-    def _object(self, name: str) -> FloatArray | None:
-        try:
-            return _pose(self._sim.observe_object(name))
-        except VrxError:
-            return None
-
-
-def _pose(seen: BoatObservation) -> FloatArray:
-    return np.array([*seen.position, seen.roll, seen.pitch, seen.heading])
 
 
 Report = Callable[[str, str], None]

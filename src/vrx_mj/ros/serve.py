@@ -183,8 +183,6 @@ def serve(
                 lockstep=None if wanted.lockstep is None else Lockstep(wanted.lockstep),
             )
             server.paused = wanted.paused
-            if wanted.rate is not None and wanted.lockstep is None:
-                server.update_rate = wanted.rate / sim.timestep
             for line in lines:
                 report("INFO", line)
             _greet(server, wanted, report)
@@ -227,6 +225,7 @@ class _Loop:
         self._free = wanted.rate is None or wanted.lockstep is not None
         self._meter = Meter(server, transports, now)
         self._per_second = self._pacer.pace / server.sim.timestep
+        server.update_rate = 0.0 if self._free else self._per_second
         self._clock_rate = self._pacer.pace * wanted.clock_rate
         self._burst = max(BURST, LATENCY * self._clock_rate)
         self._owed, self._allowed = 0.0, self._burst

@@ -13,7 +13,7 @@ from vrx_mj.errors import CommandError
 from vrx_mj.runtime.simulation import Simulation
 
 STRONGEST = 100.0
-"""Acceleration that may be asked for [m/s^2, rad/s^2], by mass and inertia without those of water."""
+"""Acceleration that may be asked for by all together [m/s^2, rad/s^2], with mass and inertia without those of water."""
 FASTEST = 10.0
 """Speed [m/s, rad/s] beyond which a body is not pushed on: a state that diverges would end the run."""
 MOST = 256
@@ -64,15 +64,14 @@ class AppliedForces:
         if len(self._forces) >= MOST:
             raise CommandError(f"{MOST} forces are already applied")
         self._refresh()
-        push, asked = self._generalized(force), np.empty((1, self._sim.model.nv))
-        if not push.any() and force.values.any():
+        asked = self._accelerations([*self._forces, force])
+        moved = asked[-1] != 0.0
+        if not moved.any() and force.values.any():
             raise CommandError(f"{force.title} cannot move")
-        mujoco.mj_makeM(self._sim.model, self._scratch)
-        mujoco.mj_factorM(self._sim.model, self._scratch)
-        mujoco.mj_solveM(self._sim.model, self._scratch, asked, push[None])
-        if not np.abs(asked).max(initial=0.0) <= STRONGEST:
+        strongest = np.abs(asked[:, moved]).sum(axis=0).max(initial=0.0)
+        if not strongest <= STRONGEST:
             most = f"at most {STRONGEST:g} m/s^2 or rad/s^2 are allowed"
-            raise CommandError(f"the force would accelerate {force.title} by {np.abs(asked).max():.3g}: {most}")
+            raise CommandError(f"the force would accelerate {force.title} by {strongest:.3g}: {most}")
         begins = max(force.begins, self._sim.time)
         ends = max(force.ends + begins - force.begins, begins + self._sim.timestep)
         self._forces.append(force._replace(begins=begins, ends=ends))
@@ -111,8 +110,8 @@ class AppliedForces:
             self._sim.data.qfrc_applied[push != 0.0] = before[push != 0.0]
 
     def _end(self, forces: Sequence[AppliedForce], why: str) -> None:
+        self._forces = [one for one in self._forces if not any(one is ended for ended in forces)]
         for one in forces:
-            self._forces.remove(one)
             self._report("WARN", f"the force on {one.title} ends: {why}")
 
     def _refresh(self) -> None:
@@ -120,6 +119,15 @@ class AppliedForces:
         self._scratch.qpos[:] = self._sim.data.qpos
         mujoco.mj_kinematics(self._sim.model, self._scratch)
         mujoco.mj_comPos(self._sim.model, self._scratch)
+
+    def _accelerations(self, forces: Sequence[AppliedForce]) -> FloatArray:
+        """(n, nv) what each of them would do alone."""
+        pushes = np.array([self._generalized(one) for one in forces])
+        asked = np.empty_like(pushes)
+        mujoco.mj_makeM(self._sim.model, self._scratch)
+        mujoco.mj_factorM(self._sim.model, self._scratch)
+        mujoco.mj_solveM(self._sim.model, self._scratch, asked, pushes)
+        return asked
 
     def _generalized(self, force: AppliedForce) -> FloatArray:
         """(nv,) what MuJoCo's degrees of freedom get of it."""

@@ -47,6 +47,21 @@ def test_a_command_that_comes_too_rarely_is_told(scene):
     assert scene.told == [f"{slow}-r 2 or more"]
 
 
+def test_two_programs_that_drive_one_thruster_are_told_once(scene):
+    def send(sender, value):
+        scene.inbox.message("/wamv1/thrusters/left_thrust_cmd", new("std_msgs/Float32", data=value), sender)
+        run(scene, 0.1)
+
+    for sender in ("/first", "/first", "/second", "/third", "/third"):  # one after the other
+        send(sender, 0.5)
+    assert scene.told == []
+    for _ in range(3):
+        send("/pid", 0.2)
+        send("/mixer", -0.2)
+    both = "comes from /pid and from /mixer: each message replaces the other's"
+    assert scene.told == [f"/wamv1/thrusters/left_thrust_cmd {both}"]
+
+
 def test_commands_beyond_what_engines_do_are_told_once(scene):
     for _ in range(3):
         scene.inbox.message("/wamv1/thrusters/left_thrust_cmd", new("std_msgs/Float32", data=5.0), "/test")

@@ -117,12 +117,22 @@ def test_what_cannot_move_is_told_and_too_many_are_refused(world):
 
 def test_a_force_on_a_boat_that_is_removed_ends(world):
     pushed = Pushed(world)
-    pushed.push((50.0, 0, 0, 0, 0, 0), seconds=math.inf, boat="wamv2")
+    for _ in range(2):
+        pushed.push((50.0, 0, 0, 0, 0, 0), seconds=math.inf, boat="wamv2")
     pushed.forces.advance(5)
     pushed.sim.remove("wamv2")
     pushed.forces.bind()
     pushed.forces.advance(5)
-    assert pushed.told == ["the force on wamv2 ends: it left"]
+    assert pushed.told == 2 * ["the force on wamv2 ends: it left"]
+
+
+def test_many_forces_are_together_no_stronger_than_one_may_be(world):
+    pushed = Pushed(world)
+    for boat in ("wamv1", "wamv2"):
+        for sign in (1.0, -1.0):
+            pushed.push((sign * 10_000.0, 0, 0, 0, 0, 0), begins=2.0 + sign, boat=boat)
+    with pytest.raises(CommandError, match=r"^the force would accelerate wamv1 by "):
+        pushed.push((10_000.0, 0, 0, 0, 0, 0))
 
 
 @pytest.mark.parametrize("axis", range(6))

@@ -353,14 +353,17 @@ class Services:
             self._wait_for(self._call_elsewhere(name, arguments), key)
 
     def respond(self, key: str, server: Caller, values: object, result: bool) -> None:
-        """A client's answer to a call; CommandError: no call of this id waits for it, or the response is invalid."""
+        """A client's answer to a call; CommandError: no call of this id waits for it, or the response is invalid.
+
+        As in rosbridge_suite's program, and not in the text of its protocol, a response is one whatever its `result`.
+        """
         call = self._calls.get(key)
         if call is None or call.server is not server:
             raise CommandError(f"service_response: no call {key[:80]!r} waits for this client's answer")
         try:
-            if result and f"{call.type}Response" in known_types():
+            if f"{call.type}Response" in known_types() and (result or isinstance(values, dict)):
                 values = {} if values is None else values
-                values = self._checked(values, f"{call.type}Response", call.name)
+                values, result = self._checked(values, f"{call.type}Response", call.name), True
         except VrxError as error:
             self._finish(key, f"the response of the service's client is wrong: {error}", False)
             raise

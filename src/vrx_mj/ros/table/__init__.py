@@ -10,7 +10,7 @@ from vrx_mj.ros.messages import Message
 from vrx_mj.ros.table.boats import BoatFrames, boat_inputs
 from vrx_mj.ros.table.gazebo import gazebo_inputs, gazebo_outputs, gazebo_services
 from vrx_mj.ros.table.host import Host
-from vrx_mj.ros.table.sensing import sensor_inputs, sensor_outputs
+from vrx_mj.ros.table.sensing import sensor_inputs, sensor_outputs, sensor_services
 from vrx_mj.ros.table.tasks import elsewhere, task_inputs, task_outputs, task_services
 from vrx_mj.ros.table.viewers import marker_output
 from vrx_mj.ros.table.world import CLOCK, world_inputs, world_outputs, world_services
@@ -47,7 +47,7 @@ def make_tables(host: Host, *, clock_rate: float, waits: bool = False) -> Mappin
         )
         for dialect in get_args(Dialect)
     }
-    services = chain(world_services(host), gazebo_services(host), task_services(host))
+    services = chain(world_services(host), gazebo_services(host), task_services(host), sensor_services(host))
     descriptions = {f"/{own.boat}/robot_description": own.description for own in boat_frames}
     parameters = {"/use_sim_time": True} | {name: text for name, text in descriptions.items() if text is not None}
     by_name = {service.name: service for service in services}

@@ -10,6 +10,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.colors import Rgb, boat_colors
 from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.frames import rotation_vector
+from vrx_mj.mjcf.objects import DEPTH, ball_names
 from vrx_mj.model.world import Parameters
 from vrx_mj.ros.interface import Input
 from vrx_mj.ros.messages import Message, kind, new, stamp
@@ -67,7 +68,8 @@ class Bodies:
         objects = {item.name: item.body for item in parameters.objects}
         docks = {dock.name: dock.bodies[0] for dock in parameters.docks}
         known = {str(model.body(index).name): index for index in range(1, model.nbody)}
-        singles = {name: known[body] for name, body in {**boats, **objects, **docks}.items() if body in known}
+        singles = {name: known[body] for name, body in {**objects, **docks, **boats}.items() if body in known}
+        self._balls = {singles[name] for name in ball_names(parameters)}
         self._singles = {index: name for name, index in singles.items()}
         self._models: dict[str, int] = {}
         self._parts: dict[str, list[str]] = {}
@@ -124,14 +126,18 @@ class Bodies:
         return str(self._sim.model.body(self._links[link]).name)
 
     def all_models(self) -> Iterator[tuple[str, Placed]]:
-        """Every model and where it is."""
+        """Every model and where it is, boats last; balls that were not fired are none."""
         self._refresh()
-        return ((name, self._placed(index)) for name, index in self._models.items())
+        return ((name, self._placed(index)) for name, index in self._models.items() if self._is_there(index))
 
     def all_links(self) -> Iterator[tuple[str, Placed]]:
         """Every link and where it is."""
         self._refresh()
-        return ((name, self._placed(index)) for name, index in self._links.items())
+        return ((name, self._placed(index)) for name, index in self._links.items() if self._is_there(index))
+
+    def _is_there(self, index: int) -> bool:
+        """Whether a body is no ball, or one that was fired."""
+        return index not in self._balls or float(self._data.xpos[index, 2]) > -0.5 * DEPTH
 
     @property
     def joints(self) -> Sequence[str]:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vrx_mj.config.sensors import LidarConfig
-from vrx_mj.ros.interface import VRX, VRX3, Input, Output
+from vrx_mj.ros.interface import VRX, VRX3, Input, Output, Service
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.table.host import Host, header, turned, vector
 from vrx_mj.ros.table.vrx3 import with_vrx3
@@ -95,6 +95,19 @@ def sensor_inputs(host: Host, boat: str) -> Iterator[Input]:
     """The topics that a boat's sensors subscribe to."""
     for sensor, stems in _stems(host, boat):
         yield from TOPICS[sensor.config.type].inputs(host, sensor, stems)
+
+
+def sensor_services(host: Host) -> Iterator[Service]:
+    """`/ball_shooter` of VRX's twist2thrust.py: whatever is asked, the first of all shooters fires."""
+    shooters = (one for boat in host.sim.boats for one in host.sim.mounted(boat) if one.config.type == "ball_shooter")
+    first = next(shooters, None)
+    if first is None:
+        return
+
+    def shoot(_request: Message) -> Message:
+        return new("vrx_gazebo/BallShooterResponse", success=host.sim.fire(first.boat, first.name))
+
+    yield Service("/ball_shooter", "vrx_gazebo/BallShooter", shoot)
 
 
 def _stems(host: Host, boat: str) -> Iterator[tuple[Mounted, Stems]]:

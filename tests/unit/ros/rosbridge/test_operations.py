@@ -323,6 +323,11 @@ def test_a_client_serves_others(talk, other):
     asked = talk.hear()
     talk.say("service_response", service="lights", id=asked["id"], values="dark", result=False)
     assert other.hear()["values"] == "dark"
+    other.say("call_service", service="/lights", id="9")
+    asked = talk.hear()
+    talk.say("service_response", service="lights", id=asked["id"], values={"message": "dark"}, result=False)
+    answered = other.hear()  # as rosbridge_suite 2.1.0, which does not look at `result`
+    assert (answered["values"], answered["result"]) == ({"success": False, "message": "dark"}, True)
     assert talk.call("/rosapi/service_type", {"service": "lights"})["values"] == {"type": "std_srvs/Trigger"}
     talk.say("unadvertise_service", service="lights")
     talk.sync()

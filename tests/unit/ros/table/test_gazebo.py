@@ -473,3 +473,15 @@ def test_an_effort_turns_a_joint(course):
     assert after > before + 0.05
     wrong = got(scene, "apply_joint_effort", "ApplyJointEffort", **joint | {"effort": math.inf})
     assert wrong.status_message == "apply_joint_effort: invalid force on barge::left: finite numbers are needed"
+
+
+def test_model_states_have_the_boat_after_the_worlds_models_and_a_ball_once_it_is_fired(course):
+    scene = served(course)
+    states, links = (next(one.make for one in gazebo_outputs(scene.server) if one.name.endswith(end))
+                     for end in ("/model_states", "/link_states"))  # fmt: skip
+    assert states().name[-1] == "wamv"
+    assert not [name for name in (*states().name, *links().name) if "ball_shooter" in name]
+    assert service(scene, "/ball_shooter", "vrx_gazebo/BallShooter", shoot=True).success
+    run(scene, 0.1)
+    assert "wamv::ball_shooter" in states().name
+    assert "wamv::wamv/ball_shooter/link" in links().name
