@@ -182,13 +182,12 @@ def draw_surface(
             if ring == distances.size - 1 and half < STRAIGHT:
                 r = distances[ring] / math.cos(half * (2.0 * spoke / (count - 1) - 1.0))
             x, y = eye[0] + r * sums[0, spoke], eye[1] + r * sums[1, spoke]
-            length = math.sqrt(1.0 + slope[0] ** 2 + slope[1] ** 2)
+            row, length = ring * count + spoke, math.sqrt(1.0 + slope[0] ** 2 + slope[1] ** 2)
             away = max(math.sqrt(r * r + (eye[2] - z) ** 2), 1e-6)
             view = ((eye[0] - x) / away, (eye[1] - y) / away, (eye[2] - z) / away)
             mirrored, glitter = _shade(slope, view, sun, grown * grown * rough)
             foam = _exceeded(BREAKING - grown * fall, math.sqrt(grown * grown * falls + SOFT * SOFT))
             foam = max(foam, _fringe(floats, x, y, FRINGE + 0.5 * max(gap, beside)))
-            row = ring * count + spoke
             vertices[row, 0], vertices[row, 1], vertices[row, 2] = x, y, z
             normals[row, 0], normals[row, 1], normals[row, 2] = -slope[0] / length, -slope[1] / length, 1.0 / length
             palette[row, 0] = EDGE + (1.0 - 2.0 * EDGE) * mirrored
