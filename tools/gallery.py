@@ -33,7 +33,7 @@ This page is written by `tools/gallery.py`.
 RECORDINGS = """## Recordings
 
 By `python tools/look.py FOLDER --gallery`, in rerun's viewer, dark and light: the README's run, a storm of 1.2 m, one
-boat in open water, 20 boats, wayfinding, docking, a collision and 100 boats; then what a camera sees of the storm from
+boat in open water, 20 boats, wayfinding, docking and a collision; then what a camera sees of the storm from
 0.5, 2, 12, 60 and 200 m, and the example course in RViz and in Lichtblick.
 
 [![Recordings in rerun's viewer](gallery/recordings.webp)](gallery/recordings.webp)
