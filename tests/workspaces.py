@@ -29,7 +29,7 @@ WORLD = """<?xml version="1.0" ?>
     <xacro:include_all_xacros/>
     <xacro:sydneyregatta/>
     <xacro:ocean_waves gain="0.2" period="5"/>
-    <xacro:usv_wind_gazebo direction="90" mean_vel="3" var_gain="1" var_time="5"/>
+    <xacro:usv_wind_gazebo direction="90" mean_vel="3" var_gain="1" var_time="5"><wind_objs/></xacro:usv_wind_gazebo>
     <xacro:team_gate x="-500" y="190"/>
   </world>
 </sdf>
