@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vrx_mj.bar import Bar
+from vrx_mj.cli.options import Packages, named_values
 from vrx_mj.cli.screen import text_table
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, shown
 from vrx_mj.outputs import write_file, writing, written
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from vrx_mj.mjcf.hull_sheet import HullSheet
 
 __all__ = [
-    "LARGEST", "SensorYaml", "app", "build", "check", "coordinates", "hydro", "one_of", "parts", "read_hull",
+    "LARGEST", "SensorYaml", "app", "build", "check", "coordinates", "hydro", "one_of", "parts", "read_hull", "show",
 ]  # fmt: skip
 
 app = typer.Typer(
@@ -179,6 +180,34 @@ def parts(
         for line in _limits(TYPES[name], book):
             out.print(line, markup=False, highlight=False, soft_wrap=True)
         out.print()
+
+
+@app.command()
+def show(
+    robot: Annotated[str, typer.Argument(help="A URDF, xacro or SDF, the folder of one, or the name of a robot.")],
+    arguments: Annotated[
+        list[str] | None, typer.Argument(metavar="[NAME:=VALUE]...", help="Arguments of the robot's xacro.")
+    ] = None,
+    package_path: Packages = None,
+) -> None:
+    """Show a robot in MuJoCo's viewer, its joints as sliders under 'Control' on the right. It needs a display.
+
+    Any robot will do, not only a boat: nothing weighs or touches anything, and the root link is held.
+
+    Example: vrx-mj robot show wamv
+    """
+    from vrx_mj.config.fleet import Order
+    from vrx_mj.draw.display import no_window
+    from vrx_mj.drive.robot_window import show_joints
+    from vrx_mj.mjcf.build import robot_of
+    from vrx_mj.mjcf.jointed import jointed_model
+
+    found = robot_of(Order(robot=robot, arguments=tuple(named_values(arguments).items())))
+    model = jointed_model(found)
+    typer.echo(f"{found.name}: {len(found.links)} links, {model.njnt} of {len(found.joints)} joints move")
+    if reason := no_window():
+        raise CommandError(f"the viewer cannot open: {reason}")
+    show_joints(model)
 
 
 @app.command()

@@ -61,8 +61,8 @@ def _kept(order: Order, _folder: Path | None) -> Boat:
 
 def _built(order: Order, config: RobotConfig) -> Boat:
     profile = config.in_profile(order.profile)
-    arguments, wanted = _equipment(order, config)
-    urdf, text = _sdf_boat(order, config) if config.is_sdf else _urdf_boat(order, config, arguments)
+    _, wanted = _equipment(order, config)
+    urdf, text = _described(order, config)
     try:
         boat = replace(assembled(urdf, config, _drive(order, profile)), name=order.robot)
     except ConfigError as error:
@@ -77,9 +77,16 @@ def _built(order: Order, config: RobotConfig) -> Boat:
     return boat
 
 
-def _urdf_boat(order: Order, config: RobotConfig, arguments: Mapping[str, str]) -> tuple[Urdf, str]:
-    """What a URDF or xacro describes, and its text with the places of its meshes."""
-    text, file = robot_urdf(config, order, arguments=arguments), config.description_file
+def robot_of(order: Order) -> Urdf:
+    """The links, joints, plugins and sensors of an order's robot, whether or not it is a boat; the same errors."""
+    return _described(order, load_robot(order.robot, order.folder))[0]
+
+
+def _described(order: Order, config: RobotConfig) -> tuple[Urdf, str]:
+    """What a robot's file describes, and the text of a URDF with the places of its meshes."""
+    if config.is_sdf:
+        return _sdf_boat(order, config)
+    text, file = robot_urdf(config, order, arguments=_equipment(order, config)[0]), config.description_file
     label = display(file) if text == _plain_urdf(file) else f"{display(file)} (expanded)"
     urdf = read_urdf(text, file, packages=own_packages(), package_paths=package_paths(), label=label)
     return urdf, _with_meshes(text, file)

@@ -135,135 +135,152 @@ HOUR = 1 / 3600
 """Reciprocal of the drift's time constant [1/s] that Hector's plugins take by default: sensor_model.h."""
 STEPS = {"ball_shooter_plugin": 0.001, "BallShooterPlugin": 0.004}
 """Duration [s] of a physics step, for which VRX's launchers push a ball, by plugin."""
-SHOT_FORCE = 250.0
-"""Default force of a launcher [N]."""
-
 Values = dict[str, Any]
+Rows = Mapping[str, tuple[str, float, dict[str, float]]]
+"""Of a sensor's fields: the tag, below others with slashes, its default, and what is allowed."""
+POSITIVE, NOT_NEGATIVE, COUNT = {"above": 0.0}, {"low": 0.0}, {"low": 1.0}
+NOISE: Rows = {"noise": ("gaussianNoise", 0.0, NOT_NEGATIVE)}
+ODOMETRY: Rows = {"noise": ("gaussian_noise", 0.0, NOT_NEGATIVE)}
+CAMERA: Rows = {
+    "width": ("image/width", 320.0, COUNT),
+    "height": ("image/height", 240.0, COUNT),
+    "horizontal_fov": ("horizontal_fov", 1.047, POSITIVE),
+    "near": ("clip/near", 0.1, POSITIVE),
+    "far": ("clip/far", 100.0, POSITIVE),
+}
+"""SDF's values for what a camera leaves out."""
+SHOTS: Rows = {
+    "shots": ("num_shots", 1000.0, {"low": 0.0, "high": 1000.0}),
+    "impulse": ("shot_force", 250.0, NOT_NEGATIVE),
+}
+HECTOR = {
+    "offset": ("Offset", 0.0),
+    "drift": ("Drift", 0.0),
+    "drift_frequency": ("DriftFrequency", HOUR),
+    "noise": ("GaussianNoise", 0.0),
+}
+"""The error model of Hector's plugins: tags such as accelGaussianNoise, each of one number or three."""
+HECTORS = {
+    "gps": {"position": "", "velocity": "velocity"},
+    "imu": {"acceleration": "accel", "angular_velocity": "rate", "heading": "yaw", "tilt": "tilt"},
+}
+"""What Hector's tags begin with, by the sensor and its field."""
+IGNORED = {
+    "imu": ("rpyOffsets",),
+    "p3d": ("xyzOffset", "rpyOffset", "xyzOffsets", "rpyOffsets"),
+}
+"""Tags of three numbers that are not simulated."""
+PINGER = {"range_noise": "rangeNoise", "bearing_noise": "bearingNoise", "elevation_noise": "elevationNoise"}
+"""Tags of a receiver's noise in VRX classic; newer VRX calls them as we do."""
 
 
-def _gps_plugin(node: Node, scope: Scope) -> None:
-    values = _on_link(node, scope, "gps", "sensors/gps/gps", "fix")
-    position, velocity = _hector(node, ""), _hector(node, "velocity")
-    scope.add(node, GpsConfig, values | {"position": position, "velocity": velocity})
+def _fields(node: Node, rows: Rows) -> Values:
+    """The values of rows in an element."""
+    found: Values = {}
+    for field_name, (path, default, limits) in rows.items():
+        *outer, tag = path.split("/")
+        holder = node.child(*outer)
+        found[field_name] = holder.value(tag, default, **limits) if holder else default
+    return found
 
 
-def _imu_plugin(node: Node, scope: Scope) -> None:
-    values = _on_link(node, scope, "imu", "sensors/imu/imu", "data")
-    if any(node.values("rpyOffsets", "roll pitch yaw", (0.0, 0.0, 0.0))):
-        scope.warn(node, "rpyOffsets is ignored")
-    errors = {"acceleration": _hector(node, "accel"), "angular_velocity": _hector(node, "rate")}
-    scope.add(node, ImuConfig, values | errors | {"heading": _hector(node, "yaw"), "tilt": _hector(node, "tilt")})
+def _mounted(
+    node: Node, scope: Scope, link: str | None, name: str, frame: str, topic: tuple[str, ...], instead: str,
+    rate: tuple[str, float] | None, *, posed: bool = False,
+) -> Values:  # fmt: skip
+    """What all sensors have in common; `topic` comes with the ends that are left out, `rate` with its default."""
+    return {
+        "name": name,
+        "link": scope.local(link or scope.urdf.root),
+        "frame": scope.local(frame),
+        "pose": scope.pose(link or "", node if posed else None),
+        "topic": scope.stem(*topic, instead=instead),
+        **({"rate": scope.rate(node, *rate)} if rate else {}),
+    }
 
 
-def _plain_imu(node: Node, scope: Scope) -> None:
-    """Gazebo's own ROS plugin, with one noise for everything."""
-    values = _on_link(node, scope, "imu", "sensors/imu/imu", "data")
-    noise = {"noise": (node.value("gaussianNoise", 0.0, low=0),) * 3}
-    scope.add(node, ImuConfig, values | {"acceleration": noise, "angular_velocity": noise})
+def _ignored(node: Node, scope: Scope, kind: str) -> None:
+    for tag in IGNORED.get(kind, ()):
+        if any(node.values(tag, "x y z", (0.0, 0.0, 0.0))):
+            scope.warn(node, f"{tag} is ignored")
 
 
-def _on_link(node: Node, scope: Scope, own: str, stem: str, end: str) -> Values:
+def _on_link(node: Node, scope: Scope, own: str, end: str) -> Values:
     """What the sensors of a link have in common."""
     link = scope.link(node, "bodyName")
     if not link:
         return {}
     frame = node.text("frameId") or node.text("frameName") or link
-    return {
-        "name": scope.name(node, link, own),
-        "link": scope.local(link),
-        "frame": scope.local(frame),
-        "pose": scope.pose(link),
-        "topic": scope.stem(node.text("topicName"), end, instead=stem),
-        "rate": scope.rate(node, "updateRateHZ" if node.child("updateRateHZ") else "updateRate"),
-    }
+    tag = "updateRateHZ" if node.child("updateRateHZ") else "updateRate"
+    topic, name = (node.text("topicName"), end), scope.name(node, link, own)
+    return _mounted(node, scope, link, name, frame, topic, f"sensors/{own}/{own}", (tag, 0.0))
+
+
+def _gps_plugin(node: Node, scope: Scope) -> None:
+    values = _on_link(node, scope, "gps", "fix")
+    scope.add(node, GpsConfig, values | {key: _hector(node, prefix) for key, prefix in HECTORS["gps"].items()})
+
+
+def _imu_plugin(node: Node, scope: Scope) -> None:
+    values = _on_link(node, scope, "imu", "data")
+    _ignored(node, scope, "imu")
+    scope.add(node, ImuConfig, values | {key: _hector(node, prefix) for key, prefix in HECTORS["imu"].items()})
+
+
+def _plain_imu(node: Node, scope: Scope) -> None:
+    """Gazebo's own ROS plugin, with one noise for everything."""
+    values = _on_link(node, scope, "imu", "data")
+    noise = {"noise": (_fields(node, NOISE)["noise"],) * 3}
+    scope.add(node, ImuConfig, values | {"acceleration": noise, "angular_velocity": noise})
 
 
 def _hector(node: Node, prefix: str) -> Mapping[str, tuple[float, ...]]:
-    """The error model of Hector's plugins: tags such as accelGaussianNoise, each of one number or three."""
-    keys = {
-        "offset": ("Offset", 0.0),
-        "drift": ("Drift", 0.0),
-        "drift_frequency": ("DriftFrequency", HOUR),
-        "noise": ("GaussianNoise", 0.0),
-    }
-    return {key: _three(node, _tag(prefix, word), default) for key, (word, default) in keys.items()}
-
-
-def _tag(prefix: str, word: str) -> str:
-    return f"{prefix}{word}" if prefix else f"{word[0].lower()}{word[1:]}"
-
-
-def _three(node: Node, tag: str, default: float) -> tuple[float, ...]:
-    if len(node.text(tag).split()) <= 1:
-        return (node.value(tag, default),) * 3
-    return node.values(tag, "x y z", (default,) * 3)
+    found = {}
+    for key, (word, default) in HECTOR.items():
+        tag = f"{prefix}{word}" if prefix else f"{word[0].lower()}{word[1:]}"
+        several = len(node.text(tag).split()) > 1
+        found[key] = node.values(tag, "x y z", (default,) * 3) if several else (node.value(tag, default),) * 3
+    return found
 
 
 def _p3d(node: Node, scope: Scope) -> None:
     link, topic = scope.link(node, "bodyName"), node.text("topicName")
-    for tag in ("xyzOffset", "rpyOffset", "xyzOffsets", "rpyOffsets"):
-        if any(node.values(tag, "x y z", (0.0, 0.0, 0.0))):
-            scope.warn(node, f"{tag} is ignored")
+    _ignored(node, scope, "p3d")
     own = topic.rpartition("/")[2] or (node.attribute("name") or "").removeprefix("p3d_plugin_")
-    values = {
-        "name": scope.name(node, "", own),
-        "link": scope.local(link),
-        "frame": scope.local(node.text("frameName", "map")),
-        "pose": scope.pose(link),
-        "topic": scope.stem(topic, instead=f"sensors/position/{own}"),
-        "rate": scope.rate(node, "updateRate"),
-        "noise": node.value("gaussianNoise", 0.0, low=0),
-    }
-    scope.add(node, P3dConfig, values)
+    frame, name, instead = node.text("frameName", "map"), scope.name(node, "", own), f"sensors/position/{own}"
+    values = _mounted(node, scope, link, name, frame, (topic,), instead, ("updateRate", 0.0))
+    scope.add(node, P3dConfig, values | _fields(node, NOISE))
 
 
 def _odometry(node: Node, scope: Scope) -> None:
     """The newer Gazebo's odometry; VRX passes it on under a fixed name."""
     link = scope.link(node, "robot_base_frame") if node.text("robot_base_frame") else scope.urdf.root
     own = "ground_truth_odometry"
-    values = {
-        "name": scope.name(node, "", own),
-        "link": scope.local(link),
-        "frame": scope.local(node.text("odom_frame", "odom")),
-        "pose": scope.pose(link),
-        "topic": scope.stem(node.text("odom_topic"), instead=f"sensors/position/{own}"),
-        "rate": scope.rate(node, "odom_publish_frequency", 50.0),
-        "noise": node.value("gaussian_noise", 0.0, low=0),
-    }
-    scope.add(node, P3dConfig, values)
+    frame, topic, rate = node.text("odom_frame", "odom"), (node.text("odom_topic"),), ("odom_publish_frequency", 50.0)
+    values = _mounted(node, scope, link, scope.name(node, "", own), frame, topic, f"sensors/position/{own}", rate)
+    scope.add(node, P3dConfig, values | _fields(node, ODOMETRY))
 
 
 def _pinger(node: Node, scope: Scope) -> None:
     """A receiver, which the plugin does not tie to a link: it is on the one that its topic is named after."""
-    topic = node.text("topicName") or node.text("topic")
-    stem = scope.stem(topic, "range_bearing", instead="sensors/pingers/pinger")
-    own = stem.rpartition("/")[2]
+    topic = node.text("topicName") or node.text("topic"), "range_bearing"
+    own = scope.stem(*topic, instead="sensors/pingers/pinger").rpartition("/")[2]
     frame = scope.local(node.text("frameId") or node.text("frame_id") or "pinger", hard_coded=True)
-    link = _first_link(scope, own, f"{own}_link", frame)
-    values = {
-        "name": scope.name(node, link or "", own),
-        "link": scope.local(link or scope.urdf.root),
-        "frame": frame,
-        "pose": scope.pose(link) if link else ZERO,
-        "topic": stem,
-        "rate": scope.rate(node, "updateRate" if node.child("updateRate") else "update_rate", 1.0),
-        "range_noise": _stddev(node, "rangeNoise", "range_noise"),
-        "bearing_noise": _stddev(node, "bearingNoise", "bearing_noise"),
-        "elevation_noise": _stddev(node, "elevationNoise", "elevation_noise"),
-    }
-    scope.add(node, PingerConfig, values)
-
-
-def _stddev(node: Node, *tags: str) -> float:
-    noise = next(filter(None, (node.child(tag, "noise") for tag in tags)), None)
-    return noise.value("stddev", 0.0, low=0) if noise else 0.0
+    link, tag = (
+        _first_link(scope, own, f"{own}_link", frame),
+        "updateRate" if node.child("updateRate") else "update_rate",
+    )
+    name = scope.name(node, link or "", own)
+    values = _mounted(node, scope, link, name, frame, topic, "sensors/pingers/pinger", (tag, 1.0))
+    noises = {key: node.child(tag, "noise") or node.child(key, "noise") for key, tag in PINGER.items()}
+    deviations = {key: noise.value("stddev", 0.0, low=0) if noise else 0.0 for key, noise in noises.items()}
+    scope.add(node, PingerConfig, values | deviations)
 
 
 def _shooter(node: Node, scope: Scope) -> None:
     """A launcher: by its topic's name, because VRX's files give every one the frame of the boat `wamv`."""
-    projectile = node.child("projectile")
-    stem = scope.stem(node.text("topic"), "fire", instead="shooters/ball_shooter")
-    own = stem.rpartition("/")[2]
+    projectile, topic = node.child("projectile"), (node.text("topic"), "fire")
+    own = scope.stem(*topic, instead="shooters/ball_shooter").rpartition("/")[2]
     frame = scope.local(projectile.text("frame") if projectile else "", hard_coded=True)
     link = _first_link(scope, f"{own}_launcher_link", frame)
     if link is None:
@@ -271,17 +288,10 @@ def _shooter(node: Node, scope: Scope) -> None:
     muzzle = projectile.values("pose", "x y z roll pitch yaw", ZERO) if projectile else ZERO
     if any(muzzle[3:]):
         scope.warn(node, "the angles of the projectile's pose are ignored")
-    values = {
-        "name": scope.name(node, "", own),
-        "link": scope.local(link or scope.urdf.root),
-        "frame": scope.local(link or scope.urdf.root),
-        "pose": scope.pose(link or scope.urdf.root),
-        "topic": stem,
-        "shots": round(node.value("num_shots", 1000.0, low=0, high=1000)),
-        "impulse": node.value("shot_force", SHOT_FORCE, low=0) * STEPS[plugin_kind(node)],
-        "muzzle": muzzle[:3],
-    }
-    scope.add(node, BallShooterConfig, values)
+    found, link = _fields(node, SHOTS), link or scope.urdf.root
+    values = _mounted(node, scope, link, scope.name(node, "", own), link, topic, "shooters/ball_shooter", None)
+    shots, impulse = round(found["shots"]), found["impulse"] * STEPS[plugin_kind(node)]
+    scope.add(node, BallShooterConfig, values | {"shots": shots, "impulse": impulse, "muzzle": muzzle[:3]})
 
 
 def _first_link(scope: Scope, *names: str) -> str | None:
@@ -313,8 +323,6 @@ QUIET_SENSORS = ("contact", "force_torque")
 SCANS = ("gazebo_ros_laser", "gazebo_ros_gpu_laser", "gazebo_ros_head_hokuyo")
 POINTS = ("gazebo_ros_velodyne_laser", "gazebo_ros_velodyne_gpu_laser", "gazebo_ros_block_laser")
 DISTORTION = ("distortionK1", "distortionK2", "distortionK3", "distortionT1", "distortionT2")
-FOV, WIDTH, HEIGHT, NEAR, FAR = 1.047, 320.0, 240.0, 0.1, 100.0
-"""SDF's values for what a camera leaves out."""
 
 
 def read_sensor(node: Node, link: str, scope: Scope) -> None:
@@ -333,28 +341,27 @@ def _camera(node: Node, link: str, scope: Scope) -> None:
         return
     if plugin and any(plugin.value(tag, 0.0) for tag in DISTORTION):
         scope.warn(plugin, "lens distortion is not simulated")
-    image, clip = camera.child("image"), camera.child("clip")
-    name = scope.name(node, link, _own(node, scope))
     frame = plugin.text("frameName") if plugin else ""
     optical = next((end for end in (f"{link}_optical", f"{link}_optical_frame") if end in scope.urdf.links), link)
-    values = {
-        "name": name,
-        "link": scope.local(link),
-        "frame": scope.local(frame or optical),
-        "pose": scope.pose(link, node),
-        "topic": scope.stem(plugin.text("cameraName") if plugin else node.text("topic"), "image_raw",
-                            instead=f"sensors/cameras/{_own(node, scope) or name}"),
-        "rate": scope.rate(node, "update_rate"),
-        "width": _whole(image, "width", WIDTH),
-        "height": _whole(image, "height", HEIGHT),
-        "horizontal_fov": camera.value("horizontal_fov", FOV, above=0),
-        "near": clip.value("near", NEAR, above=0) if clip else NEAR,
-        "far": clip.value("far", FAR, above=0) if clip else FAR,
+    topic = plugin.text("cameraName") if plugin else node.text("topic")
+    values = _of_sensor(node, scope, link, frame or optical, (topic, "image_raw"), "cameras") | _fields(camera, CAMERA)
+    values |= {
+        "width": round(values["width"]),
+        "height": round(values["height"]),
         "noise": _noise(camera.child("noise"), scope),
         "baseline": plugin.value("hackBaseline", 0.0) if plugin else 0.0,
         "info": (plugin.text("info") if plugin else "") or "vrx",
-    }  # fmt: skip
+    }
     scope.add(node, CameraConfig, values)
+
+
+def _of_sensor(
+    node: Node, scope: Scope, link: str, frame: str, topic: tuple[str, ...], kind: str, own: str = ""
+) -> Values:  # fmt: skip
+    """What all `<sensor>`s have in common."""
+    name = scope.name(node, link, _own(node, scope))
+    instead = f"sensors/{kind}/{own or _own(node, scope) or name}"
+    return _mounted(node, scope, link, name, frame, topic, instead, ("update_rate", 0.0), posed=True)
 
 
 def _lidar(node: Node, link: str, scope: Scope) -> None:
@@ -368,16 +375,10 @@ def _lidar(node: Node, link: str, scope: Scope) -> None:
     scan = plugin_kind(plugin) in SCANS if plugin else rings == 1
     if scan and rings > 1:
         scope.warn(node, f"a scan has one ring; the other {rings - 1} are ignored")
-    name = scope.name(node, link, _own(node, scope))
-    values = {
-        "name": name,
-        "link": scope.local(link),
-        "frame": scope.local((plugin.text("frameName") if plugin else "") or link),
-        "pose": scope.pose(link, node),
-        "topic": scope.stem(plugin.text("topicName") if plugin else node.text("topic"), "points", "scan",
-                            instead=f"sensors/lidars/{_own(node, scope) or name}"),
+    topic = plugin.text("topicName") if plugin else node.text("topic")
+    frame = (plugin.text("frameName") if plugin else "") or link
+    values = _of_sensor(node, scope, link, frame, (topic, "points", "scan"), "lidars") | {
         "output": "scan" if scan else "points",
-        "rate": scope.rate(node, "update_rate"),
         "rings": 1 if scan else rings,
         "samples": max(round(across.value("samples", 640.0, low=1) * across.value("resolution", 1.0, above=0)), 1),
         "azimuth": (across.value("min_angle", 0.0), across.value("max_angle", 0.0)),
@@ -408,19 +409,13 @@ def _range(reach: Node | None, plugin: Node | None) -> tuple[float, float]:
 
 def _gps(node: Node, link: str, scope: Scope) -> None:
     """Gazebo's own receiver, `navsat` or `gps`; SDF gives it horizontal and vertical noise."""
-    plugin = _plugin(node, scope, "gazebo_ros_gps_sensor")
+    _plugin(node, scope, "gazebo_ros_gps_sensor")
     body = node.child("navsat") or node.child("gps")
-    values = {
-        "name": scope.name(node, link, _own(node, scope)),
-        "link": scope.local(link),
-        "frame": scope.local(link),
-        "pose": scope.pose(link, node),
-        "topic": scope.stem(node.text("topic"), "fix", "navsat", instead="sensors/gps/gps"),
-        "rate": scope.rate(node, "update_rate"),
+    topic = node.text("topic"), "fix", "navsat"
+    values = _of_sensor(node, scope, link, link, topic, "gps", "gps") | {
         "position": {"noise": _sensing(body, "position_sensing", scope)},
         "velocity": {"noise": _sensing(body, "velocity_sensing", scope)},
     }
-    del plugin
     scope.add(node, GpsConfig, values)
 
 
@@ -434,14 +429,9 @@ def _imu(node: Node, link: str, scope: Scope) -> None:
     """Gazebo's own inertial unit, with or without the ROS plugin."""
     plugin = _plugin(node, scope, "gazebo_ros_imu_sensor")
     imu = node.child("imu")
-    values = {
-        "name": scope.name(node, link, _own(node, scope)),
-        "link": scope.local(link),
-        "frame": scope.local((plugin.text("frameName") if plugin else "") or link),
-        "pose": scope.pose(link, node),
-        "topic": scope.stem(plugin.text("topicName") if plugin else node.text("topic"), "data", "imu",
-                            instead="sensors/imu/imu"),
-        "rate": scope.rate(node, "update_rate"),
+    topic = plugin.text("topicName") if plugin else node.text("topic")
+    frame = (plugin.text("frameName") if plugin else "") or link
+    values = _of_sensor(node, scope, link, frame, (topic, "data", "imu"), "imu", "imu") | {
         "acceleration": _errors(imu, "linear_acceleration", scope),
         "angular_velocity": _errors(imu, "angular_velocity", scope),
     }  # fmt: skip
