@@ -200,7 +200,8 @@ def test_the_extra_test_brings_what_tests_and_examples_import():
 
 
 @pytest.mark.parametrize(
-    ("package", "name"), [("mujoco", "_MJPYTHON"), ("rerun-sdk", "_from_native"), ("typer", "_runtime_param")]
+    ("package", "name"),
+    [("mujoco", "_MJPYTHON"), ("rerun-sdk", "flush_and_cleanup_orphaned_recordings"), ("typer", "_runtime_param")],
 )
 def test_packages_of_which_private_names_are_used_have_a_last_version(package, name):
     assert any(name in file.read_text(encoding="utf-8") for file in SOURCES)

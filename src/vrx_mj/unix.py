@@ -1,4 +1,4 @@
-"""Modules that Windows lacks, None there, which are imported nowhere else; and the C library."""
+"""Modules that Windows lacks, None there, which are imported nowhere else; and what the C library does."""
 
 import ctypes
 from importlib import import_module

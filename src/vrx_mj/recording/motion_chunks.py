@@ -83,6 +83,7 @@ class MovingChunks:
         self._layout = scene.layout()
         self._boats = [body for body in self._layout.bodies if body.kind == "boat"]
         self._paths = {body.name: body.path for body in scene.bodies}
+        self._shown.clear()  # what has gone and come again is shown
         there = {boat.name for boat in self._boats}
         self._water.keep(scene.boats(), scene.sea_height)
         self._driven = {name: last for name, last in self._driven.items() if name in there}
