@@ -55,6 +55,8 @@ DEEPEST = 20
 """Launch files that may include each other."""
 MOST = 1000
 """Models that launch files may spawn."""
+MOST_ELEMENTS = 100_000
+"""Elements of all launch files together."""
 MOST_FILES = 200
 """Launch files that one includes altogether."""
 FLAGS = {"urdf", "sdf", "gazebo", "unpause", "wait", "b", "package_to_model", "h", "help"}
@@ -129,6 +131,8 @@ class _Run:
         self.descriptions: dict[str, Description] = {}
         self.open: list[Path] = []
         self.included: list[Path] = []
+        self.documents: dict[Path, Element | None] = {}
+        self.taken = 0
         self.nodes: dict[str, Place] = {}
         self.unlocked = False
         self.fleet: Path | None = None
@@ -152,11 +156,13 @@ class _Run:
     def read(self, file: Path, given: dict[str, str], scope: _Scope) -> set[str]:
         """Go through a file with arguments from outside, and return the names of those that it declares."""
         self.count += 1
-        if self.count > MOST_FILES + 1:
+        if self.count > MOST_FILES + 1 or self.taken > MOST_ELEMENTS:
             return set(given)
         if said := self.too_many(file):
             raise ConfigError([Problem(display(file), None, None, "", said)])
-        root = read_document(file)
+        root = self.document(file)
+        if root is None:
+            return set(given)
         if root.tag != "launch":
             raise root.fault(f"expected <launch>, got <{root.tag}>")
         self.open.append(file)
@@ -165,6 +171,13 @@ class _Run:
             self.take(child, inner, given)
         self.open.pop()
         return {arg.attributes.get("name", "") for arg in _declarations(root)}
+
+    def document(self, file: Path) -> Element | None:
+        """The root of a file, which is read once; None if what is wrong with it was said before."""
+        if file not in self.documents:
+            self.documents[file] = None
+            self.documents[file] = read_document(file)
+        return self.documents[file]
 
     def too_many(self, file: Path) -> str:
         """What is wrong with the files that lead to this one, or nothing."""
@@ -176,6 +189,12 @@ class _Run:
 
     def take(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
         """Do what an element says, unless its `if` or `unless` says not to."""
+        self.taken += 1
+        if self.taken > MOST_ELEMENTS:
+            if self.taken == MOST_ELEMENTS + 1:
+                said = f"more than {MOST_ELEMENTS:,} elements, those of files that are included again counted each time"
+                self.report.problems.append(Problem(display(self.open[0]), None, None, "", said))
+            return
         try:
             if self.holds(element, scope):
                 _TAKE.get(element.tag, _Run.ignore)(self, element, scope, given)
