@@ -55,10 +55,8 @@ DEEPEST = 20
 """Launch files that may include each other."""
 MOST = 1000
 """Models that launch files may spawn."""
-MOST_ELEMENTS = 100_000
-"""Elements of all launch files together."""
-MOST_FILES = 200
-"""Launch files that one includes altogether."""
+MOST_FILES, MOST_ELEMENTS = 200, 100_000
+"""Launch files that one includes altogether, and elements in all of them."""
 FLAGS = {"urdf", "sdf", "gazebo", "unpause", "wait", "b", "package_to_model", "h", "help"}
 """Options of spawn_model without a value."""
 OWN_ARGUMENTS = {"namespace", "locked"}
@@ -123,16 +121,14 @@ class _Run:
         self.files = files
         self.report = report
         self.budget = budget
-        self.count = 0
+        self.count = self.taken = 0
         self.world: Path | str | None = None
         self.boats: list[SpawnedBoat] = []
         self.objects: list[SpawnedObject] = []
         self.places: dict[str, Place] = {}
         self.descriptions: dict[str, Description] = {}
-        self.open: list[Path] = []
-        self.included: list[Path] = []
+        self.open, self.included = list[Path](), list[Path]()
         self.documents: dict[Path, Element | None] = {}
-        self.taken = 0
         self.nodes: dict[str, Place] = {}
         self.unlocked = False
         self.fleet: Path | None = None
@@ -160,8 +156,10 @@ class _Run:
             return set(given)
         if said := self.too_many(file):
             raise ConfigError([Problem(display(file), None, None, "", said)])
-        root = self.document(file)
-        if root is None:
+        if file not in self.documents:
+            self.documents[file] = None
+            self.documents[file] = read_document(file)
+        if (root := self.documents[file]) is None:  # what is wrong with it was said before
             return set(given)
         if root.tag != "launch":
             raise root.fault(f"expected <launch>, got <{root.tag}>")
@@ -171,13 +169,6 @@ class _Run:
             self.take(child, inner, given)
         self.open.pop()
         return {arg.attributes.get("name", "") for arg in _declarations(root)}
-
-    def document(self, file: Path) -> Element | None:
-        """The root of a file, which is read once; None if what is wrong with it was said before."""
-        if file not in self.documents:
-            self.documents[file] = None
-            self.documents[file] = read_document(file)
-        return self.documents[file]
 
     def too_many(self, file: Path) -> str:
         """What is wrong with the files that lead to this one, or nothing."""
@@ -190,12 +181,11 @@ class _Run:
     def take(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
         """Do what an element says, unless its `if` or `unless` says not to."""
         self.taken += 1
-        if self.taken > MOST_ELEMENTS:
-            if self.taken == MOST_ELEMENTS + 1:
-                said = f"more than {MOST_ELEMENTS:,} elements, those of files that are included again counted each time"
-                self.report.problems.append(Problem(display(self.open[0]), None, None, "", said))
+        if self.taken > MOST_ELEMENTS + 1:
             return
         try:
+            if self.taken > MOST_ELEMENTS:
+                raise element.fault(f"more than {MOST_ELEMENTS:,} elements, those of a file counted each time")
             if self.holds(element, scope):
                 _TAKE.get(element.tag, _Run.ignore)(self, element, scope, given)
         except ConfigError as error:

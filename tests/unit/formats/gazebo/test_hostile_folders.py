@@ -148,7 +148,7 @@ def test_many_launch_files(team):
 @pytest.mark.parametrize(
     ("count", "said"),
     [
-        (2000, "more than 100,000 elements, those of files that are included again counted each time"),
+        (2000, "more than 100,000 elements, those of a file counted each time"),
         (30_000, "more than 50000 elements and attributes in a file"),
     ],
 )
