@@ -64,3 +64,44 @@ def test_a_command_needs_declared_packages_only(words, tmp_path):
         check=False,
     )
     assert (done.returncode, "Traceback" in done.stderr) == (0, False), done.stderr
+
+
+IMPORTED = """
+import sys, warnings
+from pathlib import Path
+from vrx_mj import cli
+from vrx_mj.foreign import asking
+warnings.simplefilter("ignore")
+if sys.argv.pop() == "cold":
+    asking._folder = lambda: None
+try:
+    cli.main()
+except SystemExit as ended:
+    assert not ended.code
+found = sorted({"collada", "networkx", "trimesh", "xacro", "yourdfpy"} & set(sys.modules))
+found += sorted(name for name in sys.modules if name.count(".") == 1 and name.startswith(("scipy.o", "scipy.sp")))
+Path("imported.txt").write_text(" ".join(found), encoding="utf-8")
+"""
+"""Runs `vrx-mj`, and says which packages that read strangers' files it has imported. numba imports scipy's root."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("answers", ["cold", "warm"])
+def test_a_run_imports_nothing_that_reads_strangers_files(answers, tmp_path):
+    words = [
+        "run",
+        "example_course",
+        "--fleet",
+        "trio",
+        "--duration",
+        "1",
+        "--seed",
+        "7",
+        "--thrust",
+        "left=0.6,right=0.4",
+        "--record",
+        "run.rrd",
+    ]
+    subprocess.run([sys.executable, "-c", IMPORTED, *words, answers], cwd=tmp_path, env=environment(), check=True,
+                   capture_output=True)  # fmt: skip
+    assert not (tmp_path / "imported.txt").read_text(encoding="utf-8")

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
 import sys
 import warnings
 from collections import OrderedDict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -22,12 +24,29 @@ from vrx_mj.foreign.reader import READER, ReaderError
 PACKAGE = "vrx_mj"
 MEMORY, SECONDS, ANSWER = 512 << 20, 10, 128 << 20
 """What a job may take unless its caller says otherwise: memory [bytes], processor time [s], bytes of the answer."""
+TOGETHER = 120
+"""Processor time that all jobs of a command may take [s]."""
 REMEMBERED = 64 << 20
 """Bytes of answers that this process keeps."""
 PACKAGES = ("lxml", "numpy", "pycollada", "pyyaml", "rerun_sdk", "scipy", "trimesh", "xacro", "yourdfpy")
 """Whose versions an answer depends on."""
 T = TypeVar("T")
 _answers: OrderedDict[str, bytes] = OrderedDict()
+_begun: ContextVar[float | None] = ContextVar("begun", default=None)
+"""Processor time of all jobs before the command [s]."""
+
+
+@contextlib.contextmanager
+def budget() -> Iterator[None]:
+    """Around a command: all jobs in it may take `TOGETHER` s of processor time. One inside another has its budget."""
+    if _begun.get() is not None:
+        yield
+        return
+    token = _begun.set(READER.spent)
+    try:
+        yield
+    finally:
+        _begun.reset(token)
 
 
 def ask(
@@ -129,6 +148,9 @@ def _remember(key: str, block: bytes) -> None:
 
 def _new(told: dict[str, Any], key: str, about: str) -> dict[str, Any]:
     """The answer of the process, which is kept if it is one of a key."""
+    begun = _begun.get()
+    if begun is not None and READER.spent - begun > TOGETHER:
+        raise ReaderError(about, f"files before it have taken more than {TOGETHER} s of processor time")
     block = READER.answer(told, about)
     try:
         found: dict[str, Any] = unpacked(block)

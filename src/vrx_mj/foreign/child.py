@@ -2,7 +2,7 @@
 
 Where the system can fork it waits for jobs, imports what each needs, and has a copy of itself do it; else it does one.
 Standard input has blocks: first the folders of modules, then jobs. Standard output has pieces of an answer, an empty
-one at its end, and the status with which the copy ended.
+one at its end, and how the copy ended: its status and processor time.
 """
 
 import contextlib
@@ -11,12 +11,13 @@ import os
 import select
 import struct
 import sys
+import time
 import warnings
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import IO, Any, BinaryIO
 
-LENGTH, STATUS = struct.Struct("<Q"), struct.Struct("<q")
+LENGTH, STATUS = struct.Struct("<Q"), struct.Struct("<qd")
 IDLE = 60.0
 """Wall time without a job after which it ends [s]."""
 
@@ -42,7 +43,7 @@ def main() -> None:
     else:
         prepare(job := json.loads(block_from(jobs)))
         answer = done(job, places["libraries"])
-        answers.write(LENGTH.pack(len(answer)) + answer + LENGTH.pack(0) + STATUS.pack(0))
+        answers.write(LENGTH.pack(len(answer)) + answer + LENGTH.pack(0) + STATUS.pack(0, time.process_time()))
         answers.flush()
         os._exit(0)  # no thread of a library is waited for
 
@@ -79,8 +80,8 @@ def relay(pid: int, source: int, answers: BinaryIO) -> None:
         answers.write(LENGTH.pack(len(piece)) + piece)
         answers.flush()
     os.close(source)
-    status = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
-    answers.write(LENGTH.pack(0) + STATUS.pack(status))
+    _, status, usage = os.wait4(pid, 0)
+    answers.write(LENGTH.pack(0) + STATUS.pack(os.waitstatus_to_exitcode(status), usage.ru_utime + usage.ru_stime))
     answers.flush()
 
 

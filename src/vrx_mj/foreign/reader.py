@@ -51,6 +51,8 @@ class Reader:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
+        self.spent = 0.0
+        """Processor time of all jobs so far [s]; those that were ended count with what they might take."""
 
     def answer(self, job: Mapping[str, Any], about: str) -> bytes:
         """The answer to a job.
@@ -63,7 +65,8 @@ class Reader:
                 block = json.dumps(job).encode()
                 process = self._with_job(LENGTH.pack(len(block)) + block)
                 with self._watched(process, job["limits"]) as reasons:
-                    pieces, status = received(process, job["limits"]["answer"], reasons)
+                    pieces, status, seconds = received(process, job["limits"]["answer"], reasons)
+                self.spent += job["limits"]["seconds"] if status is None else seconds
             except BaseException:
                 self.end()
                 raise
@@ -146,8 +149,11 @@ def start() -> subprocess.Popen[bytes]:
     return process
 
 
-def received(process: subprocess.Popen[bytes], most: int, reasons: list[str]) -> tuple[list[bytes], int | None]:
-    """Pieces of an answer, and the status at its end; None: there is none, or `reasons` says that it is too long."""
+def received(process: subprocess.Popen[bytes], most: int, reasons: list[str]) -> tuple[list[bytes], int | None, float]:
+    """Pieces of an answer, the status at its end and the processor time [s].
+
+    Without an end, or if the answer is too long, which `reasons` then says, the status is None.
+    """
     assert process.stdout is not None, "its output is a pipe"
     pieces, size = list[bytes](), 0
     while piece := block_from(process.stdout):
@@ -155,9 +161,9 @@ def received(process: subprocess.Popen[bytes], most: int, reasons: list[str]) ->
         size += len(piece)
         if size > most:
             reasons.append(f"it comes to more than {most >> 20} MiB")
-            return [], None
+            return [], None, 0.0
     status = process.stdout.read(STATUS.size)
-    return pieces, STATUS.unpack(status)[0] if len(status) == STATUS.size else None
+    return (pieces, *(STATUS.unpack(status) if len(status) == STATUS.size else (None, 0.0)))
 
 
 def watch(pid: int, limits: Mapping[str, int], ready: threading.Event, reasons: list[str]) -> None:

@@ -16,6 +16,7 @@ from vrx_mj.config.search import display, is_path, package_paths
 from vrx_mj.config.sensors import BallShooterConfig, SensorConfig
 from vrx_mj.config.wording import ros_names_note
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.foreign import budget
 from vrx_mj.formats.gazebo.sdf_boats import read_boat
 from vrx_mj.formats.parts.generate import wamv_urdf
 from vrx_mj.formats.parts.read import load_parts
@@ -49,7 +50,8 @@ def build_boat(order: Order) -> Boat:
     config = load_robot(order.robot, order.folder)
     ours = config.folder
     if ours is None or not ours.is_relative_to(root() / "assets") or order.thrusters or order.components:
-        return _built(order, config)
+        with budget():
+            return _built(order, config)
     return _kept(order if is_path(order.robot) else replace(order, folder=None), ours)  # a name is found from anywhere
 
 

@@ -18,6 +18,7 @@ from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError, VrxWarning
 from vrx_mj.exits import awaited
+from vrx_mj.foreign import budget
 from vrx_mj.frames import Pose
 from vrx_mj.mjcf.afloat import boats_afloat
 from vrx_mj.mjcf.boats import Boat
@@ -79,11 +80,12 @@ def compile_world(
     given = {} if arguments is None else arguments
     check_kind("arguments", given, Mapping, "a mapping of text, as {'name': 'value'}")
     nudged = as_flag("nudge", nudge)
-    if opened := opener(world, given):
-        world, fleet = opened(world, fleet, given)
-    config = load_world(world)
-    assembly = _Assembly(config, load_fleet(fleet, config), nudge=nudged)
-    return assembly.world(config.seed if own is None else own)
+    with budget():
+        if opened := opener(world, given):
+            world, fleet = opened(world, fleet, given)
+        config = load_world(world)
+        assembly = _Assembly(config, load_fleet(fleet, config), nudge=nudged)
+        return assembly.world(config.seed if own is None else own)
 
 
 class _Assembly:

@@ -410,5 +410,5 @@ def test_a_mesh_that_is_none(cli, folder):
     (folder / "boat.txt").write_text("v", encoding="utf-8")
     said = cli("robot", "hydro", "boat.txt", "--mass", "9")
     assert (said.code, said.err) == (
-        2, "expected a mesh that ends in .obj, .stl, .dae, .ply, .glb, got 'boat.txt'\n"
+        2, "expected a mesh that ends in .obj, .stl, .dae, .ply or .glb, got 'boat.txt'\n"
     )  # fmt: skip

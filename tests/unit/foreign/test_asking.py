@@ -14,7 +14,7 @@ import pytest
 
 from foreign_jobs.tricks import Row
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning
-from vrx_mj.foreign import ReaderError, ask, asking, cache, reader
+from vrx_mj.foreign import ReaderError, ask, asking, budget, cache, reader
 
 LINUX = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the limits are those of Linux")
 LOCKS = "from vrx_mj.foreign.confinement import lock_files; raise SystemExit(not lock_files(['/']))"
@@ -173,6 +173,25 @@ def test_limits_of_the_system_hold_for_native_code_too():
     assert told("shares", "RLIMIT_FSIZE") == "(0, 0)"
     assert told("shares", "RLIMIT_NPROC") == "(0, 0)"
     assert told("shares", "RLIMIT_NOFILE") == "(64, 64)"
+
+
+def test_all_jobs_of_a_command_have_one_budget(monkeypatch):
+    monkeypatch.setattr(asking, "TOGETHER", 0)
+    with budget():
+        with budget():
+            assert told("unknowns", returns=int) == 0
+        reader.READER.spent += 1.0
+        assert reason("unknowns", returns=int) == "files before it have taken more than 0 s of processor time"
+    assert told("unknowns", returns=int) == 0
+    with budget():
+        assert told("unknowns", returns=int) == 0
+
+
+def test_what_is_ended_counts_with_all_that_it_might_take(monkeypatch):
+    monkeypatch.setattr(reader, "CLOCK_PER_PROCESSOR_TIME", 0.02)
+    before = reader.READER.spent
+    assert reason("asleep", seconds=7)
+    assert reader.READER.spent >= before + 7
 
 
 # The process

@@ -77,7 +77,7 @@ def test_a_text_stl_is_handed_on_as_obj(here):
     ("content", "reason"),
     [
         (b"\0" * 84, "is empty: it has no triangles"),
-        (b"\0" * 90, "cannot be read: its header says 0 triangles, which take 84 bytes; the file has 90"),
+        (b"\0" * 90, "is empty: it has no triangles"),
     ],
 )  # fmt: skip
 def test_a_mesh_of_an_object_is_looked_at(here, content, reason):

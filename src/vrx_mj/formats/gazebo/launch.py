@@ -54,8 +54,8 @@ DEEPEST = 20
 """Launch files that may include each other."""
 MOST = 1000
 """Models that launch files may spawn."""
-MOST_FILES = 200
-"""Launch files that one includes altogether."""
+MOST_FILES, MOST_ELEMENTS = 200, 100_000
+"""Launch files that one includes altogether, and elements in all of them."""
 FLAGS = {"urdf", "sdf", "gazebo", "unpause", "wait", "b", "package_to_model", "h", "help"}
 """Options of spawn_model without a value."""
 OWN_ARGUMENTS = {"namespace", "locked"}
@@ -120,14 +120,14 @@ class _Run:
         self.files = files
         self.report = report
         self.substitutions = Substitutions(files)
-        self.count = 0
+        self.count = self.taken = 0
         self.world: Path | str | None = None
         self.boats: list[SpawnedBoat] = []
         self.objects: list[SpawnedObject] = []
         self.places: dict[str, Place] = {}
         self.descriptions: dict[str, Description] = {}
-        self.open: list[Path] = []
-        self.included: list[Path] = []
+        self.open, self.included = list[Path](), list[Path]()
+        self.documents: dict[Path, Element | None] = {}
         self.nodes: dict[str, Place] = {}
         self.unlocked = False
         self.fleet: Path | None = None
@@ -151,11 +151,15 @@ class _Run:
     def read(self, file: Path, given: dict[str, str], scope: _Scope) -> set[str]:
         """Go through a file with arguments from outside, and return the names of those that it declares."""
         self.count += 1
-        if self.count > MOST_FILES + 1:
+        if self.count > MOST_FILES + 1 or self.taken > MOST_ELEMENTS:
             return set(given)
         if said := self.too_many(file):
             raise ConfigError([Problem(display(file), None, None, "", said)])
-        root = read_document(file)
+        if file not in self.documents:
+            self.documents[file] = None
+            self.documents[file] = read_document(file)
+        if (root := self.documents[file]) is None:  # what is wrong with it was said before
+            return set(given)
         if root.tag != "launch":
             raise root.fault(f"expected <launch>, got <{root.tag}>")
         self.open.append(file)
@@ -175,7 +179,12 @@ class _Run:
 
     def take(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
         """Do what an element says, unless its `if` or `unless` says not to."""
+        self.taken += 1
+        if self.taken > MOST_ELEMENTS + 1:
+            return
         try:
+            if self.taken > MOST_ELEMENTS:
+                raise element.fault(f"more than {MOST_ELEMENTS:,} elements, those of a file counted each time")
             if self.holds(element, scope):
                 _TAKE.get(element.tag, _Run.ignore)(self, element, scope, given)
         except ConfigError as error:

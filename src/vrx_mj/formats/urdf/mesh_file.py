@@ -36,7 +36,7 @@ PIL.Image.open = _no_picture  # type: ignore[assignment]
 
 
 def mesh(path: str, name: str) -> MeshData:
-    """The mesh of a file, which messages call `name`; a library writes nothing to the terminal here.
+    """The mesh of a file, which messages call `name`.
 
     Raises:
         VrxError: it has none, or one that MuJoCo cannot take.

@@ -8,7 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from vrx_mj.errors import VrxError
+from vrx_mj.errors import ConfigError, VrxError
+from vrx_mj.formats.gazebo import launch
+from vrx_mj.formats.gazebo.document import read_document
 from vrx_mj.formats.gazebo.folders import DEEPEST, MOST_FILES, MOST_FOLDERS
 from vrx_mj.formats.gazebo.importing import import_files
 from vrx_mj.formats.gazebo.opening import file_of_folder
@@ -141,6 +143,26 @@ def test_many_launch_files(team):
     for number in range(1000):
         (team / f"{number}.launch").write_text(LAUNCH, encoding="utf-8")
     assert opened() == "1000 launch files in team: name one, or a smaller folder"
+
+
+@pytest.mark.parametrize(
+    ("count", "said"),
+    [
+        (2000, "more than 100,000 elements, those of a file counted each time"),
+        (30_000, "more than 50000 elements and attributes in a file"),
+    ],
+)
+def test_a_launch_file_that_is_included_199_times_is_read_once(team, monkeypatch, count, said):
+    """It took minutes and 1.2 GB."""
+    read = []
+    monkeypatch.setattr(launch, "read_document", lambda file: read.append(file) or read_document(file))
+    for name, inner in {"inner": "<node pkg='a'/>" * count, "outer": "<include file='inner.launch'/>" * 199}.items():
+        (team / f"{name}.launch").write_text(f"<launch>{inner}</launch>", encoding="utf-8")
+    with pytest.raises(ConfigError) as refused:
+        launch.read_launch(team / "outer.launch", {})
+    assert str(refused.value).endswith(said)
+    assert len(refused.value.problems) == 1
+    assert [file.name for file in read] == ["outer.launch", "inner.launch"]
 
 
 def test_a_folder_that_is_deep(team):
