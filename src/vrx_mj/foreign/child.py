@@ -24,8 +24,16 @@ IDLE = 60.0
 
 def block_from(stream: IO[bytes]) -> bytes:
     """The next block; nothing at the end of the stream."""
-    head = stream.read(LENGTH.size)
-    return stream.read(LENGTH.unpack(head)[0]) if len(head) == LENGTH.size else b""
+    head = _whole(stream, LENGTH.size)
+    return _whole(stream, LENGTH.unpack(head)[0]) if len(head) == LENGTH.size else b""
+
+
+def _whole(stream: IO[bytes], size: int) -> bytes:
+    """So many bytes, of which a pipe gives a part at a time."""
+    found = bytearray()
+    while len(found) < size and (piece := stream.read(size - len(found))):
+        found += piece
+    return bytes(found)
 
 
 def main() -> None:

@@ -58,6 +58,11 @@ def test_plain_data_comes_back_as_its_types():
     assert (row.name, row.table, row.place, row.blob) == ("a", {"x": (1, 2)}, Path("a/b"), b"\0\xff")
 
 
+def test_a_job_may_be_longer_than_a_pipe_holds():
+    """A URDF of 100 kB is an argument."""
+    assert told("echoed", "x" * 500_000, [1.0], {}, returns=Row).name == "x" * 500_000
+
+
 def test_an_answer_of_another_type_is_refused():
     assert reason("modules", returns=Row).startswith("the answer of its reader is damaged: ")
 

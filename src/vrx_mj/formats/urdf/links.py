@@ -44,7 +44,7 @@ class Surroundings:
     gazebo: Mapping[str, Color] = field(default_factory=dict)
     """Colours that Gazebo's tags give to links."""
     impossible: list[tuple[Node, str, bool, str]] = field(default_factory=list)
-    """Inertias that break the triangle inequality: element, link, whether by far, and in words."""
+    """Inertias that are negative or break the triangle inequality: element, link, whether by far, and in words."""
 
 
 def read_link(node: Node, around: Surroundings) -> LinkRow:
@@ -132,11 +132,12 @@ def check_inertia(node: Node, name: str, values: tuple[float, ...], around: Surr
     mass, *tensor = values
     low, middle, high = moments = _principal(tensor)
     words = ", ".join(f"{moment:.6g}" for moment in moments)
-    if low < -max(1e-9 * high, THIN * mass):
-        node.fault(f"impossible moments of inertia: about the principal axes they are {words} kg m2")
+    if low < -ROUNDED * mass:
+        around.impossible.append((node, name, low < -max(1e-9 * high, THIN * mass), f"{words} kg m2"))
     elif high - low - middle > max(1e-6 * (low + middle), ROUNDED * mass) and (mass, *tensor[:3]) != VRX_IMU:
         far = high - low - middle > max((SLIGHT - 1.0) * (low + middle), THIN * mass)
-        around.impossible.append((node, name, far, words))
+        more = "and the largest is more than the sum of the other two"
+        around.impossible.append((node, name, far, f"{words} kg m2, {more}"))
 
 
 def _principal(tensor: list[float]) -> list[float]:

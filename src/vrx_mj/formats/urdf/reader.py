@@ -18,7 +18,7 @@ from vrx_mj.formats.urdf.model import Reading, Urdf
 ODD = {
     "post": "posts of sensors that end below the deck, to which VRX gives a negative length: no mass, no shape",
     "massless": "links with mass 0; they count as links without mass",
-    "inertia": "impossible moments of inertia, one more than the sum of the other two; they are used as they are",
+    "inertia": "impossible moments of inertia, negative or above the sum of the other two; they are used as they are",
     "shapeless": "visuals without a geometry; they are ignored",
     "mesh": "meshes not found in the folders that may be read; they are not drawn",
     "unread": "meshes that cannot be read; they are not drawn",

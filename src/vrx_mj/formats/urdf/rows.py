@@ -128,8 +128,7 @@ def _check_masses(links: Mapping[str, Link], around: Surroundings, root: Node) -
     for node, name, far, words in around.impossible:
         inertial = links[name].inertial
         if far and inertial and inertial.mass > LIGHT * total:
-            node.fault(f"impossible moments of inertia: about the principal axes they are {words} kg m2, "
-                       "and the largest is more than the sum of the other two")  # fmt: skip
+            node.fault(f"impossible moments of inertia: about the principal axes they are {words}")
         else:
             around.findings.note("inertia", name)
 

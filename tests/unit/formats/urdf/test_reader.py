@@ -194,7 +194,7 @@ def test_a_light_part_may_have_an_impossible_inertia():
         read(link(), link("imu", part), joint("hull", "imu"))
     assert [str(warning.message) for warning in caught] == [
         (
-            "boat.urdf: impossible moments of inertia, one more than the sum of the other two; "
+            "boat.urdf: impossible moments of inertia, negative or above the sum of the other two; "
             "they are used as they are: imu"
         )
     ]
@@ -209,7 +209,7 @@ def inertial(mass, *moments):
     ("moments", "said"), [((-2.4e-35, 0, 2.4e-35), 0), ((-3.5e-8, 1e-6, 1e-6), 1), ((1e-7, 1e-7, 3e-7), 1)]
 )
 def test_moments_that_are_off_by_rounding_refuse_no_robot(moments, said):
-    """A heavy link as those of iCub and of CAD programs: a light one would be no fault anyway."""
+    """Of a heavy link, as iCub has it; a light one, as TIAGo's antennas, may have any."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         urdf = read(link(), link("head", inertial(2.5, *moments)), joint("hull", "head"))
@@ -217,6 +217,12 @@ def test_moments_that_are_off_by_rounding_refuse_no_robot(moments, said):
     assert [str(warning.message).partition(": ")[2][:30] for warning in caught] == [
         "impossible moments of inertia,"
     ] * said
+
+
+def test_a_light_part_may_have_a_negative_moment():
+    with pytest.warns(VrxWarning, match="impossible moments of inertia, negative or above the"):
+        urdf = read(link(), link("antenna", inertial(1e-6, -3.5e-8, 3.5e-8, 9.1e-8)), joint("hull", "antenna"))
+    assert urdf.links["antenna"].inertial.tensor[0] == -3.5e-8
 
 
 @given(mass=st.floats(1e-3, 1e3), size=st.floats(1e-3, 10), share=st.floats(1e-3, 1))
