@@ -15,6 +15,7 @@ from fuzz.junk import BAIT
 from fuzz.kind import Files, Kind, chance_of, write
 from fuzz.watch import Watch, listing
 from vrx_mj.errors import DivergedError, VrxError, VrxWarning
+from vrx_mj.foreign import asking
 
 ACCEPTED, REFUSED, UNCLEAR, TRACEBACK, CRASH, HANG, MEMORY, OUTSIDE = (
     "accepted", "refused", "unclear", "traceback", "crash", "hang", "memory", "outside",
@@ -84,12 +85,14 @@ class Sandbox:
     @property
     def writable(self) -> tuple[Path, ...]:
         """Folders that may be written to."""
-        return self.root / "tmp", self.work / "out"
+        return self.root / "tmp", self.work / "out", self.root / "home" / ".cache"
 
     def enter(self) -> None:
         """Make it this process's."""
         os.environ.update(HOME=str(self.root / "home"), TMPDIR=str(self.root / "tmp"))
         tempfile.tempdir = None
+        asking._folder.cache_clear()
+        asking._folder()  # is made in the home, for what is kept of files that were read
         os.chdir(self.work)
 
     def fill(self, files: Files) -> None:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from fuzz.junk import BAIT
-from vrx_mj.foreign import asking
 
 WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 CHANGES = {
@@ -36,8 +35,7 @@ class Watch:
     @contextmanager
     def over(self, sandbox: Path, writable: tuple[Path, ...], *, calls: bool) -> Iterator[list[str]]:
         """Watch what is done in the `with` statement; the list fills with what was wrong."""
-        kept = filter(None, [asking._folder()])  # what was read of files
-        self.allowed = (*(os.path.realpath(path) for path in (*writable, *kept)), os.devnull)
+        self.allowed = (*(os.path.realpath(path) for path in writable), os.devnull)
         self.bait, self.calls = os.path.realpath(sandbox / BAIT), calls
         self.seen = seen = []
         try:

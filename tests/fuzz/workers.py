@@ -191,10 +191,13 @@ def told_place(said: str) -> str:
 
 
 def processor_time(process: int) -> float:
-    """Processor time that a process has taken, with its children that have ended [s]; 0 where it is not told."""
+    """Processor time that a process has taken [s]; 0 where it is not told.
+
+    Its reader of strangers' files, which goes on from one input to the next, has limits of its own.
+    """
     try:
         with open(f"/proc/{process}/stat", encoding="ascii", errors="replace") as file:  # noqa: PTH123
             fields = file.read().rpartition(")")[2].split()
     except OSError:
         return 0.0
-    return sum(map(int, fields[11:15])) / TICK
+    return sum(map(int, fields[11:13])) / TICK
