@@ -85,14 +85,15 @@ class Sandbox:
     @property
     def writable(self) -> tuple[Path, ...]:
         """Folders that may be written to."""
-        return self.root / "tmp", self.work / "out", self.root / "home" / ".cache"
+        kept = filter(None, [asking._folder()])  # what was read of files
+        return self.root / "tmp", self.work / "out", self.root / "home" / ".cache", *kept
 
     def enter(self) -> None:
         """Make it this process's."""
         os.environ.update(HOME=str(self.root / "home"), TMPDIR=str(self.root / "tmp"))
         tempfile.tempdir = None
         asking._folder.cache_clear()
-        asking._folder()  # is made in the home, for what is kept of files that were read
+        asking._folder()  # is made
         os.chdir(self.work)
 
     def fill(self, files: Files) -> None:

@@ -58,6 +58,7 @@ def test_a_parser_that_does_not_end_well_is_damage_of_the_file(recording, monkey
     """As a panic of rerun's is, at some flipped bytes."""
     monkeypatch.setattr(asking, "PACKAGE", "foreign_jobs")
     monkeypatch.setattr(rrd_file, "PARSER", "tricks")
+    monkeypatch.setattr(rrd_file, "ask", lambda *given, **named: ask(*given, **{**named, "threads": False}))
     assert refusal(read_record, recording) == f"'{recording}' is damaged: its reader was ended by SIGABRT"
 
 
