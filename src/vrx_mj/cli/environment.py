@@ -11,7 +11,8 @@ __all__ = ["PACKAGES", "installed_first", "intruder"]
 PACKAGES = frozenset({
     "IPython", "PIL", "av", "capytaine", "cbor2", "collada", "foxglove", "gymnasium", "jinja2", "llvmlite", "lxml",
     "lz4", "markupsafe", "matplotlib", "mujoco", "numba", "numpy", "pettingzoo", "psutil", "pyarrow", "pydantic", "ray",
-    "rerun", "rerun_notebook", "rich", "rosbags", "scipy", "shapely", "trimesh", "typer", "websockets", "yaml",
+    "rerun", "rerun_notebook", "rich", "rosbags", "scipy", "shapely", "trimesh", "typer", "websockets",
+    "xacro", "yaml", "yourdfpy",
 })  # fmt: skip
 """What we import, by the names of the modules."""
 

@@ -41,8 +41,12 @@ class ReaderError(VrxError):
     """
 
     def __init__(self, about: str, reason: str) -> None:
-        self.reason = reason
+        self.about, self.reason = about, reason
         super().__init__(f"{about} cannot be read: {reason}")
+
+    def __reduce__(self) -> tuple[type, tuple[str, str]]:
+        """As it was made."""
+        return type(self), (self.about, self.reason)
 
 
 class Reader:

@@ -36,7 +36,7 @@ MESSAGES = {
     "run ocean --seed 1.5": "invalid --seed '1.5': a whole number is needed",
     "run ocean --durashun 3": "no option of vrx-mj run named '--durashun'; did you mean '--duration'?",
     "campaign a:b --worlds ocean -o x --jobs 0": "invalid --jobs '0': at least 1 is needed",
-    "serve ocean --cmd-vel speed": "no value of --cmd-vel named 'speed'; known: thrust, velocity",
+    "serve ocean --cmd-vel speed": "no value of --cmd-vel named 'speed'; known: thrust, velocity, off",
     "run oceon": "no world named 'oceon'; did you mean 'ocean'?",
     "run qqqq": f"no world named 'qqqq'; {WORLDS}",
     "run none.yaml": "none.yaml: no such file",

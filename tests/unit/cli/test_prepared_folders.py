@@ -35,7 +35,7 @@ FOLDERS = {
 """Every command that writes more than the one file it is given the name of, with words by which it fills `made`."""
 FILES = {
     "demo", "run", "view", "list", "map", "replay", "score", "compare", "robot check", "robot hydro", "robot parts",
-    "doctor", "bench", "serve", "teleop",
+    "robot show", "doctor", "bench", "serve", "teleop",
 }  # fmt: skip
 """The others; `run` makes the folder of a bag as `convert` does."""
 SLOW = {"ros packages", "ros messages", "campaign", "convert", "trial", "validate", "robot build"}
@@ -50,7 +50,6 @@ OWN = {
     "formats/gazebo/text_models.py",  # temporary folders of our own, made anew
     "formats/parts/generate.py",
     "recording/rrd_file.py",
-    "recording/encoding.py",
     "cli/bench_recordings.py",
     "ros/packages.py",
     "ros/ros_server.py",

@@ -111,8 +111,8 @@ def scene(element: Element) -> Content:
     for tag in ("grid", "origin_visual", "shadows"):
         if element.text(tag):
             found[tag] = element.switch(tag)
-    fog = element.child("fog")
-    if fog is not None:
+    fog = element.child("fog", "fog") or element.child("fog")  # VRX's macro makes one in another
+    if fog is not None and fog.children:
         found["fog"] = _fog(fog)
     return found
 

@@ -1,5 +1,6 @@
 """The shape and the colour in a mesh file, read by trimesh in the process without rights."""
 
+import contextlib
 import io
 import logging
 import re
@@ -32,9 +33,16 @@ def _no_picture(*_arguments: object, **_options: object) -> None:
     raise OSError("pictures are not opened")
 
 
-PIL.Image.open = _no_picture  # type: ignore[assignment]
+@contextlib.contextmanager
+def _without_pictures() -> Iterator[None]:
+    opened, PIL.Image.open = PIL.Image.open, _no_picture  # type: ignore[assignment]
+    try:
+        yield
+    finally:
+        PIL.Image.open = opened
 
 
+@_without_pictures()
 def mesh(path: str, name: str) -> MeshData:
     """The mesh of a file, which messages call `name`.
 

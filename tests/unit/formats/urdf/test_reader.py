@@ -232,22 +232,6 @@ def test_a_moment_of_more_than_a_millimetre_below_0_is_impossible(mass, size, sh
         read(link(inner=inertial(mass, *moments)))
 
 
-def test_a_mesh_that_is_only_looked_at_refuses_no_robot():
-    """A mesh of more triangles than are read, and one without any; what collides must be read."""
-    meshes = "".join(
-        f'<visual><geometry><mesh filename="meshes/{name}.obj"/></geometry></visual>' for name in ("empty", "three")
-    )
-    with pytest.warns(VrxWarning) as caught:
-        urdf = read(link(inner=INERTIAL + meshes + BOX.format("")), folder=BROKEN)
-    assert [visual.type for visual in urdf.links["hull"].visuals] == ["box"]
-    assert [str(warning.message).rpartition("boat.urdf: ")[2] for warning in caught] == [
-        (
-            "meshes that cannot be read; they are not drawn: mesh empty.obj is empty: it has no triangles, "
-            "mesh three.obj has 3 different points; a shape needs at least 4"
-        )
-    ]
-
-
 def test_limits_of_1e16_are_none():
     """As Gazebo writes them, and iris_description has them: a hinge turns freely, a slide as far as numbers go."""
     limit = '<limit lower="-1e16" upper="1e16" effort="1e18" velocity="3"/>'
@@ -292,9 +276,9 @@ def test_what_is_odd_is_said_once(parts, message):
     ("name", "content", "reason"),
     [
         ("many.stl", b"\0" * 80 + (200_001).to_bytes(4, "little") + b"\0" * 50 * 200_001, (
-            "many.stl has 200,001 triangles; at most 200,000 are allowed: simplify it, for example with Blender's "
+            "mesh many.stl has 200,001 triangles; at most 200,000 are allowed: simplify it, for example with Blender's "
             "Decimate")),
-        ("empty.obj", b"", "empty.obj is empty: it has no triangles"),
+        ("empty.obj", b"", "mesh empty.obj is empty: it has no triangles"),
         ("a.gltf", b"{}", "expected a mesh that ends in .obj, .stl, .dae, .ply or .glb, got 'a.gltf'"),
     ],
 )  # fmt: skip
@@ -305,7 +289,7 @@ def test_a_mesh_that_is_only_looked_at_is_left_out_and_one_that_is_touched_refus
         urdf = read(link(inner=f"{INERTIAL}{f'<visual>{shape}</visual>' * 2}"), folder=tmp_path)
     assert urdf.links["hull"].visuals == ()
     assert [str(warning.message).partition(": ")[2] for warning in caught] == [
-        f"meshes that cannot be used; they are not drawn: {reason}"
+        f"meshes that cannot be read; they are not drawn: {reason}"
     ]
     with pytest.raises(VrxError, match="collision"):
         read(link(inner=f"{INERTIAL}<collision>{shape}</collision>"), folder=tmp_path)
