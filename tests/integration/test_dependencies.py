@@ -11,6 +11,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from vrx_command import environment
+from vrx_mj.foreign.asking import PACKAGES
 
 PROJECT = Path(__file__).resolve().parents[2] / "pyproject.toml"
 ALONE = """
@@ -64,6 +65,11 @@ def test_a_command_needs_declared_packages_only(words, tmp_path):
         check=False,
     )
     assert (done.returncode, "Traceback" in done.stderr) == (0, False), done.stderr
+
+
+def test_what_reads_strangers_files_is_declared():
+    """No command's own process imports it, so the test above cannot miss it."""
+    assert set(map(canonicalize_name, PACKAGES)) <= declared()
 
 
 IMPORTED = """
