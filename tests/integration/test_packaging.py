@@ -92,15 +92,21 @@ def test_the_wheel_is_typed_and_holds_nothing_else(wheel):
 
 
 def test_the_wheel_holds_no_file_twice(wheel):
-    """By name, whatever a system makes of case, and by content; two messages of gazebo_msgs have the same fields."""
+    """By name, whatever a system makes of case, and by content; messages of one name in two packages, or of like
+    fields, are alike: Gazebo's states, and UsvDrive, which moved."""
     with zipfile.ZipFile(wheel) as stored:
         names = stored.namelist()
         content = {name: stored.read(name) for name in names}
     assert len({name.casefold() for name in names}) == len(names)
     alike = Counter(content.values())
     twice = [name for name in names if content[name] and alike[content[name]] > 1]
-    messages = "vrx_mj/ros/definitions/gazebo_msgs"
-    assert twice == [f"{messages}/LinkStates.msg", f"{messages}/ModelStates.msg"]
+    messages = (
+        "gazebo_msgs/LinkStates",
+        "gazebo_msgs/ModelStates",
+        "robotx_gazebo/UsvDrive",
+        "usv_gazebo_plugins/UsvDrive",
+    )
+    assert sorted(twice) == [f"vrx_mj/ros/definitions/{name}.msg" for name in messages]
 
 
 def test_the_sdist_holds_what_the_tests_need(published):

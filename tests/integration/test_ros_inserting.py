@@ -61,7 +61,7 @@ def test_a_script_inserts_moves_and_deletes(served):
         assert asked(talk, "get_model_state", model_name="course::red_bound_0")["success"]
         gone = asked(talk, "delete_model", model_name="lamp")
         assert gone == {"success": True, "status_message": "lamp leaves"}
-        assert asked(talk, "get_world_properties")["model_names"] == ["wamv", "course"]
+        assert asked(talk, "get_world_properties")["model_names"] == ["course", "wamv"]
         why = asked(talk, "spawn_sdf_model", model_name="x", model_xml="hello", initial_pose=place)
         assert why["success"] is False
         assert why["status_message"].startswith("spawn_sdf_model: SDF of x:1:1: is not XML")
