@@ -5,8 +5,8 @@ import pytest
 from crossings import calls_between_files, crossings
 from vrx_mj import compile_world
 
-MOST = 35_000
-"""Calls from one file to another in compiling `example_course`; 33,988 are made, most of them in the robot's xacro."""
+MOST = 10_000
+"""Calls from one file to another in compiling `example_course`; 8,475 are made."""
 
 
 @pytest.mark.slow
