@@ -73,14 +73,14 @@ def ask(
     """
     module, _, function = job.partition(":")
     limits = {"memory": memory, "seconds": seconds, "answer": answer, "threads": int(threads)}
-    told: dict[str, Any] = {
+    request: dict[str, Any] = {
         "module": f"{PACKAGE}.{module}", "function": function, "arguments": _plain(arguments),
         "reads": sorted({str(Path(each).absolute()) for each in reads}), "folder": str(Path.cwd()), "limits": limits,
     }  # fmt: skip
-    key = _key(told) if cached else ""
+    key = _key(request) if cached else ""
     found = _given_before(key) if cached else None
     if found is None:
-        found = _new(told, key, about)
+        found = _new(request, key, about)
     return _outcome(found, returns, about)
 
 
@@ -93,11 +93,11 @@ def _plain(value: Any) -> Any:
     return [_plain(each) for each in value] if isinstance(value, list | tuple) else value
 
 
-def _key(told: dict[str, Any]) -> str:
+def _key(request: dict[str, Any]) -> str:
     """Of all that an answer depends on but files; the current folder counts where paths are shown relative to it."""
-    here = told["folder"]
-    near = any(os.path.commonpath([here, each]) in {here, each} for each in told["reads"])
-    text = json.dumps([{**told, "folder": here if near else "", "limits": ""}, _versions()], sort_keys=True)
+    here = request["folder"]
+    near = any(os.path.commonpath([here, each]) in {here, each} for each in request["reads"])
+    text = json.dumps([{**request, "folder": here if near else "", "limits": ""}, _versions()], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -146,12 +146,12 @@ def _remember(key: str, block: bytes) -> None:
         _answers.popitem(last=False)
 
 
-def _new(told: dict[str, Any], key: str, about: str) -> dict[str, Any]:
+def _new(request: dict[str, Any], key: str, about: str) -> dict[str, Any]:
     """The answer of the process, which is kept if it is one of a key."""
     begun = _begun.get()
     if begun is not None and READER.spent - begun > TOGETHER:
         raise ReaderError(about, f"files before it have taken more than {TOGETHER} s of processor time")
-    block = READER.answer(told, about)
+    block = READER.answer(request, about)
     try:
         found: dict[str, Any] = unpacked(block)
     except ValueError as error:
