@@ -1,7 +1,10 @@
 """The worlds of a VRX series, and the YAML files that they become."""
 
+import contextlib
+import itertools
 import re
-from collections.abc import Iterator
+import warnings
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,14 +14,19 @@ import yaml
 from vrx_mj.config.loading import file_of, read_source
 from vrx_mj.config.search import is_path
 from vrx_mj.config.tree import Items, Place, Section
-from vrx_mj.errors import ConfigError, Problem, VrxError
+from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning
+from vrx_mj.formats.gazebo.document import Element, expanded_calls
+from vrx_mj.formats.gazebo.worlds import GazeboWorld, world_of
 from vrx_mj.formats.series.axes import Series, looks_like_axes, read_series
-from vrx_mj.formats.series.calls import calls_of
-from vrx_mj.formats.series.macros import made
-from vrx_mj.formats.series.pieces import Piece, assembled
+from vrx_mj.formats.series.calls import BLOCK, Call, calls_around, calls_of
+from vrx_mj.formats.series.macros import Line, lines_of, macros
+from vrx_mj.formats.series.pieces import Piece, counted
 
 MARK = "#"
 """Between the name of an axes file and the number of a world."""
+HEAD_OF_XACRO = '<sdf xmlns:xacro="http://ros.org/wiki/xacro">'
+Made = tuple[tuple[str | int, ...], int]
+"""A call: its path in the file, and the step of its axis."""
 
 
 @dataclass(frozen=True)
@@ -68,14 +76,86 @@ def series_world(series: Series, number: int) -> SeriesWorld:
     Raises:
         ConfigError: one of its macros is called wrongly; the error lists every problem with its place.
     """
-    pieces = list(_pieces(series, number))
     coordinate = series.coordinate(number)
     steps = ", ".join(f"{name} {step}" for name, step in coordinate.items())
+    calls = calls_of(series, number)
+    try:
+        found = _read(series, number, calls)
+    except ConfigError as error:
+        raise ConfigError([_in_axes(calls, problem) for problem in error.problems]) from None
+    description = f"world {number} of {Path(series.file.name).name}: {steps}"
+    section = found.section.holding({**found.section, "description": description})
+    section.pop("physics", None)
+    if "wind" in section and not any(f"{BLOCK}wind_objs" in call.parameters for call in calls):
+        del section["wind"]["objects"]
+    stale = any(note.what == "<wind_obj>" for note in found.notes)
+    return SeriesWorld(f"{series.stem}{number}", number, coordinate, section, _side(series, coordinate), stale)
+
+
+def _read(series: Series, number: int, calls: Sequence[Call]) -> GazeboWorld:
+    """What calls make, read as a world of Gazebo: of two that make the same part the later one."""
+    lines = _lines(calls)
+    if not lines.keys() <= series.made.keys():
+        series.made.update(_expanded_around(series, number, lines))
+    kept = counted([Piece(macros()[call.macro].part, call.macro, call.place, call.loc, {}) for call in calls])
+    steps = {call.loc: call.step for call in calls}
+    found = ((piece.part, part) for piece in kept for part in series.made[piece.loc, steps[piece.loc]])
+    parts = [part for kind, part in found if kind != "base" or part.tag == "include"]
     place = Place(series.file, 1)
-    head = {"description": f"world {number} of {Path(series.file.name).name}: {steps}"}
-    section = assembled(head, place, pieces)
-    name, stale = f"{series.stem}{number}", any(piece.stale for piece in pieces)
-    return SeriesWorld(name, number, coordinate, section, _side(series, coordinate), stale)
+    world = Element("world", place, {}, "", tuple(parts))
+    found = world_of(Path(series.file.name), Element("sdf", place, {"version": "1.6"}, "", (world,)), world)
+    missing = [note for note in found.notes if note.fate == "ignored" and note.what.startswith("<include>")]
+    if missing:
+        where = ((note.place.file.name, note.place.line, note.place.column, "", note.ours) for note in missing)
+        raise ConfigError([Problem(*one) for one in where])
+    return found
+
+
+def _lines(calls: Sequence[Call]) -> dict[Made, list[Line]]:
+    """Calls as xacro; an error lists what is wrong with any of them."""
+    problems: list[Problem] = []
+    lines: dict[Made, list[Line]] = {}
+    for call in calls:
+        try:
+            lines[call.loc, call.step] = lines_of(call)
+        except ConfigError as error:
+            problems += error.problems
+    if problems:
+        raise ConfigError(problems)
+    return lines
+
+
+def _expanded_around(series: Series, number: int, lines: Mapping[Made, list[Line]]) -> dict[Made, Sequence[Element]]:
+    """What the calls of a world make, and those of others at once, unless one of these is wrong."""
+    around = dict(lines)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VrxWarning)
+        for call in calls_around(series, number):
+            with contextlib.suppress(ConfigError):
+                around[call.loc, call.step] = lines_of(call)
+    try:
+        return _expanded(series, around)
+    except ConfigError:
+        return _expanded(series, lines)
+
+
+def _expanded(series: Series, lines: Mapping[Made, list[Line]]) -> dict[Made, Sequence[Element]]:
+    place = Place(series.file, 1)
+    within = ([("<call>", place), *own, ("</call>", place)] for own in lines.values())
+    root = expanded_calls([(HEAD_OF_XACRO, place), *itertools.chain(*within), ("</sdf>", place)])
+    return {key: call.children for key, call in zip(lines, root.children, strict=True)}
+
+
+def _in_axes(calls: Sequence[Call], problem: Problem) -> Problem:
+    """A problem of the world that calls make as one of a parameter: that of a block, or one whose value it names."""
+    keys = ((call, key) for call in calls for key in (None, *call.parameters))
+    at = (problem.line, problem.column)
+    call, key = next(((call, key) for call, key in keys if call.place_of(key)[1:] == at), (None, None))
+    if call is None or problem.key.startswith("a."):
+        return problem
+    values = call.parameters.items()
+    key = key or next((name for name, value in values if f"'{value}'" in problem.message), None)
+    return call.problem(key, ": ".join(filter(None, (problem.key, problem.message))))
 
 
 def _numbered(series: Series, text: str) -> SeriesWorld:
@@ -83,18 +163,6 @@ def _numbered(series: Series, text: str) -> SeriesWorld:
     if not re.fullmatch("[0-9]{1,9}", text) or int(text) > last:
         raise VrxError(f"{series.file.name}{MARK}{text}: no such world; the series has 0 to {last}")
     return series_world(series, int(text))
-
-
-def _pieces(series: Series, number: int) -> Iterator[Piece]:
-    """What the calls of a world make; an error lists what is wrong with any of them."""
-    problems: list[Problem] = []
-    for call in calls_of(series, number):
-        try:
-            yield made(call)
-        except ConfigError as error:
-            problems += error.problems
-    if problems:
-        raise ConfigError(problems)
 
 
 def _side(series: Series, coordinate: dict[str, int]) -> object:
