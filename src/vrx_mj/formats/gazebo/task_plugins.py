@@ -58,7 +58,7 @@ def task_of(plugins: Sequence[Element], objects: Sequence[Mapping[str, Any]]) ->
     """
     first = next((plugin for plugin in plugins if kind_of(plugin) == "gymkhana"), plugins[0])
     own = _TASKS[kind_of(first) or ""](first, plugins, objects)
-    return first, _named(first, own) | _common(first, own) | own
+    return first, {"type": own["type"]} | _named(first, own) | _common(first, own) | own
 
 
 def unread(plugin: Element) -> Iterator[tuple[Element, str]]:
@@ -108,6 +108,14 @@ def _common(plugin: Element, own: Content) -> Content:
     return found | ({"collision_buffer": buffer} if buffer != usual else {})
 
 
+def _one_of(element: Element, *tags: str) -> str:
+    """The text of the first of these elements that has one."""
+    text = next(filter(None, map(element.text, tags)), "")
+    if not text:
+        raise element.fault("required, but missing", f"<{tags[0]}>")
+    return text
+
+
 def _goal(plugin: Element, tag: str) -> list[float] | None:
     found = plugin.child(tag)
     return found.read_numbers("latitude longitude yaw") if found is not None else None
@@ -141,7 +149,7 @@ def _object(thing: Element) -> Content:
     if pose is None or not thing.text("name"):
         raise thing.fault("<name> and <pose> are required")
     kind = {"type": thing.text("type")} if thing.text("type") else {}
-    return {**thing.given("time", "duration"), **kind, "name": thing.text("name"), "pose": pose}
+    return {**kind, "name": thing.text("name"), **thing.given("time", "duration"), "pose": pose}
 
 
 def _navigation(plugin: Element, _: object, __: object) -> Content:
@@ -155,7 +163,7 @@ def _navigation(plugin: Element, _: object, __: object) -> Content:
 def _channel(plugin: Element) -> Content:
     course = {"course": plugin.text("course_name")} if plugin.text("course_name") else {}
     gates = [gate for group in plugin.all("gates") for gate in group.all("gate")]
-    pairs = [[gate.text("left_marker"), gate.text("right_marker")] for gate in gates]
+    pairs = [[_one_of(gate, "left_marker"), _one_of(gate, "right_marker")] for gate in gates]
     return {**course, **({"gates": pairs} if pairs else {}), **plugin.given("obstacle_penalty")}
 
 
@@ -170,8 +178,8 @@ def _gymkhana(plugin: Element, plugins: Sequence[Element], _: object) -> Content
 
 def _wildlife(plugin: Element, _: object, __: object) -> Content:
     buoys = [buoy for group in plugin.all("buoys") for buoy in group.all("buoy")]
-    names = [(buoy.text("model_name") or buoy.text("name")).partition("::")[0] for buoy in buoys]
-    animals = [{"name": name, "goal": buoy.text("goal")} for name, buoy in zip(names, buoys, strict=True)]
+    names = [_one_of(buoy, "model_name", "name", "link_name").partition("::")[0] for buoy in buoys]
+    animals = [{"name": name, "goal": _one_of(buoy, "goal")} for name, buoy in zip(names, buoys, strict=True)]
     rate = plugin.number("publication_frequency")
     return {
         "type": "wildlife",

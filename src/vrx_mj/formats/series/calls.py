@@ -41,7 +41,7 @@ class Call:
     def problem(self, key: str | None, message: str) -> Problem:
         """A problem with a parameter, or with the call itself."""
         place = self.place_of(key)
-        path = (*self.loc, key) if key in self.parameters.entries else self.loc
+        path = (*self.loc, key) if key and key in self.parameters.entries else self.loc
         return Problem(place.file.name, place.line, place.column, key_path(path), message)
 
     def fault(self, key: str | None, message: str) -> ConfigError:

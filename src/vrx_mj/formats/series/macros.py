@@ -23,13 +23,20 @@ PLACES = {f"{name}{end}" for name in ("sydneyregatta", "sandisland", "marina") f
 """Macros that make a place."""
 PARTS = {"ocean_waves": "sea", "usv_wind_gazebo": "wind", "scene_macro": "scene", "insert_model": "objects"}
 """What other macros make; of those that are not here it is the task."""
-OPTIONAL = {"wind_objs": "wind_obj", "wp_markers": "markers", "gates": "gate", "fog": None, "ambient": None}
-"""Blocks that a call may leave out, and the elements in each, if there is a rule."""
+OPTIONAL = {"wind_objs": "wind_obj", "wp_markers": "markers", "gates": "gate", "fog": "fog", "ambient": ""}
+"""Blocks that a call may leave out, and the elements in each."""
 NEEDED = {
     "waypoints": "waypoint", "model_includes": "include", "object_sequence": "object", "animal_includes": "include",
     "animal_buoys": "buoy",
 }  # fmt: skip
 """Blocks that a call has, and the elements in each."""
+ELEMENTS = {
+    "wind_obj": ["name", "link_name", "coeff_vector"], "markers": ["scaling", "height", "material", "initial_id"],
+    "gate": ["left_marker", "right_marker"], "fog": ["type", "color", "start", "end", "density"],
+    "waypoint": ["pose"], "include": ["name", "uri", "pose", "plugin"],
+    "object": ["time", "duration", "type", "name", "pose"], "buoy": ["model_name", "link_name", "name", "goal"],
+}  # fmt: skip
+"""What is in each element of a block."""
 SWITCHES = {"true": True, "1": True, "yes": True, "on": True, "false": False, "0": False, "no": False, "off": False}
 LONGEST = 40
 """Characters of a number."""
@@ -154,9 +161,15 @@ def _block(call: Call, name: str) -> str:
 def _odd_elements(block: str, root: Any) -> Iterator[str]:
     """What is wrong with the elements of a block."""
     name = (OPTIONAL | NEEDED)[block]
-    others = [str(child.tag) for child in root if name and child.tag != name]
-    if others:
-        yield str(UnknownNameError("element of this block", others[0], [name or ""]))
+    if not name:
+        return
     text = "".join(root.itertext()).strip()
-    if name and text and not len(root):
+    if text and not len(root):
         yield f"expected elements <{name}>, got {shown(text)}"
+    whole = block == name and root.find(name) is None  # of a fog the block may have what is in it
+    for child in [root] if whole else root:
+        if not whole and child.tag != name:
+            yield str(UnknownNameError("element of this block", str(child.tag), [name]))
+        for inner in child:
+            if inner.tag not in ELEMENTS[name]:
+                yield str(UnknownNameError(f"element of <{name}>", str(inner.tag), ELEMENTS[name]))

@@ -19,7 +19,7 @@ from vrx_mj.formats.gazebo.document import Element, expanded_calls
 from vrx_mj.formats.gazebo.worlds import GazeboWorld, world_of
 from vrx_mj.formats.series.axes import Series, looks_like_axes, read_series
 from vrx_mj.formats.series.calls import BLOCK, Call, calls_around, calls_of
-from vrx_mj.formats.series.macros import Line, lines_of, macros
+from vrx_mj.formats.series.macros import PLACES, Line, lines_of, macros
 from vrx_mj.formats.series.pieces import Piece, counted
 
 MARK = "#"
@@ -77,38 +77,53 @@ def series_world(series: Series, number: int) -> SeriesWorld:
         ConfigError: one of its macros is called wrongly; the error lists every problem with its place.
     """
     coordinate = series.coordinate(number)
-    steps = ", ".join(f"{name} {step}" for name, step in coordinate.items())
     calls = calls_of(series, number)
+    lines = _lines(calls)
+    kept = counted(
+        [Piece(macros()[call.macro].part, call.macro, call.place, call.loc, {"call": call}) for call in calls]
+    )
+    calls = [piece.content["call"] for piece in kept]
     try:
-        found = _read(series, number, calls)
+        found = _read(series, number, calls, lines)
     except ConfigError as error:
         raise ConfigError([_in_axes(calls, problem) for problem in error.problems]) from None
+    steps = ", ".join(f"{name} {step}" for name, step in coordinate.items())
     description = f"world {number} of {Path(series.file.name).name}: {steps}"
-    section = found.section.holding({**found.section, "description": description})
-    section.pop("physics", None)
-    if "wind" in section and not any(f"{BLOCK}wind_objs" in call.parameters for call in calls):
-        del section["wind"]["objects"]
+    section = _said_by(calls, found.section.holding({**found.section, "description": description}))
     stale = any(note.what == "<wind_obj>" for note in found.notes)
     return SeriesWorld(f"{series.stem}{number}", number, coordinate, section, _side(series, coordinate), stale)
 
 
-def _read(series: Series, number: int, calls: Sequence[Call]) -> GazeboWorld:
-    """What calls make, read as a world of Gazebo: of two that make the same part the later one."""
-    lines = _lines(calls)
+def _read(series: Series, number: int, calls: Sequence[Call], lines: Mapping[Made, list[Line]]) -> GazeboWorld:
+    """What calls make, read as a world of Gazebo. Raises ConfigError."""
     if not lines.keys() <= series.made.keys():
         series.made.update(_expanded_around(series, number, lines))
-    kept = counted([Piece(macros()[call.macro].part, call.macro, call.place, call.loc, {}) for call in calls])
-    steps = {call.loc: call.step for call in calls}
-    found = ((piece.part, part) for piece in kept for part in series.made[piece.loc, steps[piece.loc]])
-    parts = [part for kind, part in found if kind != "base" or part.tag == "include"]
+    made = [(call.macro in PLACES, part) for call in calls for part in series.made[call.loc, call.step]]
+    parts = tuple(part for of_place, part in made if not of_place or part.tag == "include")
     place = Place(series.file, 1)
-    world = Element("world", place, {}, "", tuple(parts))
+    world = Element("world", place, {}, "", parts)
     found = world_of(Path(series.file.name), Element("sdf", place, {"version": "1.6"}, "", (world,)), world)
     missing = [note for note in found.notes if note.fate == "ignored" and note.what.startswith("<include>")]
     if missing:
-        where = ((note.place.file.name, note.place.line, note.place.column, "", note.ours) for note in missing)
-        raise ConfigError([Problem(*one) for one in where])
+        places = ((note.place, note.ours) for note in missing)
+        raise ConfigError([Problem(place.file.name, *place[1:], "", ours) for place, ours in places])
     return found
+
+
+def _said_by(calls: Sequence[Call], section: Section) -> Section:
+    """A world with the places and numbers of parameters that are called as its keys, and without what no call says."""
+    section.pop("physics", None)
+    for key in ("number", "tau"):
+        section["sea"].pop(key, None)
+    if "wind" in section and not any(f"{BLOCK}wind_objs" in call.parameters for call in calls):
+        del section["wind"]["objects"]
+    for call in calls:
+        name, said = macros()[call.macro].part, call.parameters
+        if isinstance(part := section.get(name), Section):
+            values = {key: value for key, value in said.items() if part.get(key) == value}
+            entries = {key: said.entries.get(key, entry) for key, entry in part.entries.items()}
+            section[name] = Section({**part, **values}, part.place, entries)
+    return section
 
 
 def _lines(calls: Sequence[Call]) -> dict[Made, list[Line]]:
@@ -151,7 +166,7 @@ def _in_axes(calls: Sequence[Call], problem: Problem) -> Problem:
     keys = ((call, key) for call in calls for key in (None, *call.parameters))
     at = (problem.line, problem.column)
     call, key = next(((call, key) for call, key in keys if call.place_of(key)[1:] == at), (None, None))
-    if call is None or problem.key.startswith("a."):
+    if call is None:
         return problem
     values = call.parameters.items()
     key = key or next((name for name, value in values if f"'{value}'" in problem.message), None)

@@ -176,8 +176,8 @@ def _asked(
     libraries: Collection[str],
 ) -> Expanded:
     macros = [MACROS] if libraries else []
-    told = (file.absolute(), arguments, packages, known, sorted(libraries), *macros)
-    return _made(*told, reads=[*files.roots, *macros])
+    told = (arguments, packages, known, sorted(libraries), *macros)
+    return _made(file.absolute(), *told, reads=[*files.roots, *macros])
 
 
 def _made(file: Path, *told: object, reads: Sequence[Path]) -> Expanded:

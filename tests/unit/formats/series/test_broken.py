@@ -104,14 +104,15 @@ CALLS = {
         "remove '<!...'"
     ),
     "usv_wind_gazebo: [{/**wind_objs: '<wind_obj><name>wamv</name></wind_obj>'}]": (
-        "bay.yaml:4:38: a.macros.usv_wind_gazebo[0]./**wind_objs: <wind_obj> needs a <coeff_vector>"
+        "bay.yaml:4:38: a.macros.usv_wind_gazebo[0]./**wind_objs: <wind_obj> 'wamv': "
+        "<coeff_vector> is required, but missing"
     ),
     "sandisland: [null]\n    marina: [null]": (
         "bay.yaml:5:14: a.macros.marina[0]: a world has one base, which 'sandisland' on line 4 already gives"
     ),
     "ocean_waves: [{period: n}]": "bay.yaml:4:28: sea.period: must be above 0, got 0",
     "insert_model: [{uri: \"'dock_2019'\"}]": (
-        "bay.yaml:4:26: objects[0].model: no object model named 'dock_2019'; did you mean 'dock_2018'?"
+        "bay.yaml:4:26: a.macros.insert_model[0].uri: no model named 'dock_2019'; did you mean 'dock_2018'?"
     ),
     "stationkeeping: [null]": (
         "bay.yaml:4:22: task.goal: latitude and longitude need a `georeference`, which this world does not have"
