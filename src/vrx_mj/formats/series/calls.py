@@ -29,7 +29,6 @@ class Call:
     place: Place
     loc: tuple[str | int, ...]
     """Its path in the file."""
-
     step: int
     """Of its axis."""
 

@@ -13,6 +13,7 @@ from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning
 from vrx_mj.formats.series.calls import BLOCK, Call
 from vrx_mj.formats.series.pieces import SCHEME
+from vrx_mj.formats.urdf.elements import LARGEST
 from vrx_mj.formats.urdf.expand import MACROS
 from vrx_mj.formats.urdf.xml_document import elements, parse_document, read_bytes
 from vrx_mj.formats.urdf.xml_text import parse_pieces
@@ -40,6 +41,8 @@ ELEMENTS = {
 SWITCHES = {"true": True, "1": True, "yes": True, "on": True, "false": False, "0": False, "no": False, "off": False}
 LONGEST = 40
 """Characters of a number."""
+Line = tuple[str, Place]
+"""A line of a xacro file, and where the axes file says it."""
 _PARAMETER = re.compile(r"(\*\*)?(\w+)(?::=('[^']*'|\S+))?")
 _DOLLARS = re.compile(r"\$+(?=[{(])")
 
@@ -72,10 +75,6 @@ def macros() -> Mapping[str, Macro]:
 def _default(text: str) -> Any:
     number = _number(text)
     return REQUIRED if not text else SWITCHES.get(text, text.strip("'")) if number is None else number
-
-
-Line = tuple[str, Place]
-"""A line of a xacro file, and where the axes file says it."""
 
 
 def lines_of(call: Call) -> list[Line]:
@@ -111,7 +110,7 @@ def _text(call: Call, key: str, default: object) -> str:
         return str(switch).lower()
     if isinstance(default, float) or default == "":
         number = 0.0 if default == "" and value in ("", None) else _number(value)
-        if number is None or (default == "" and not float(number).is_integer()):
+        if number is None or (default == "" and number % 1):
             raise call.fault(key, f"expected a {'whole ' * (default == '')}number, got {shown(value)}")
         return str(number)
     if isinstance(value, bool) or not isinstance(value, str | int | float):
@@ -126,7 +125,7 @@ def _literal(text: str) -> str:
 
 def _number(value: object) -> float | int | None:
     if isinstance(value, int | float) and not isinstance(value, bool):
-        return value
+        return value if abs(value) <= LARGEST else None
     if not isinstance(value, str) or len(value) > LONGEST:
         return None
     try:

@@ -12,8 +12,6 @@ from vrx_mj.errors import ConfigError, Problem, VrxWarning
 
 SINGLE = ("base", "task")
 """Parts that a world has once; of others, such as the sea, the later one counts."""
-
-
 ORDER = ("extends", "description", "georeference", "terrain", "physics", "scene", "sea", "wind", "spawn", "camera",
          "markers", "objects", "task")  # fmt: skip
 """Keys of a world's file as our own have them."""

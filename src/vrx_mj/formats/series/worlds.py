@@ -100,13 +100,14 @@ def _read(series: Series, number: int, calls: Sequence[Call], lines: Mapping[Mad
         series.made.update(_expanded_around(series, number, lines))
     made = [(call.macro in PLACES, part) for call in calls for part in series.made[call.loc, call.step]]
     parts = tuple(part for of_place, part in made if not of_place or part.tag == "include")
-    place = Place(series.file, 1)
+    file, place = (series.file.folder or Path()) / Path(series.file.name).name, Place(series.file, 1)
     world = Element("world", place, {}, "", parts)
-    found = world_of(Path(series.file.name), Element("sdf", place, {"version": "1.6"}, "", (world,)), world)
-    missing = [note for note in found.notes if note.fate == "ignored" and note.what.startswith("<include>")]
-    if missing:
-        places = ((note.place, note.ours) for note in missing)
-        raise ConfigError([Problem(place.file.name, *place[1:], "", ours) for place, ours in places])
+    found = world_of(file, Element("sdf", place, {"version": "1.6"}, "", (world,)), world)
+    included = [note for note in found.notes if note.what.startswith("<include>")]
+    lost = [(note.place, note.ours) for note in included if note.fate == "ignored"]
+    lost += [(note.place, "a boat: name it in a fleet") for note in included if note.ours.startswith("a boat")]
+    if lost:
+        raise ConfigError([Problem(place.file.name, *place[1:], "", message) for place, message in lost])
     return found
 
 

@@ -107,6 +107,13 @@ CALLS = {
         "bay.yaml:4:38: a.macros.usv_wind_gazebo[0]./**wind_objs: <wind_obj> 'wamv': "
         "<coeff_vector> is required, but missing"
     ),
+    "nav_challenge: [{name: \"'a'\", /**gates: '<gate><left_marker>a</left_marker></gate>'}]": (
+        "bay.yaml:4:45: a.macros.nav_challenge[0]./**gates: <gate> / <right_marker>: required, but missing"
+    ),
+    "stationkeeping: [{/**wp_markers: '<markers><colour>red</colour></markers>'}]": (
+        "bay.yaml:4:38: a.macros.stationkeeping[0]./**wp_markers: no element of <markers> named 'colour'; "
+        "known: scaling, height, material, initial_id"
+    ),
     "sandisland: [null]\n    marina: [null]": (
         "bay.yaml:5:14: a.macros.marina[0]: a world has one base, which 'sandisland' on line 4 already gives"
     ),
@@ -126,6 +133,24 @@ def test_a_wrong_call_says_what_and_where(axes, call, expected):
     with pytest.raises(VrxError) as caught:
         load_world("bay.yaml#0")
     assert str(caught.value) == expected
+
+
+def test_a_call_that_cannot_be_expanded_is_that_of_its_own_worlds_alone(axes):
+    deep = f"{'<pose>' * 70}{'</pose>' * 70}"
+    text = f"a:\n  steps: 2\n  macros: {{}}\n  sequence:\n    1:\n      scene_macro: [{{/**ambient: '{deep}'}}]\n"
+    series = axes(text)
+    assert "scene" not in series_world(series, 0).section
+    with pytest.raises(ConfigError) as caught:
+        series_world(series, 1)
+    told = "a.sequence.1.scene_macro[0]./**ambient: <pose>: elements are nested deeper than 60 levels"
+    assert str(caught.value) == f"bay.yaml:6:34: {told}"
+
+
+@pytest.mark.parametrize("text", ["${none}", "$(find nowhere)", "$${a}", "a & <b>"])
+def test_what_xacro_would_take_for_an_expression_is_text_in_an_axes_file(axes, text):
+    axes(f"a: {{steps: 1, macros: {{insert_model: [{{uri: \"'{text}'\"}}]}}}}")
+    with pytest.raises(ConfigError, match=re.escape(f"no model named '{text}'; ")):
+        load_world("bay.yaml#0")
 
 
 def test_every_wrong_call_of_a_world_is_told(axes):
