@@ -137,7 +137,7 @@ def _all_named(section: Section) -> Section:
     taken = {thing["name"] for thing in (*objects, *base_objects(section)) if "name" in thing}
     things = []
     for thing in objects:
-        own = thing.get("name") or named_as(str(thing["model"]))
+        own = thing.get("name") or named_as(str(thing["model"]).removeprefix(SCHEME))
         name = own if "name" in thing else next(name for name in _numbered_names(own) if name not in taken)
         taken.add(name)
         entry = Entry(thing.place, thing.place)

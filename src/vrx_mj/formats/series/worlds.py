@@ -121,7 +121,7 @@ def _said_by(calls: Sequence[Call], section: Section) -> Section:
     for call in calls:
         name, said = macros()[call.macro].part, call.parameters
         if isinstance(part := section.get(name), Section):
-            values = {key: value for key, value in said.items() if part.get(key) == value}
+            values = {key: value for key, value in said.items() if key in part and part[key] == value}
             entries = {key: said.entries.get(key, entry) for key, entry in part.entries.items()}
             section[name] = Section({**part, **values}, part.place, entries)
     return section

@@ -153,6 +153,12 @@ def test_what_xacro_would_take_for_an_expression_is_text_in_an_axes_file(axes, t
         load_world("bay.yaml#0")
 
 
+def test_an_empty_block_is_as_one_left_out(axes):
+    series = axes("a: {steps: 1, macros: {scene_macro: [{/**fog: null, /**ambient: ''}]}}")
+    assert series_world(series, 0).section["scene"] == {"sky": True, "grid": False, "origin_visual": False}
+    load_world("bay.yaml#0")
+
+
 def test_every_wrong_call_of_a_world_is_told(axes):
     axes("a:\n  steps: 1\n  macros:\n    ocean: [null]\n    ocean_waves: [{gian: 1}]\n")
     with pytest.raises(ConfigError) as caught:
