@@ -115,7 +115,8 @@ def _text(call: Call, key: str, default: object) -> str:
         return str(number)
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         raise call.fault(key, f"expected text, got {shown(value)}")
-    return f"'{str(value).strip().removeprefix(SCHEME)}'"
+    text = str(value).strip()
+    return f"'{text.removeprefix(SCHEME) if key.endswith('uri') else text}'"
 
 
 def _literal(text: str) -> str:
