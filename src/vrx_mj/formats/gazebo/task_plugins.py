@@ -6,6 +6,7 @@ from typing import Any
 
 from vrx_mj.config.base import COLORS
 from vrx_mj.formats.gazebo.document import Element
+from vrx_mj.formats.series.pieces import At
 
 Content = dict[str, Any]
 
@@ -141,7 +142,7 @@ def _wayfinding(plugin: Element, _: object, __: object) -> Content:
 def _perception(plugin: Element, _: object, __: object) -> Content:
     shown = [thing for group in plugin.all("object_sequence") for thing in group.all("object")]
     loops = {"loop_forever": True} if plugin.switch("loop_forever") else {}
-    return {"type": "perception", "objects": [_object(thing) for thing in shown], **loops}
+    return {"type": "perception", "objects": [At(_object(thing), thing.place) for thing in shown], **loops}
 
 
 def _object(thing: Element) -> Content:
@@ -163,7 +164,7 @@ def _navigation(plugin: Element, _: object, __: object) -> Content:
 def _channel(plugin: Element) -> Content:
     course = {"course": plugin.text("course_name")} if plugin.text("course_name") else {}
     gates = [gate for group in plugin.all("gates") for gate in group.all("gate")]
-    pairs = [[_one_of(gate, "left_marker"), _one_of(gate, "right_marker")] for gate in gates]
+    pairs = [At([_one_of(gate, f"{side}_marker") for side in ("left", "right")], gate.place) for gate in gates]
     return {**course, **({"gates": pairs} if pairs else {}), **plugin.given("obstacle_penalty")}
 
 
@@ -178,8 +179,7 @@ def _gymkhana(plugin: Element, plugins: Sequence[Element], _: object) -> Content
 
 def _wildlife(plugin: Element, _: object, __: object) -> Content:
     buoys = [buoy for group in plugin.all("buoys") for buoy in group.all("buoy")]
-    names = [_one_of(buoy, "model_name", "name", "link_name").partition("::")[0] for buoy in buoys]
-    animals = [{"name": name, "goal": _one_of(buoy, "goal")} for name, buoy in zip(names, buoys, strict=True)]
+    animals = [At(_animal(buoy), buoy.place) for buoy in buoys]
     rate = plugin.number("publication_frequency")
     return {
         "type": "wildlife",
@@ -187,6 +187,11 @@ def _wildlife(plugin: Element, _: object, __: object) -> Content:
         **plugin.given("engagement_distance", "time_bonus"),
         **({} if rate is None else {"publication_rate": rate}),
     }
+
+
+def _animal(buoy: Element) -> Content:
+    name = _one_of(buoy, "model_name", "name", "link_name").partition("::")[0]
+    return {"name": name, "goal": _one_of(buoy, "goal")}
 
 
 def _acoustic_perception(plugin: Element, _: object, __: object) -> Content:
@@ -232,7 +237,7 @@ def _scan_dock(plugin: Element, _: object, objects: Sequence[Mapping[str, Any]])
         **({} if checker is None else {"enable_color_checker": checker}),
         **plugin.given(*POINTS),
         **({} if stay is None else {"min_dock_time": stay}),
-        "bays": [_bay(bay) for bay in bays],
+        "bays": [At(_bay(bay), bay.place) for bay in bays],
         **_targets(targets, len(bays)),
     }
 

@@ -114,6 +114,10 @@ CALLS = {
         "bay.yaml:4:38: a.macros.stationkeeping[0]./**wp_markers: no element of <markers> named 'colour'; "
         "known: scaling, height, material, initial_id"
     ),
+    "wildlife: [{/**animal_includes: '', /**animal_buoys: '<buoy><name>a</name><goal>run</goal></buoy>'}]": (
+        "bay.yaml:4:58: task.animals[0].goal: "
+        "expected avoid, circumnavigate_clockwise or circumnavigate_counterclockwise, got 'run'"
+    ),
     "sandisland: [null]\n    marina: [null]": (
         "bay.yaml:5:14: a.macros.marina[0]: a world has one base, which 'sandisland' on line 4 already gives"
     ),
