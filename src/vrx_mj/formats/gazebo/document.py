@@ -9,7 +9,7 @@ from typing import Any, Literal
 from xml.sax.saxutils import escape, quoteattr
 
 from vrx_mj.config.search import display, package_paths
-from vrx_mj.config.tree import Place
+from vrx_mj.config.tree import File, Place
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem
 from vrx_mj.formats.urdf.elements import numbers_of, truth
@@ -191,6 +191,12 @@ def expanded_calls(lines: Sequence[tuple[str, Place]]) -> Element:
         ConfigError: it cannot be expanded.
     """
     return _element(expanded_lines(lines).documentElement)
+
+
+def parsed(text: str, file: File) -> Element:
+    """The root element of a text in a file. Raises ConfigError."""
+    data = text.encode("utf-8", errors="replace")
+    return _element(parse_document(data, file.name, file.folder or Path()).documentElement)
 
 
 def _declared(data: bytes) -> bytes:

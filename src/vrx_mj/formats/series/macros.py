@@ -11,12 +11,12 @@ from xml.sax.saxutils import quoteattr
 from vrx_mj.config.tree import Place
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning
+from vrx_mj.formats.gazebo.document import Element, parsed
 from vrx_mj.formats.series.calls import BLOCK, Call
 from vrx_mj.formats.series.pieces import SCHEME
 from vrx_mj.formats.urdf.elements import LARGEST
 from vrx_mj.formats.urdf.expand import MACROS
 from vrx_mj.formats.urdf.xml_document import elements, parse_document, read_bytes
-from vrx_mj.formats.urdf.xml_text import parse_pieces
 
 REQUIRED = object()
 """Marks a parameter without a default, which must be given."""
@@ -141,35 +141,29 @@ def _block(call: Call, name: str) -> str:
     value = call.parameters.get(key)
     if value is not None and not isinstance(value, str | int | float):
         raise call.fault(key, f"expected XML in quotes, got {shown(value)}")
-    text = "" if value is None else str(value)
+    text = _literal("" if value is None else str(value))
     try:
-        root = parse_pieces(text, call.place.file.name)
+        element = parsed(f"<{name}>{text}</{name}>", call.place.file)
     except ConfigError as error:
-        said = re.sub(
-            r"the <(\S+)> of line \d+ ends with </pieces>", r"the <\1> does not end", error.problems[0].message
-        )
-        raise call.fault(key, re.sub(r" of line \d+", "", said)) from None
-    for fault in _odd_elements(name, root):
+        raise call.fault(key, re.sub(r" of line \d+", "", error.problems[0].message)) from None
+    for fault in _odd_elements(name, element):
         raise call.fault(key, fault)
-    stray = [root.text or "", *(child.tail or "" for child in root)] if len(root) else []
-    if words := " ".join(" ".join(stray).split()):
-        told = f"{call.place.file.name}:{call.place_of(key).line}: {shown(words)} between the elements of {key}"
+    if element.children and element.own_text:
+        stray = shown(" ".join(element.own_text.split()))
+        told = f"{call.place.file.name}:{call.place_of(key).line}: {stray} between the elements of {key}"
         warnings.warn(f"{told} is ignored", VrxWarning, stacklevel=2)
-    return f"<{name}>{' '.join(_literal(text).split())}</{name}>"
+    return f"<{name}>{' '.join(text.split())}</{name}>"
 
 
-def _odd_elements(block: str, root: Any) -> Iterator[str]:
+def _odd_elements(block: str, element: Element) -> Iterator[str]:
     """What is wrong with the elements of a block."""
     name = (OPTIONAL | NEEDED)[block]
-    if not name:
-        return
-    text = "".join(root.itertext()).strip()
-    if text and not len(root):
-        yield f"expected elements <{name}>, got {shown(text)}"
-    whole = block == name and root.find(name) is None  # of a fog the block may have what is in it
-    for child in [root] if whole else root:
-        if not whole and child.tag != name:
-            yield str(UnknownNameError("element of this block", str(child.tag), [name]))
-        for inner in child:
+    if name and element.own_text and not element.children:
+        yield f"expected elements <{name}>, got {shown(element.own_text)}"
+    whole = block == name and element.child(name) is None  # of a fog the block may have what is in it
+    for child in [element] if whole else element.children:
+        if name and child.tag != name:
+            yield str(UnknownNameError("element of this block", child.tag, [name]))
+        for inner in child.children if name else ():
             if inner.tag not in ELEMENTS[name]:
-                yield str(UnknownNameError(f"element of <{name}>", str(inner.tag), ELEMENTS[name]))
+                yield str(UnknownNameError(f"element of <{name}>", inner.tag, ELEMENTS[name]))
