@@ -25,8 +25,7 @@ from vrx_mj.config.tasks import TASKS, Gates, Task
 from vrx_mj.config.world import Sensors, WorldConfig
 from vrx_mj.formats.parts.catalogue import TYPES, PartType
 from vrx_mj.formats.parts.compliance import load_rules
-from vrx_mj.formats.series.calls import REQUIRED
-from vrx_mj.formats.series.macros import MACROS
+from vrx_mj.formats.series.macros import REQUIRED, macros
 
 REPO = Path(__file__).resolve().parents[1]
 FOLDER = REPO / "docs" / "formats"
@@ -306,7 +305,7 @@ def part_section(part: PartType, most: int, allowed: tuple[str, ...]) -> str:
 def axes_page() -> str:
     """Macros with their parameters."""
     text = begin("axes") + "## Macros\n\n| macro | makes | parameters and defaults | XML |\n|---|---|---|---|\n"
-    for name, macro in MACROS.items():
+    for name, macro in macros().items():
         given = ", ".join(parameter(key, value) for key, value in macro.defaults.items())
         blocks = ", ".join(f"`/**{block}`" for block in macro.blocks)
         text += f"| `{name}` | {macro.part} | {given} | {blocks} |\n"

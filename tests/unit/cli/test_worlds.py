@@ -43,7 +43,7 @@ def test_a_file_says_what_made_it(cli, folder):
         'description: "world 3 of bay.yaml: waves 1, pinger 1"\n'
         "sea: {model: pms, gain: 0.1, period: 5.0, angle: 0.4, scale: 1.5, direction: [1.0, 0.0]}\n"
         "objects:\n"
-        "- {name: red_totem, model: red_totem, pose: [5, 1, 0.0, 0.0, 0.0, 0.0]}\n"
+        "- {name: red_totem, model: red_totem, pose: [5.0, 1.0, 0.0, 0.0, 0.0, 0.0]}\n"
     )
     assert (folder / "worlds" / "config" / "bay2.yaml").read_text(encoding="utf-8").endswith("position: [1, 2, -3]\n")
     assert not (folder / "worlds" / "config" / "bay1.yaml").exists()

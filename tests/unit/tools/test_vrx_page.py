@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from vrx_mj.formats.gazebo.stock import STOCK_LAUNCHES
-from vrx_mj.formats.series.macros import MACROS
+from vrx_mj.formats.series.macros import macros
 
 REPO = Path(__file__).parents[3]
 PAGE = (REPO / "docs/vrx.md").read_text(encoding="utf-8")
@@ -70,8 +70,8 @@ def test_every_launch_file_with_a_world_is_in_a_first_column():
     assert set(STOCK_LAUNCHES) - first("Launch arguments") == set()
 
 
-@pytest.mark.parametrize("macro", sorted(MACROS))
+@pytest.mark.parametrize("macro", sorted(macros()))
 def test_every_macro_has_a_row_with_its_parameters_and_blocks(macro):
     (row,) = [row for row in rows("World macros") if macro in words(row[0])]
-    assert set(MACROS[macro].defaults) - words(row[2]) == set()
-    assert set(MACROS[macro].blocks) - words(row[2]) - words(row[0]) == set()
+    assert set(macros()[macro].defaults) - words(row[2]) == set()
+    assert set(macros()[macro].blocks) - words(row[2]) - words(row[0]) == set()

@@ -9,11 +9,11 @@ from typing import Any, Literal
 from xml.sax.saxutils import escape, quoteattr
 
 from vrx_mj.config.search import display, package_paths
-from vrx_mj.config.tree import Place
+from vrx_mj.config.tree import File, Place
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem
 from vrx_mj.formats.urdf.elements import numbers_of, truth
-from vrx_mj.formats.urdf.expand import expanded_document
+from vrx_mj.formats.urdf.expand import expanded_document, expanded_lines
 from vrx_mj.formats.urdf.xml_document import parse_document, place_of, read_bytes
 
 LIBRARIES = frozenset({"robotx_gazebo", "vmrc_gazebo", "vorc_gazebo", "vrx_2019", "vrx_gazebo", "wave_gazebo"})
@@ -182,6 +182,21 @@ def read_document(file: Path, arguments: Mapping[str, str] | None = None) -> Ele
     else:
         document = parse_document(_declared(read_bytes(file)), display(file), file.parent)
     return _element(document.documentElement)
+
+
+def expanded_calls(lines: Sequence[tuple[str, Place]]) -> Element:
+    """The root element of lines of xacro that call macros of worlds, each with the place that its elements have.
+
+    Raises:
+        ConfigError: it cannot be expanded.
+    """
+    return _element(expanded_lines(lines).documentElement)
+
+
+def parsed(text: str, file: File) -> Element:
+    """The root element of a text in a file. Raises ConfigError."""
+    data = text.encode("utf-8", errors="replace")
+    return _element(parse_document(data, file.name, file.folder or Path()).documentElement)
 
 
 def _declared(data: bytes) -> bytes:

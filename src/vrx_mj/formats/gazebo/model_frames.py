@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from vrx_mj.config.wording import shown
 from vrx_mj.formats.gazebo.document import Element
 from vrx_mj.formats.gazebo.sdf_frames import MODEL, NESTED, Frames, Given, Scope
-from vrx_mj.formats.series.calls import At
+from vrx_mj.formats.series.pieces import At
 from vrx_mj.formats.urdf.model import ZERO, relative
 from vrx_mj.frames import Pose, compose
 

@@ -13,7 +13,7 @@ from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.gazebo.document import Element, Report
 from vrx_mj.formats.gazebo.model_frames import ModelFrames, inner_scope, pose_of, safe_name
 from vrx_mj.formats.gazebo.sdf_frames import MODEL, Scope
-from vrx_mj.formats.series.calls import At
+from vrx_mj.formats.series.pieces import At
 from vrx_mj.formats.urdf.model import ZERO, relative
 from vrx_mj.frames import Pose, apply, compose, rotation
 

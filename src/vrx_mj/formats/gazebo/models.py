@@ -30,7 +30,7 @@ from vrx_mj.formats.gazebo.document import Element, Report, is_file, read_docume
 from vrx_mj.formats.gazebo.erb_docks import is_template, template_content
 from vrx_mj.formats.gazebo.model_frames import in_usual_frames, pose_of, safe_name
 from vrx_mj.formats.gazebo.model_links import Body, Inertial, assembled, mass_of
-from vrx_mj.formats.series.calls import At, located
+from vrx_mj.formats.series.pieces import At, located
 from vrx_mj.formats.urdf.meshes import MeshFiles
 from vrx_mj.frames import Pose, compose
 

@@ -12,7 +12,7 @@ from vrx_mj.formats.gazebo.document import Element
 
 Content = dict[str, Any]
 
-WAVES = ("number", "scale", "gain", "period", "angle", "tau", "amplitude", "steepness")
+WAVES = ("number", "gain", "period", "angle", "scale", "tau", "amplitude", "steepness")
 """Elements of a wave field that are one number."""
 LONGEST_MESSAGE = 20_000
 """Characters of a message that VRX 3's worlds publish; theirs have 2,000."""
@@ -82,7 +82,6 @@ def wind(plugin: Element) -> Content:
         "mean_velocity": "wind_mean_velocity",
         "var_gain": "var_wind_gain_constants",
         "var_time": "var_wind_time_constants",
-        "update_rate": "update_rate",
     }
     given = plugin.given(*numbers.values())
     found: Content = {key: given[tag] for key, tag in numbers.items() if tag in given}
@@ -90,7 +89,8 @@ def wind(plugin: Element) -> Content:
         {"model": thing.text("name") or _missing(thing, "name"), "coefficients": _coefficients(thing)}
         for thing in plugin.all("wind_obj")
     ]
-    return {**found, "seed": plugin.whole("random_seed", 0), "objects": objects}
+    seed = plugin.whole("random_seed", 0)
+    return {**found, "seed": seed, **plugin.given("update_rate"), "objects": objects}
 
 
 def _coefficients(thing: Element) -> list[float]:
@@ -104,13 +104,13 @@ def _missing(element: Element, tag: str) -> Any:
 def scene(element: Element) -> Content:
     """Light, background, sky and fog."""
     found: Content = {"sky": _sky(element.child("sky"))}
+    for tag in ("grid", "origin_visual", "shadows"):
+        if element.text(tag):
+            found[tag] = element.switch(tag)
     for tag in ("ambient", "background"):
         color = _color(element, tag)
         if color is not None:
             found[tag] = color
-    for tag in ("grid", "origin_visual", "shadows"):
-        if element.text(tag):
-            found[tag] = element.switch(tag)
     fog = element.child("fog", "fog") or element.child("fog")  # VRX's macro makes one in another
     if fog is not None and fog.children:
         found["fog"] = _fog(fog)

@@ -6,6 +6,7 @@ from typing import Any
 
 from vrx_mj.config.base import COLORS
 from vrx_mj.formats.gazebo.document import Element
+from vrx_mj.formats.series.pieces import At
 
 Content = dict[str, Any]
 
@@ -58,7 +59,7 @@ def task_of(plugins: Sequence[Element], objects: Sequence[Mapping[str, Any]]) ->
     """
     first = next((plugin for plugin in plugins if kind_of(plugin) == "gymkhana"), plugins[0])
     own = _TASKS[kind_of(first) or ""](first, plugins, objects)
-    return first, _named(first, own) | _common(first, own) | own
+    return first, {"type": own["type"]} | _named(first, own) | _common(first, own) | own
 
 
 def unread(plugin: Element) -> Iterator[tuple[Element, str]]:
@@ -108,6 +109,14 @@ def _common(plugin: Element, own: Content) -> Content:
     return found | ({"collision_buffer": buffer} if buffer != usual else {})
 
 
+def _one_of(element: Element, *tags: str) -> str:
+    """The text of the first of these elements that has one."""
+    text = next(filter(None, map(element.text, tags)), "")
+    if not text:
+        raise element.fault("required, but missing", f"<{tags[0]}>")
+    return text
+
+
 def _goal(plugin: Element, tag: str) -> list[float] | None:
     found = plugin.child(tag)
     return found.read_numbers("latitude longitude yaw") if found is not None else None
@@ -133,7 +142,7 @@ def _wayfinding(plugin: Element, _: object, __: object) -> Content:
 def _perception(plugin: Element, _: object, __: object) -> Content:
     shown = [thing for group in plugin.all("object_sequence") for thing in group.all("object")]
     loops = {"loop_forever": True} if plugin.switch("loop_forever") else {}
-    return {"type": "perception", "objects": [_object(thing) for thing in shown], **loops}
+    return {"type": "perception", "objects": [At(_object(thing), thing.place) for thing in shown], **loops}
 
 
 def _object(thing: Element) -> Content:
@@ -141,7 +150,7 @@ def _object(thing: Element) -> Content:
     if pose is None or not thing.text("name"):
         raise thing.fault("<name> and <pose> are required")
     kind = {"type": thing.text("type")} if thing.text("type") else {}
-    return {**thing.given("time", "duration"), **kind, "name": thing.text("name"), "pose": pose}
+    return {**kind, "name": thing.text("name"), **thing.given("time", "duration"), "pose": pose}
 
 
 def _navigation(plugin: Element, _: object, __: object) -> Content:
@@ -155,7 +164,7 @@ def _navigation(plugin: Element, _: object, __: object) -> Content:
 def _channel(plugin: Element) -> Content:
     course = {"course": plugin.text("course_name")} if plugin.text("course_name") else {}
     gates = [gate for group in plugin.all("gates") for gate in group.all("gate")]
-    pairs = [[gate.text("left_marker"), gate.text("right_marker")] for gate in gates]
+    pairs = [At([_one_of(gate, f"{side}_marker") for side in ("left", "right")], gate.place) for gate in gates]
     return {**course, **({"gates": pairs} if pairs else {}), **plugin.given("obstacle_penalty")}
 
 
@@ -170,8 +179,7 @@ def _gymkhana(plugin: Element, plugins: Sequence[Element], _: object) -> Content
 
 def _wildlife(plugin: Element, _: object, __: object) -> Content:
     buoys = [buoy for group in plugin.all("buoys") for buoy in group.all("buoy")]
-    names = [(buoy.text("model_name") or buoy.text("name")).partition("::")[0] for buoy in buoys]
-    animals = [{"name": name, "goal": buoy.text("goal")} for name, buoy in zip(names, buoys, strict=True)]
+    animals = [At(_animal(buoy), buoy.place) for buoy in buoys]
     rate = plugin.number("publication_frequency")
     return {
         "type": "wildlife",
@@ -179,6 +187,11 @@ def _wildlife(plugin: Element, _: object, __: object) -> Content:
         **plugin.given("engagement_distance", "time_bonus"),
         **({} if rate is None else {"publication_rate": rate}),
     }
+
+
+def _animal(buoy: Element) -> Content:
+    name = _one_of(buoy, "model_name", "name", "link_name").partition("::")[0]
+    return {"name": name, "goal": _one_of(buoy, "goal")}
 
 
 def _acoustic_perception(plugin: Element, _: object, __: object) -> Content:
@@ -224,7 +237,7 @@ def _scan_dock(plugin: Element, _: object, objects: Sequence[Mapping[str, Any]])
         **({} if checker is None else {"enable_color_checker": checker}),
         **plugin.given(*POINTS),
         **({} if stay is None else {"min_dock_time": stay}),
-        "bays": [_bay(bay) for bay in bays],
+        "bays": [At(_bay(bay), bay.place) for bay in bays],
         **_targets(targets, len(bays)),
     }
 

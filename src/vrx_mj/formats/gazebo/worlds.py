@@ -30,8 +30,7 @@ from vrx_mj.formats.gazebo.models import (
 from vrx_mj.formats.gazebo.sdf_boats import is_boat
 from vrx_mj.formats.gazebo.surroundings import georeference, published_sea, scene, view, wave_field, wind
 from vrx_mj.formats.gazebo.task_plugins import kind_of, marked, task_of, unread
-from vrx_mj.formats.series.calls import SYMBOLS, At, located, named_as, thing
-from vrx_mj.formats.series.pieces import Piece, assembled, base_objects
+from vrx_mj.formats.series.pieces import SYMBOLS, At, Piece, assembled, base_objects, located, named_as, thing
 
 BASES = {
     "sydney_regatta": "sydney_regatta",
@@ -103,6 +102,11 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
     if "#" in str(file):
         raise world.fault("the path of the file has a '#', which stands for what follows it, a model: rename it")
     hold_models(file, root)
+    return world_of(file, root, world)
+
+
+def world_of(file: Path, root: Element, world: Element) -> GazeboWorld:
+    """A world, by the root of its file and its element. Raises ConfigError."""
     return _Reader(file, root, world).world()
 
 

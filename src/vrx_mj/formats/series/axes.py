@@ -53,6 +53,8 @@ class Series:
     axes: tuple[Axis, ...]
     results: dict[Any, Any] = field(default_factory=dict, compare=False, repr=False)
     """What its expressions come to, as far as they were worked out."""
+    made: dict[Any, Any] = field(default_factory=dict, compare=False, repr=False)
+    """What its calls make, as far as they were expanded."""
 
     @property
     def count(self) -> int:

@@ -1,240 +1,50 @@
-"""The macros of VRX's worlds (vrx_gazebo/worlds/xacros, gazebo_classic): what they take and what they make."""
+"""The macros of VRX's worlds (vrx_gazebo/worlds/xacros, gazebo_classic), which are a xacro file of ours."""
 
-from collections.abc import Callable, Mapping
+import functools
+import re
+import warnings
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
+from xml.sax.saxutils import quoteattr
 
-from vrx_mj.config.base import COLORS, without_ignored_keys
-from vrx_mj.config.scene import FogConfig
-from vrx_mj.errors import UnknownNameError
-from vrx_mj.formats.series.calls import BLOCK, REQUIRED, At, Block, Call, Given, Tag, included, thing
-from vrx_mj.formats.series.pieces import Piece
+from vrx_mj.config.tree import Place
+from vrx_mj.config.wording import shown
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning
+from vrx_mj.formats.gazebo.document import Element, parsed
+from vrx_mj.formats.series.calls import BLOCK, Call
+from vrx_mj.formats.series.pieces import SCHEME
+from vrx_mj.formats.urdf.elements import LARGEST
+from vrx_mj.formats.urdf.expand import MACROS
+from vrx_mj.formats.urdf.xml_document import elements, parse_document, read_bytes
 
-Parameters = Mapping[str, Any]
-BOAT = "wamv"
-GEODETIC = "latitude longitude yaw"
-
-_TEAM: Parameters = {"namespace": BOAT, "competition": "vrx"}
-_DOCK: Parameters = {
-    "model_name": "robotx_dock_2018", "uri": "dock_2018", "x": 60.0, "y": -2.75, "z": 0.0, "R": 0.0, "P": 0.0, "Y": 0.0,
-    "bay1_allowed": False, "bay1_symbol": "red_circle", "bay2_allowed": True, "bay2_symbol": "blue_cross",
-    "light_buoy_present": False, "color_1": "red", "color_2": "green", "color_3": "blue",
-    "lb_x": 90.0, "lb_y": 70.0, "lb_z": 0.0, "lb_R": 0.0, "lb_P": 0.0, "lb_Y": 0.0,
-    "enable_color_checker": False, "task_name": "dock",
+REQUIRED = object()
+"""Marks a parameter without a default, which must be given."""
+PLACES = {f"{name}{end}" for name in ("sydneyregatta", "sandisland", "marina") for end in ("", "_minus_scene")}
+"""Macros that make a place."""
+PARTS = {"ocean_waves": "sea", "usv_wind_gazebo": "wind", "scene_macro": "scene", "insert_model": "objects"}
+"""What other macros make; of those that are not here it is the task."""
+OPTIONAL = {"wind_objs": "wind_obj", "wp_markers": "markers", "gates": "gate", "fog": "fog", "ambient": ""}
+"""Blocks that a call may leave out, and the elements in each."""
+NEEDED = {
+    "waypoints": "waypoint", "model_includes": "include", "object_sequence": "object", "animal_includes": "include",
+    "animal_buoys": "buoy",
 }  # fmt: skip
-TASK_DEFAULTS: Mapping[str, Parameters] = {
-    "stationkeeping": {"lat": 21.31091, "lon": -157.88868, "heading": 0.0, **_TEAM},
-    "wayfinding": _TEAM,
-    "perception": _TEAM,
-    "nav_challenge": {
-        "name": REQUIRED, "uri": "navigation_course", "x": 58.0, "y": 68.0, "z": 2.0, "R": 0.0, "P": 0.0, "Y": 0.4,
-        "running_duration": 300.0,
-    },
-    "dock": _DOCK,
-    "scan_and_dock": {},
-    "scan_dock_deliver": {
-        **_DOCK,
-        "model_name": "robotx_dock_2022",
-        "uri": "dock_2022",  # VRX's is dock_2018, which has neither a third bay nor holes
-        "bay3_allowed": False,
-        "bay3_symbol": "blue_cross",
-        "color_1": "blue",
-        "color_3": "red",
-        "task_name": "scan_dock_deliver",
-    },
-    "wildlife": _TEAM,
-    "gymkhana": {
-        "name": "gymkhana", "nav_uri": "short_navigation_course0", "obstacle_uri": "obstacle_course",
-        "nx": -524.0, "ny": 186.0, "nz": 0.0, "nR": 0.0, "nP": 0.0, "nY": -1.44,
-        "ox": -477.0, "oy": 275.0, "oz": 0.0, "oR": 0.0, "oP": 0.0, "oY": 2.54,
-        "gx": -483.0, "gy": 295.5, "running_duration": 300.0,
-    },
+"""Blocks that a call has, and the elements in each."""
+ELEMENTS = {
+    "wind_obj": ["name", "link_name", "coeff_vector"], "markers": ["scaling", "height", "material", "initial_id"],
+    "gate": ["left_marker", "right_marker"], "fog": ["type", "color", "start", "end", "density"],
+    "waypoint": ["pose"], "include": ["name", "uri", "pose", "plugin"],
+    "object": ["time", "duration", "type", "name", "pose"], "buoy": ["model_name", "link_name", "name", "goal"],
 }  # fmt: skip
-"""Parameters of the macros with VRX's defaults."""
-
-
-def stationkeeping(given: Given) -> dict[str, object]:
-    """Hold a pose."""
-    goal = given.numbers("lat lon heading")
-    return {"task": {"type": "stationkeeping", "goal": goal, **_boat(given)}, **_markers(given)}
-
-
-def wayfinding(given: Given) -> dict[str, object]:
-    """Visit poses."""
-    block = _needed(given, "waypoints")
-    poses = [_waypoint(tag) for tag in block.each("waypoint")]
-    return {"task": {"type": "wayfinding", "waypoints": At(poses, block.place), **_boat(given)}, **_markers(given)}
-
-
-def perception(given: Given) -> dict[str, object]:
-    """Name and place objects that show up before the boat."""
-    models, shown = _needed(given, "model_includes"), _needed(given, "object_sequence")
-    task = {"type": "perception", "objects": At([_shown(tag) for tag in shown.each("object")], shown.place)}
-    return {
-        "objects": [included(tag, models.place) for tag in models.each("include")],
-        "task": {**task, **_boat(given)},
-    }
-
-
-def nav_challenge(given: Given) -> dict[str, object]:
-    """Pass the gates of a channel."""
-    name = given.text("name")
-    task = {
-        "type": "navigation_course",
-        "course": name,
-        "running_state_duration": given.number("running_duration"),
-        **_gates(given),
-    }
-    return {"objects": [thing(given.text("uri"), given.numbers("x y z R P Y"), name)], "task": task}
-
-
-def dock(given: Given) -> dict[str, object]:
-    """Dock at a dock of two bays; with a light buoy, as its colours demand."""
-    kind = "scan_and_dock" if given.switch("light_buoy_present").value else "dock"
-    return _docking(given, kind, 2, {})
-
-
-def scan_dock_deliver(given: Given) -> dict[str, object]:
-    """Dock at a dock of three bays as the light buoy's colours demand, and throw balls."""
-    return _docking(given, "scan_dock_deliver", 3, _SHORT)
-
-
-def scan_and_dock(_: Given) -> dict[str, object]:
-    """Dock as the light buoy's colours demand, at fixed places.
-
-    VRX's macro has no symbols, and its bays never detect a boat. The symbol that is right by its colours, red
-    then blue, is a red cross; the other placard has the blue circle that placards start with.
-    """
-    bays = [
-        {"name": "bay1", "symbol": "blue_circle"},
-        {"name": "bay2", "symbol": "red_cross", "dock_allowed": True},
-    ]
-    task = {"type": "scan_and_dock", **_SHORT, "dock": "robotx_dock_2018", "light_buoy": "robotx_light_buoy"}
-    return {
-        "objects": [
-            {"name": "robotx_light_buoy", "model": "robotx_light_buoy", "pose": [90.0, 70.0, 0.25, 0.0, 0.0, 0.0]},
-            {"name": "robotx_dock_2018", "model": "dock_2018", "pose": [60.0, -2.75, 0.0, 0.0, 0.0, 0.0]},
-        ],
-        "task": {**task, "color_sequence": ["red", "green", "blue"], "bays": bays},
-    }
-
-
-def wildlife(given: Given) -> dict[str, object]:
-    """Keep away from some animals and circle others."""
-    models, animals = _needed(given, "animal_includes"), _needed(given, "animal_buoys")
-    task = {"type": "wildlife", "animals": At([_animal(tag) for tag in animals.each("buoy")], animals.place)}
-    return {
-        "objects": [included(tag, models.place) for tag in models.each("include")],
-        "task": {**task, **_boat(given)},
-    }
-
-
-def gymkhana(given: Given) -> dict[str, object]:
-    """Pass a channel, then find a beacon behind obstacles."""
-    name = given.text("name")
-    course = At(f"{name.value}_navigation_course", name.place)
-    objects = [thing(given.text("nav_uri"), given.numbers("nx ny nz nR nP nY"), course)]
-    if given.text("obstacle_uri").value:  # a competition world had none
-        obstacles = At(f"{name.value}_obstacle_course", name.place)
-        objects.append(thing(given.text("obstacle_uri"), given.numbers("ox oy oz oR oP oY"), obstacles))
-    task = {
-        "type": "gymkhana",
-        "running_state_duration": given.number("running_duration"),
-        "channel": {"course": course, **_gates(given)},
-        "pinger": [*given.numbers("gx gy"), 0.0],
-    }
-    return {"objects": objects, "task": task}
-
-
-_SHORT: Parameters = {"initial_state_duration": 3.0, "ready_state_duration": 3.0}
-
-
-def _docking(given: Given, kind: str, bays: int, durations: Parameters) -> dict[str, object]:
-    light, checker, name = (
-        given.switch("light_buoy_present"),
-        given.switch("enable_color_checker"),
-        given.text("model_name"),
-    )
-    objects = [thing(given.text("uri"), given.numbers("x y z R P Y"), name)]
-    task: dict[str, Any] = {"type": kind, "name": given.text("task_name"), **durations, "dock": name}
-    if light.value:
-        buoy = {"name": "robotx_light_buoy", "model": "robotx_light_buoy"}
-        objects.append({**buoy, "pose": given.numbers("lb_x lb_y lb_z lb_R lb_P lb_Y")})
-        task["light_buoy"] = At(buoy["name"], light.place)
-    if light.value or checker.value:
-        task["color_sequence"] = [given.text(f"color_{i}") for i in (1, 2, 3)]
-    signs = [
-        {"name": f"bay{i}", "symbol": given.text(f"bay{i}_symbol"), "dock_allowed": given.switch(f"bay{i}_allowed")}
-        for i in range(1, bays + 1)
-    ]
-    return {"objects": objects, "task": {**task, "enable_color_checker": checker, "bays": signs}}
-
-
-def _needed(given: Given, name: str) -> Block:
-    block = given.block(name)
-    if block is None:
-        raise given.call.needs(BLOCK + name)
-    return block
-
-
-def _boat(given: Given) -> Parameters:
-    boat = given.text("namespace")
-    return {} if boat.value == BOAT else {"boat": boat}
-
-
-def _gates(given: Given) -> Parameters:
-    """Gates as the call lists them; without any, all those of the course."""
-    block = given.block("gates")
-    return {} if block is None else {"gates": At([_gate(tag) for tag in block.each("gate")], block.place)}
-
-
-def _gate(tag: Tag) -> list[str]:
-    tag.only("left_marker", "right_marker")
-    return [tag.required("left_marker"), tag.required("right_marker")]
-
-
-def _waypoint(tag: Tag) -> list[float]:
-    tag.only("pose")
-    tag.required("pose")
-    return tag.numbers("pose", GEODETIC) or []
-
-
-def _shown(tag: Tag) -> dict[str, object]:
-    tag.only("time", "duration", "type", "name", "pose")
-    found: dict[str, Any] = {key: tag.required(key) for key in ("type", "name")}
-    for key in ("time", "duration"):
-        numbers = tag.numbers(key, key)
-        if numbers:
-            found[key] = numbers[0]
-    pose = tag.numbers("pose", "x y z roll pitch yaw")
-    return {**found, "pose": pose} if pose else found
-
-
-def _animal(tag: Tag) -> dict[str, object]:
-    tag.only("model_name", "link_name", "name", "goal")
-    name = tag.text("model_name") or tag.text("name") or tag.required("link_name")
-    return {"name": name.partition("::")[0], "goal": tag.required("goal")}
-
-
-def _markers(given: Given) -> Parameters:
-    """How the places that the task is about are marked."""
-    block = given.block("wp_markers")
-    tags = [] if block is None else list(block.each("markers"))
-    if block is None or not tags:
-        return {}
-    tags[0].only("scaling", "height", "material", "initial_id")
-    scaling, height = tags[0].numbers("scaling", "x y z"), tags[0].numbers("height", "height")
-    color = (tags[0].text("material") or "").rpartition("/")[2].lower()
-    found = {
-        **({"scaling": scaling} if scaling else {}),
-        **({"height": height[0]} if height else {}),
-        **({"color": color} if color in COLORS else {}),
-    }
-    return {"markers": At(found, block.place)}
-
-
-STALE_LINK = "base_link"
-"""What VRX's files of 2019 call the boat's link, which has another name since: their wind acts on nothing."""
+"""What is in each element of a block."""
+SWITCHES = {"true": True, "1": True, "yes": True, "on": True, "false": False, "0": False, "no": False, "off": False}
+LONGEST = 40
+"""Characters of a number."""
+Line = tuple[str, Place]
+"""A line of a xacro file, and where the axes file says it."""
+_PARAMETER = re.compile(r"(\*\*)?(\w+)(?::=('[^']*'|\S+))?")
+_DOLLARS = re.compile(r"\$+(?=[{(])")
 
 
 @dataclass(frozen=True)
@@ -243,136 +53,117 @@ class Macro:
 
     part: str
     """Part of the world that the macro makes; there is one of each, but any number of objects."""
-    make: Callable[[Given], dict[str, Any]]
-    defaults: Parameters
-    blocks: tuple[str, ...] = ()
+    defaults: Mapping[str, Any]
+    blocks: tuple[str, ...]
 
 
-def made(call: Call) -> Piece:
-    """What a call makes.
+@functools.cache
+def macros() -> Mapping[str, Macro]:
+    """All macros by name, as our xacro file has them."""
+    document = parse_document(read_bytes(MACROS), MACROS.name, MACROS.parent)
+    found = {}
+    for element in elements(document):
+        name = element.getAttribute("name")
+        if element.tagName == "xacro:macro" and not name.startswith(("vrx_mj_", "include_all")):
+            said = _PARAMETER.findall(element.getAttribute("params"))
+            defaults = {key: _default(text) for stars, key, text in said if not stars}
+            part = "base" if name in PLACES else PARTS.get(name, "task")
+            found[name] = Macro(part, defaults, tuple(key for stars, key, _ in said if stars))
+    return found
+
+
+def _default(text: str) -> Any:
+    number = _number(text)
+    return REQUIRED if not text else SWITCHES.get(text, text.strip("'")) if number is None else number
+
+
+def lines_of(call: Call) -> list[Line]:
+    """A call as xacro.
 
     Raises:
         ConfigError: the macro is unknown, or does not take what the call gives.
     """
-    macro = MACROS.get(call.macro)
+    macro = macros().get(call.macro)
     if macro is None:
-        raise call.fault(None, str(UnknownNameError("macro", call.macro, MACROS)))
-    given = Given(call, macro.defaults, macro.blocks)
-    stale = "wind_objs" in macro.blocks and _is_stale(given)
-    return Piece(macro.part, call.macro, call.place, call.loc, macro.make(given), stale)
+        raise call.fault(None, str(UnknownNameError("macro", call.macro, macros())))
+    known = [*macro.defaults, *(BLOCK + name for name in macro.blocks)]
+    for key in call.parameters:
+        if key not in known:
+            raise call.fault(key, str(UnknownNameError(f"parameter of {call.macro}", key, known)))
+    required = [key for key, value in macro.defaults.items() if value is REQUIRED]
+    for key in (*required, *(BLOCK + name for name in macro.blocks if name in NEEDED)):
+        if key not in call.parameters:
+            raise call.fault(None, f"{call.macro} needs the parameter {key!r}")
+    given = ((key, _text(call, key, value)) for key, value in macro.defaults.items() if key in call.parameters)
+    words = "".join(f" {key}={quoteattr(_literal(text))}" for key, text in given)
+    blocks = [(_block(call, name), call.place_of(BLOCK + name)) for name in macro.blocks]
+    return [(f"<xacro:{call.macro}{words}>", call.place), *blocks, (f"</xacro:{call.macro}>", call.place)]
 
 
-def _base(world: str) -> Macro:
-    return Macro("base", lambda given: {"extends": At(world, given.call.place)}, {})
+def _text(call: Call, key: str, default: object) -> str:
+    """The argument of a parameter: of the kind of its default."""
+    value = call.parameters[key]
+    if isinstance(default, bool):
+        switch = value if isinstance(value, bool) else SWITCHES.get(str(value).strip().lower())
+        if switch is None:
+            raise call.fault(key, f"expected true or false, got {shown(value)}")
+        return str(switch).lower()
+    if isinstance(default, float) or default == "":
+        number = 0.0 if default == "" and value in ("", None) else _number(value)
+        if number is None or (default == "" and number % 1):
+            raise call.fault(key, f"expected a {'whole ' * (default == '')}number, got {shown(value)}")
+        return str(number)
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
+        raise call.fault(key, f"expected text, got {shown(value)}")
+    text = str(value).strip()
+    return f"'{text.removeprefix(SCHEME) if key.endswith('uri') else text}'"
 
 
-def _waves(given: Given) -> dict[str, object]:
-    sea = {key: given.number(key) for key in ("gain", "period", "angle", "scale")}
-    return {"sea": {"model": "pms", **sea, "direction": given.numbers("direction_x direction_y")}}
+def _literal(text: str) -> str:
+    """A text that xacro takes as it is: what begins as an expression is none."""
+    return _DOLLARS.sub(r"$\g<0>", text)
 
 
-def _wind(given: Given) -> dict[str, object]:
-    wind: dict[str, Any] = {
-        "direction": given.number("direction"),
-        "mean_velocity": given.number("mean_vel"),
-        "var_gain": given.number("var_gain"),
-        "var_time": given.number("var_time"),
-        "seed": given.whole("seed"),
-        "update_rate": given.number("ros_update_rate"),
-    }
-    block = given.block("wind_objs")
-    if block is not None:
-        wind["objects"] = At([_wind_object(tag) for tag in block.each("wind_obj")], block.place)
-    return {"wind": wind}
+def _number(value: object) -> float | int | None:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return value if abs(value) <= LARGEST else None
+    if not isinstance(value, str) or len(value) > LONGEST:
+        return None
+    try:
+        return float(value)
+    except ValueError:
+        return None
 
 
-def _wind_object(tag: Tag) -> dict[str, object]:
-    tag.only("name", "link_name", "coeff_vector")
-    tag.required("coeff_vector")
-    return {"model": tag.required("name"), "coefficients": tag.numbers("coeff_vector", "x y yaw")}
+def _block(call: Call, name: str) -> str:
+    """The XML of a block on one line; an empty one where the call has none."""
+    key = BLOCK + name
+    value = call.parameters.get(key)
+    if value is not None and not isinstance(value, str | int | float):
+        raise call.fault(key, f"expected XML in quotes, got {shown(value)}")
+    text = _literal("" if value is None else str(value))
+    try:
+        element = parsed(f"<{name}>{text}</{name}>", call.place.file)
+    except ConfigError as error:
+        raise call.fault(key, re.sub(r" of line \d+", "", error.problems[0].message)) from None
+    for fault in _odd_elements(name, element):
+        raise call.fault(key, fault)
+    if element.children and element.own_text:
+        stray = shown(" ".join(element.own_text.split()))
+        told = f"{call.place.file.name}:{call.place_of(key).line}: {stray} between the elements of {key}"
+        warnings.warn(f"{told} is ignored", VrxWarning, stacklevel=2)
+    return f"<{name}>{' '.join(text.split())}</{name}>"
 
 
-def _is_stale(given: Given) -> bool:
-    block = given.block("wind_objs")
-    return block is not None and any(tag.text("link_name") == STALE_LINK for tag in block.each("wind_obj"))
-
-
-def _scene(given: Given) -> dict[str, object]:
-    scene: dict[str, Any] = {"sky": True, "grid": False, "origin_visual": False}
-    ambient, fog = given.block("ambient"), given.block("fog")
-    if ambient is not None and ambient.text:
-        scene["ambient"] = At(_color(ambient.root, ambient.text, "/**ambient"), ambient.place)
-    if fog is not None and fog.text:
-        inner = fog.root.all("fog")
-        scene["fog"] = At(_fog(inner[0] if inner else fog.root), fog.place)
-    return {"scene": scene}
-
-
-def _fog(tag: Tag) -> dict[str, object]:
-    tag.only("type", "color", "start", "end", "density")
-    found: dict[str, Any] = {} if tag.text("type") is None else {"type": tag.text("type")}
-    color = tag.text("color")
-    if color:
-        found["color"] = _color(tag, color, "<color>")
-    for key in ("start", "end", "density"):
-        numbers = tag.numbers(key, key)
-        if numbers:
-            found[key] = numbers[0]
-    return without_ignored_keys(FogConfig, found)
-
-
-def _color(tag: Tag, text: str, where: str) -> list[float]:
-    """Red, green, blue, and alpha if it is there."""
-    return tag.read_numbers(text, where, ["r", "g", "b", "a"][: 3 if len(text.split()) == 3 else 4])
-
-
-def _model(given: Given) -> dict[str, object]:
-    return {"objects": [thing(given.text("uri"), given.numbers("x y z R P Y"))]}
-
-
-def _task(make: Callable[[Given], dict[str, object]], *blocks: str) -> Macro:
-    return Macro("task", make, TASK_DEFAULTS[make.__name__], blocks)
-
-
-MACROS: Mapping[str, Macro] = {
-    "sandisland": _base("sand_island"),
-    "sandisland_minus_scene": _base("sand_island"),
-    "sydneyregatta": _base("sydney_regatta"),
-    "sydneyregatta_minus_scene": _base("sydney_regatta"),
-    "marina": _base("marina"),
-    "marina_minus_scene": _base("marina"),
-    "ocean_waves": Macro(
-        "sea",
-        _waves,
-        {"gain": 0.1, "period": 5.0, "direction_x": 1.0, "direction_y": 0.0, "angle": 0.4, "scale": 1.5},
-    ),
-    "usv_wind_gazebo": Macro(
-        "wind",
-        _wind,
-        {
-            "direction": 270.0,
-            "mean_vel": 0.0,
-            "var_gain": 0.0,
-            "var_time": 2.0,
-            "seed": "",
-            "ros_update_rate": 10.0,
-            "topic_wind_speed": "",
-            "topic_wind_direction": "",
-        },
-        ("wind_objs",),
-    ),
-    "scene_macro": Macro("scene", _scene, {}, ("fog", "ambient")),
-    "insert_model": Macro(
-        "objects", _model, {"uri": "dock_2018", "x": 60.0, "y": -2.75, "z": 0.0, "R": 0.0, "P": 0.0, "Y": 0.0}
-    ),
-    "stationkeeping": _task(stationkeeping, "wp_markers"),
-    "wayfinding": _task(wayfinding, "wp_markers", "waypoints"),
-    "perception": _task(perception, "model_includes", "object_sequence"),
-    "nav_challenge": _task(nav_challenge, "gates"),
-    "dock": _task(dock),
-    "scan_and_dock": _task(scan_and_dock),
-    "scan_dock_deliver": _task(scan_dock_deliver),
-    "wildlife": _task(wildlife, "animal_includes", "animal_buoys"),
-    "gymkhana": _task(gymkhana, "gates"),
-}
-"""All macros by name."""
+def _odd_elements(block: str, element: Element) -> Iterator[str]:
+    """What is wrong with the elements of a block."""
+    name = (OPTIONAL | NEEDED)[block]
+    if name and element.own_text and not element.children:
+        yield f"expected elements <{name}>, got {shown(element.own_text)}"
+    whole = block == name and element.child(name) is None  # of a fog the block may have what is in it
+    for child in [element] if whole else element.children:
+        if name and child.tag != name:
+            yield str(UnknownNameError("element of this block", child.tag, [name]))
+        for inner in child.children if name else ():
+            if inner.tag not in ELEMENTS[name]:
+                yield str(UnknownNameError(f"element of <{name}>", inner.tag, ELEMENTS[name]))

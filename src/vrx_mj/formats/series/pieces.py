@@ -1,19 +1,17 @@
 """The pieces of a world that macros and plugins make, put together to one world."""
 
+import re
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from vrx_mj.config.loading import read_source
 from vrx_mj.config.tree import Entry, Items, Place, Section, key_path, merged
 from vrx_mj.errors import ConfigError, Problem, VrxWarning
-from vrx_mj.formats.series.calls import located, named_as
 
 SINGLE = ("base", "task")
 """Parts that a world has once; of others, such as the sea, the later one counts."""
-
-
 ORDER = ("extends", "description", "georeference", "terrain", "physics", "scene", "sea", "wind", "spawn", "camera",
          "markers", "objects", "task")  # fmt: skip
 """Keys of a world's file as our own have them."""
@@ -31,14 +29,68 @@ class Piece:
     loc: tuple[str | int, ...]
     """Its path in the file."""
     content: dict[str, Any]
-    stale: bool = False
-    """Whether it names a link for the wind that boats have no more."""
 
     def fault(self, message: str) -> ConfigError:
         """An error about it."""
         return ConfigError(
             [Problem(self.place.file.name, self.place.line, self.place.column, key_path(self.loc), message)]
         )
+
+
+class At(NamedTuple):
+    """A value and where it is said."""
+
+    value: Any
+    place: Place
+
+
+def located(value: object, place: Place) -> Any:
+    """Dicts and lists as sections and items at `place`, but for what an `At` puts elsewhere."""
+    if isinstance(value, At):
+        return located(value.value, value.place)
+    if isinstance(value, dict):
+        entries = {key: Entry(_place(item, place), _place(item, place)) for key, item in value.items()}
+        return Section({key: located(item, place) for key, item in value.items()}, place, entries)
+    if isinstance(value, list):
+        return Items.of((located(item, place) for item in value), (_place(item, place) for item in value))
+    return value
+
+
+def _place(value: object, place: Place) -> Place:
+    return value.place if isinstance(value, At) else place
+
+
+SCHEME = "model://"
+SYMBOLS = re.compile(r"vrx_dock_([a-z]+_[a-z]+)__([a-z]+_[a-z]+)")
+"""The floating docks of 2018 with fixed symbols, one folder for each pair."""
+OWN_NAMES = (
+    (re.compile(r"short_navigation_course(\d)"), r"short_navigation_course_\1"),
+    (re.compile(r"navigation_course(\d)"), r"vrx_navigation_course_\1"),
+    (re.compile(r"navigation_course"), "vrx_navigation_course"),
+    (re.compile(r"obstacle_course"), "robotx_obstacle_course"),
+    (re.compile(r"(dock_20(?:16|18|22))(?:_dynamic)?"), r"robotx_\1"),
+)
+"""Folders whose models go by another name."""
+Object = dict[str, Any]
+
+
+def thing(uri: At, pose: object, name: At | None = None) -> Object:
+    """An object of a world; without a name until the world has all of them."""
+    folder = str(uri.value).removeprefix(SCHEME).strip("/")
+    symbols = SYMBOLS.fullmatch(folder)
+    known: Object = {"model": At("dock_2018_dynamic" if symbols else folder, uri.place), "pose": pose}
+    if symbols:
+        known["symbols"] = At([symbols[1], symbols[2]], uri.place)
+    return known if name is None else {"name": name, **known}
+
+
+def named_as(model: str) -> str:
+    """The name that a model has by itself."""
+    for pattern, name in OWN_NAMES:
+        found = pattern.fullmatch(model)
+        if found:
+            return found.expand(name)
+    return model
 
 
 def assembled(head: dict[str, Any], place: Place, pieces: Sequence[Piece]) -> Section:
@@ -48,16 +100,20 @@ def assembled(head: dict[str, Any], place: Place, pieces: Sequence[Piece]) -> Se
         ConfigError: there are two bases or two tasks.
     """
     section: Section = located(head, place)
-    counted = _counted(pieces)
-    for piece in counted:
+    kept = counted(pieces)
+    for piece in kept:
         section = merged(section, located(piece.content, piece.place))
-    if not any(piece.part == "sea" for piece in counted):
+    if not any(piece.part == "sea" for piece in kept):
         section = merged(section, located({"sea": {"model": "none"}}, place))
     return _ordered(_all_named(section))
 
 
-def _counted(pieces: Sequence[Piece]) -> list[Piece]:
-    """The pieces that count: a second base or task is an error, a second sea, wind or scene replaces the first."""
+def counted(pieces: Sequence[Piece]) -> list[Piece]:
+    """The pieces that count: a second base or task is an error, a second sea, wind or scene replaces the first.
+
+    Raises:
+        ConfigError: there are two bases or two tasks.
+    """
     kept: list[Piece] = []
     for piece in pieces:
         first = next((other for other in kept if other.part == piece.part), None)
@@ -81,7 +137,7 @@ def _all_named(section: Section) -> Section:
     taken = {thing["name"] for thing in (*objects, *base_objects(section)) if "name" in thing}
     things = []
     for thing in objects:
-        own = thing.get("name") or named_as(str(thing["model"]))
+        own = thing.get("name") or named_as(str(thing["model"]).removeprefix(SCHEME))
         name = own if "name" in thing else next(name for name in _numbered_names(own) if name not in taken)
         taken.add(name)
         entry = Entry(thing.place, thing.place)

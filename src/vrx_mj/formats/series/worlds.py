@@ -1,7 +1,10 @@
 """The worlds of a VRX series, and the YAML files that they become."""
 
+import contextlib
+import itertools
 import re
-from collections.abc import Iterator
+import warnings
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,14 +14,19 @@ import yaml
 from vrx_mj.config.loading import file_of, read_source
 from vrx_mj.config.search import is_path
 from vrx_mj.config.tree import Items, Place, Section
-from vrx_mj.errors import ConfigError, Problem, VrxError
+from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning
+from vrx_mj.formats.gazebo.document import Element, expanded_calls
+from vrx_mj.formats.gazebo.worlds import GazeboWorld, world_of
 from vrx_mj.formats.series.axes import Series, looks_like_axes, read_series
-from vrx_mj.formats.series.calls import calls_of
-from vrx_mj.formats.series.macros import made
-from vrx_mj.formats.series.pieces import Piece, assembled
+from vrx_mj.formats.series.calls import BLOCK, Call, calls_around, calls_of
+from vrx_mj.formats.series.macros import PLACES, Line, lines_of, macros
+from vrx_mj.formats.series.pieces import Piece, counted
 
 MARK = "#"
 """Between the name of an axes file and the number of a world."""
+HEAD_OF_XACRO = '<sdf xmlns:xacro="http://ros.org/wiki/xacro">'
+Made = tuple[tuple[str | int, ...], int]
+"""A call: its path in the file, and the step of its axis."""
 
 
 @dataclass(frozen=True)
@@ -68,14 +76,102 @@ def series_world(series: Series, number: int) -> SeriesWorld:
     Raises:
         ConfigError: one of its macros is called wrongly; the error lists every problem with its place.
     """
-    pieces = list(_pieces(series, number))
     coordinate = series.coordinate(number)
+    calls = calls_of(series, number)
+    lines = _lines(calls)
+    kept = counted(
+        [Piece(macros()[call.macro].part, call.macro, call.place, call.loc, {"call": call}) for call in calls]
+    )
+    calls = [piece.content["call"] for piece in kept]
+    try:
+        found = _read(series, number, calls, lines)
+    except ConfigError as error:
+        raise ConfigError([_in_axes(calls, problem) for problem in error.problems]) from None
     steps = ", ".join(f"{name} {step}" for name, step in coordinate.items())
+    description = f"world {number} of {Path(series.file.name).name}: {steps}"
+    section = _said_by(calls, found.section.holding({**found.section, "description": description}))
+    stale = any(note.what == "<wind_obj>" for note in found.notes)
+    return SeriesWorld(f"{series.stem}{number}", number, coordinate, section, _side(series, coordinate), stale)
+
+
+def _read(series: Series, number: int, calls: Sequence[Call], lines: Mapping[Made, list[Line]]) -> GazeboWorld:
+    """What calls make, read as a world of Gazebo. Raises ConfigError."""
+    if not lines.keys() <= series.made.keys():
+        series.made.update(_expanded_around(series, number, lines))
+    made = [(call.macro in PLACES, part) for call in calls for part in series.made[call.loc, call.step]]
+    parts = tuple(part for of_place, part in made if not of_place or part.tag == "include")
+    file, place = (series.file.folder or Path()) / Path(series.file.name).name, Place(series.file, 1)
+    world = Element("world", place, {}, "", parts)
+    found = world_of(file, Element("sdf", place, {"version": "1.6"}, "", (world,)), world)
+    included = [note for note in found.notes if note.what.startswith("<include>")]
+    lost = [(note.place, note.ours) for note in included if note.fate == "ignored"]
+    lost += [(note.place, "a boat: name it in a fleet") for note in included if note.ours.startswith("a boat")]
+    if lost:
+        raise ConfigError([Problem(place.file.name, *place[1:], "", message) for place, message in lost])
+    return found
+
+
+def _said_by(calls: Sequence[Call], section: Section) -> Section:
+    """A world with the places and numbers of parameters that are called as its keys, and without what no call says."""
+    section.pop("physics", None)
+    for key in ("number", "tau"):
+        section["sea"].pop(key, None)
+    if "wind" in section and not any(f"{BLOCK}wind_objs" in call.parameters for call in calls):
+        del section["wind"]["objects"]
+    for call in calls:
+        name, said = macros()[call.macro].part, call.parameters
+        if isinstance(part := section.get(name), Section):
+            values = {key: value for key, value in said.items() if key in part and part[key] == value}
+            entries = {key: said.entries.get(key, entry) for key, entry in part.entries.items()}
+            section[name] = Section({**part, **values}, part.place, entries)
+    return section
+
+
+def _lines(calls: Sequence[Call]) -> dict[Made, list[Line]]:
+    """Calls as xacro; an error lists what is wrong with any of them."""
+    problems: list[Problem] = []
+    lines: dict[Made, list[Line]] = {}
+    for call in calls:
+        try:
+            lines[call.loc, call.step] = lines_of(call)
+        except ConfigError as error:
+            problems += error.problems
+    if problems:
+        raise ConfigError(problems)
+    return lines
+
+
+def _expanded_around(series: Series, number: int, lines: Mapping[Made, list[Line]]) -> dict[Made, Sequence[Element]]:
+    """What the calls of a world make, and those of others at once, unless one of these is wrong."""
+    around = dict(lines)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VrxWarning)
+        for call in calls_around(series, number):
+            with contextlib.suppress(ConfigError):
+                around[call.loc, call.step] = lines_of(call)
+    try:
+        return _expanded(series, around)
+    except ConfigError:
+        return _expanded(series, lines)
+
+
+def _expanded(series: Series, lines: Mapping[Made, list[Line]]) -> dict[Made, Sequence[Element]]:
     place = Place(series.file, 1)
-    head = {"description": f"world {number} of {Path(series.file.name).name}: {steps}"}
-    section = assembled(head, place, pieces)
-    name, stale = f"{series.stem}{number}", any(piece.stale for piece in pieces)
-    return SeriesWorld(name, number, coordinate, section, _side(series, coordinate), stale)
+    within = ([("<call>", place), *own, ("</call>", place)] for own in lines.values())
+    root = expanded_calls([(HEAD_OF_XACRO, place), *itertools.chain(*within), ("</sdf>", place)])
+    return {key: call.children for key, call in zip(lines, root.children, strict=True)}
+
+
+def _in_axes(calls: Sequence[Call], problem: Problem) -> Problem:
+    """A problem of the world that calls make as one of a parameter: that of a block, or one whose value it names."""
+    keys = ((call, key) for call in calls for key in (None, *call.parameters))
+    at = (problem.line, problem.column)
+    call, key = next(((call, key) for call, key in keys if call.place_of(key)[1:] == at), (None, None))
+    if call is None:
+        return problem
+    values = call.parameters.items()
+    key = key or next((name for name, value in values if f"'{value}'" in problem.message), None)
+    return call.problem(key, ": ".join(filter(None, (problem.key, problem.message))))
 
 
 def _numbered(series: Series, text: str) -> SeriesWorld:
@@ -83,18 +179,6 @@ def _numbered(series: Series, text: str) -> SeriesWorld:
     if not re.fullmatch("[0-9]{1,9}", text) or int(text) > last:
         raise VrxError(f"{series.file.name}{MARK}{text}: no such world; the series has 0 to {last}")
     return series_world(series, int(text))
-
-
-def _pieces(series: Series, number: int) -> Iterator[Piece]:
-    """What the calls of a world make; an error lists what is wrong with any of them."""
-    problems: list[Problem] = []
-    for call in calls_of(series, number):
-        try:
-            yield made(call)
-        except ConfigError as error:
-            problems += error.problems
-    if problems:
-        raise ConfigError(problems)
 
 
 def _side(series: Series, coordinate: dict[str, int]) -> object:

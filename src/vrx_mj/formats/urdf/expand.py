@@ -25,7 +25,7 @@ _SECONDS, _ANSWER = 3, 32 << 20
 _MOST_PACKAGES = 100
 """Packages that the files of one expansion may name."""
 _MACRO = re.compile(r"<xacro:macro\s[^<>]{0,500}?\bname\s*=\s*[\"']([^\"'<>]{1,100})[\"']")
-_MACROS = root() / "assets" / "robots" / "wamv" / "vrx_gazebo" / "worlds" / "xacros" / "include_all_xacros.xacro"
+MACROS = root() / "assets" / "robots" / "wamv" / "vrx_gazebo" / "worlds" / "xacros" / "include_all_xacros.xacro"
 """The macros of VRX's worlds."""
 _FOUND = re.compile(r"\$\(find ([\w.-]{1,200})\)")
 
@@ -95,6 +95,26 @@ def expanded_document(
     return document
 
 
+def expanded_lines(lines: Sequence[tuple[str, Place]]) -> minidom.Document:
+    """The document that lines of xacro make with our own macros of worlds; each line has the place that it tells.
+
+    Raises:
+        ConfigError: it cannot be expanded.
+    """
+    source = lines[0][1].file
+    file, text = (source.folder or Path()) / Path(source.name).name, "\n".join(line for line, _ in lines)
+    try:
+        made = _made(file, {}, {}, [], [], MACROS, text, reads=[MACROS])
+    except ConfigError as error:
+        places = ((problem, lines[(problem.line or 1) - 1][1]) for problem in error.problems)
+        moved = [Problem(place.file.name, *place[1:], found.key, found.message) for found, place in places]
+        raise ConfigError(moved) from None
+    document: minidom.Document = minidom.parseString(made.text)
+    for element, (_, line, _) in zip(elements(document), made.places, strict=True):
+        element.setUserData("place", lines[line - 1][1], None)
+    return document
+
+
 def _source(file: Path) -> File:
     lines = read_bytes(file).decode("utf-8", errors="replace").split("\n")
     return File(display(file), file.parent, tuple(lines))
@@ -155,11 +175,15 @@ def _asked(
     known: Sequence[str] | None,
     libraries: Collection[str],
 ) -> Expanded:
-    job, about, macros = "formats.urdf.expansion:expanded", f"xacro {display(file)}", [_MACROS] if libraries else []
-    told = (file.absolute(), arguments, packages, known, sorted(libraries), *macros)
+    macros = [MACROS] if libraries else []
+    told = (arguments, packages, known, sorted(libraries), *macros)
+    return _made(file.absolute(), *told, reads=[*files.roots, *macros])
+
+
+def _made(file: Path, *told: object, reads: Sequence[Path]) -> Expanded:
+    job, about = "formats.urdf.expansion:expanded", f"xacro {display(file)}"
     try:
-        return ask(job, *told, returns=Expanded, about=about, reads=[*files.roots, *macros], seconds=_SECONDS,
-                   answer=_ANSWER)  # fmt: skip
+        return ask(job, file, *told, returns=Expanded, about=about, reads=reads, seconds=_SECONDS, answer=_ANSWER)
     except ReaderError as error:
         raise ConfigError([Problem(display(file), None, None, "", error.reason)]) from None
 

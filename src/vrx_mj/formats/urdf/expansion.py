@@ -45,8 +45,9 @@ def expanded(
     known: Sequence[str] | None = None,
     libraries: Sequence[str] = (),
     macros: str = "",
+    text: str = "",
 ) -> Expanded:
-    """Expand a xacro file, by its absolute path, with arguments and the folders of packages.
+    """Expand a xacro file, by its absolute path, with arguments and the folders of packages; `text` is what it holds.
 
     Without `known`, names of all packages that there are, one that is not among `packages` is no error yet. Macros of
     the file `macros` stand for those of `libraries`, whose files may be missing; what they make has the place of their
@@ -55,7 +56,7 @@ def expanded(
     Raises:
         ConfigError: the file cannot be expanded.
     """
-    return _Expansion(file, arguments, packages, libraries, macros).result(known)
+    return _Expansion(file, arguments, packages, libraries, macros, text).result(known)
 
 
 def evaluated(texts: Sequence[tuple[str, Mapping[str, float]]]) -> tuple[Result, ...]:
@@ -121,8 +122,10 @@ class _Expansion:
         packages: Mapping[str, str],
         libraries: Sequence[str],
         macros: str,
+        text: str,
     ) -> None:
         self.file = file
+        self.text = text
         self.arguments = _Arguments(arguments)
         self.packages = packages
         self.libraries = libraries
@@ -168,7 +171,8 @@ class _Expansion:
 
     def _parse(self, _: object, filename: str) -> Any:
         try:
-            data = read_limited(Path(filename), MAX_BYTES)
+            given = self.text.encode() if filename == self.file else b""
+            data = given or read_limited(Path(filename), MAX_BYTES)
         except ReadingError as error:
             xacro.filestack.pop()
             raise xacro.XacroException(exc=FileNotFoundError(_unread(filename, error))) from None

@@ -37,12 +37,6 @@ def parse_robot(text: str, file: str) -> Any:
     return root
 
 
-def parse_pieces(text: str, file: str) -> Any:
-    """An element (lxml) around the elements and the text of a piece of XML, which has no root of its own."""
-    _check(text, file)
-    return _parsed(f"<pieces>{text}</pieces>", file)
-
-
 def _check(text: str, file: str) -> None:
     """Refuse what is too long, and whatever begins as a document type does."""
     if len(text) > MAX_CHARACTERS:

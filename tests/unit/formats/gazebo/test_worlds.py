@@ -16,10 +16,10 @@ from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.formats.gazebo.worlds import gazebo_world
-from vrx_mj.formats.series.macros import MACROS
+from vrx_mj.formats.series.macros import macros
 
-NAMED = {name for name in MACROS if "name" in MACROS[name].defaults}
-BASES = {name for name in MACROS if MACROS[name].part == "base"}
+NAMED = {name for name in macros() if "name" in macros()[name].defaults}
+BASES = {name for name in macros() if macros()[name].part == "base"}
 
 
 @pytest.fixture(autouse=True)
@@ -40,9 +40,9 @@ def losses(world):
     return [f"{note.what} {note.fate}: {note.ours}" for note in world.notes if note.fate != "taken over"]
 
 
-@pytest.mark.parametrize("name", MACROS)
+@pytest.mark.parametrize("name", macros())
 def test_each_macro_of_vrx_makes_its_part(name):
-    macro = MACROS[name]
+    macro = macros()[name]
     base = "" if name in BASES else "<xacro:sydneyregatta_minus_scene/>"
     blocks = "".join(f"<{key}>{BLOCKS[key]}</{key}>" for key in macro.blocks)
     given = ' name="course"' if name in NAMED else ""
@@ -103,7 +103,7 @@ PLUGINS = {
 
 def call(name, /, **given):
     """A world with one macro: what it is in our keys, and what is not as in Gazebo."""
-    macro = MACROS[name]
+    macro = macros()[name]
     blocks = "".join(f"<{key}>{BLOCKS[key]}</{key}>" for key in macro.blocks)
     attributes = ({"name": "course"} if name in NAMED else {}) | given
     words = "".join(f' {key}="{value}"' for key, value in attributes.items())
@@ -116,7 +116,7 @@ VALUES = ("3", "true", "false", "turtle", "dock_2016", "-33.72")
 """Values that parameters of macros may have: for each of them, one at least is another than its default."""
 
 
-@pytest.mark.parametrize(("name", "key"), [(name, key) for name in MACROS for key in MACROS[name].defaults])
+@pytest.mark.parametrize(("name", "key"), [(name, key) for name in macros() for key in macros()[name].defaults])
 def test_each_parameter_of_a_macro_changes_the_world_or_is_noted(name, key):
     usual = {"light_buoy_present": "true"} if key.startswith(("lb_", "color_")) else {}
     before = call(name, **usual)

@@ -94,24 +94,36 @@ CALLS = {
         "bay.yaml:4:33: a.macros.wayfinding[0]./**waypoints: no element of this block named 'way'; known: waypoint"
     ),
     "wayfinding: [{/**waypoints: '<waypoint>'}]": (
-        "bay.yaml:4:33: a.macros.wayfinding[0]./**waypoints: not XML: the <waypoint> does not end"
+        "bay.yaml:4:33: a.macros.wayfinding[0]./**waypoints: expected </waypoint>, which ends the <waypoint>"
     ),
     "wayfinding: [{/**waypoints: \"'1 2 3'\"}]": (
         "bay.yaml:4:33: a.macros.wayfinding[0]./**waypoints: expected elements <waypoint>, got '1 2 3'"
     ),
     "wayfinding: [{/**waypoints: '<!DOCTYPE a [<!ENTITY b \"c\">]><a>&b;</a>'}]": (
-        "bay.yaml:4:33: a.macros.wayfinding[0]./**waypoints: document types and entities are not allowed; "
-        "remove '<!...'"
+        "bay.yaml:4:33: a.macros.wayfinding[0]./**waypoints: "
+        "is not XML: a stray '<' or '&' (write &lt; &amp;), or no quote or '='"
     ),
     "usv_wind_gazebo: [{/**wind_objs: '<wind_obj><name>wamv</name></wind_obj>'}]": (
-        "bay.yaml:4:38: a.macros.usv_wind_gazebo[0]./**wind_objs: <wind_obj> needs a <coeff_vector>"
+        "bay.yaml:4:38: a.macros.usv_wind_gazebo[0]./**wind_objs: <wind_obj> 'wamv': "
+        "<coeff_vector> is required, but missing"
+    ),
+    "nav_challenge: [{name: \"'a'\", /**gates: '<gate><left_marker>a</left_marker></gate>'}]": (
+        "bay.yaml:4:45: a.macros.nav_challenge[0]./**gates: <gate> / <right_marker>: required, but missing"
+    ),
+    "stationkeeping: [{/**wp_markers: '<markers><colour>red</colour></markers>'}]": (
+        "bay.yaml:4:38: a.macros.stationkeeping[0]./**wp_markers: no element of <markers> named 'colour'; "
+        "known: scaling, height, material, initial_id"
+    ),
+    "wildlife: [{/**animal_includes: '', /**animal_buoys: '<buoy><name>a</name><goal>run</goal></buoy>'}]": (
+        "bay.yaml:4:58: task.animals[0].goal: "
+        "expected avoid, circumnavigate_clockwise or circumnavigate_counterclockwise, got 'run'"
     ),
     "sandisland: [null]\n    marina: [null]": (
         "bay.yaml:5:14: a.macros.marina[0]: a world has one base, which 'sandisland' on line 4 already gives"
     ),
     "ocean_waves: [{period: n}]": "bay.yaml:4:28: sea.period: must be above 0, got 0",
     "insert_model: [{uri: \"'dock_2019'\"}]": (
-        "bay.yaml:4:26: objects[0].model: no object model named 'dock_2019'; did you mean 'dock_2018'?"
+        "bay.yaml:4:26: a.macros.insert_model[0].uri: no model named 'dock_2019'; did you mean 'dock_2018'?"
     ),
     "stationkeeping: [null]": (
         "bay.yaml:4:22: task.goal: latitude and longitude need a `georeference`, which this world does not have"
@@ -125,6 +137,30 @@ def test_a_wrong_call_says_what_and_where(axes, call, expected):
     with pytest.raises(VrxError) as caught:
         load_world("bay.yaml#0")
     assert str(caught.value) == expected
+
+
+def test_a_call_that_cannot_be_expanded_is_that_of_its_own_worlds_alone(axes):
+    deep = f"{'<pose>' * 59}{'</pose>' * 59}"
+    text = f"a:\n  steps: 2\n  macros: {{}}\n  sequence:\n    1:\n      scene_macro: [{{/**ambient: '{deep}'}}]\n"
+    series = axes(text)
+    assert "scene" not in series_world(series, 0).section
+    with pytest.raises(ConfigError) as caught:
+        series_world(series, 1)
+    told = "a.sequence.1.scene_macro[0]./**ambient: <pose>: elements are nested deeper than 60 levels"
+    assert str(caught.value) == f"bay.yaml:6:34: {told}"
+
+
+@pytest.mark.parametrize("text", ["${none}", "$(find nowhere)", "$${a}", "a & <b>"])
+def test_what_xacro_would_take_for_an_expression_is_text_in_an_axes_file(axes, text):
+    axes(f"a: {{steps: 1, macros: {{insert_model: [{{uri: \"'{text}'\"}}]}}}}")
+    with pytest.raises(ConfigError, match=re.escape(f"no model named '{text}'; ")):
+        load_world("bay.yaml#0")
+
+
+def test_an_empty_block_is_as_one_left_out(axes):
+    series = axes("a: {steps: 1, macros: {scene_macro: [{/**fog: null, /**ambient: ''}]}}")
+    assert series_world(series, 0).section["scene"] == {"sky": True, "grid": False, "origin_visual": False}
+    load_world("bay.yaml#0")
 
 
 def test_every_wrong_call_of_a_world_is_told(axes):

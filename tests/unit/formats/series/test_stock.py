@@ -149,6 +149,20 @@ def test_docks_with_fixed_symbols_are_the_floating_dock_of_2018(axes):
     assert dock.symbols == ("red_circle", "blue_cross")
 
 
+def test_models_of_gazebo_may_be_inserted_and_are_numbered_by_their_folder(axes, tmp_path, monkeypatch):
+    folder = tmp_path / "models" / "my_buoy"
+    folder.mkdir(parents=True)
+    shape = "<geometry><sphere><radius>0.3</radius></sphere></geometry>"
+    link = f'<link name="hull"><collision name="hull">{shape}</collision></link>'
+    (folder / "model.config").write_text("<model><name>my_buoy</name><sdf>model.sdf</sdf></model>", encoding="utf-8")
+    text = f'<sdf version="1.6"><model name="my_buoy"><static>true</static>{link}</model></sdf>'
+    (folder / "model.sdf").write_text(text, encoding="utf-8")
+    monkeypatch.setenv("GAZEBO_MODEL_PATH", str(folder.parent))
+    axes("a: {steps: 1, macros: {insert_model: [{uri: \"'my_buoy'\"}, {uri: \"'my_buoy'\", x: 1}]}}")
+    found = [(thing.name, thing.model, thing.pose[0]) for thing in load_world("bay.yaml#0").objects]
+    assert found == [("my_buoy", "model://my_buoy", 60.0), ("my_buoy_1", "model://my_buoy", 1.0)]
+
+
 TEXTS = st.text([*map(chr, range(32, 127)), *"é测船"], max_size=12)
 TREES = st.recursive(
     TEXTS
