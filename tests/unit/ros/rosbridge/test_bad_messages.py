@@ -199,13 +199,15 @@ def test_status_carries_the_id_of_the_operation(talk):
 
 def test_names_of_types_that_are_not_known_are_not_kept(talk):
     kept = [function for function in vars(messages).values() if hasattr(function, "cache_info")]
-    before = sum(function.cache_info().currsize for function in kept)
-    for number in range(20):
-        talk.say("advertise", topic="/n", type=f"std_msgs/New{number}")
-        talk.say("advertise_service", service="/mine", type=f"std_srvs/New{number}")
-        talk.say("call_service", service="/mine")
-    talk.sync()
-    assert sum(function.cache_info().currsize for function in kept) == before
+    sizes = []
+    for names in (range(1), range(1, 21)):  # the first also loads what every answer needs
+        for number in names:
+            talk.say("advertise", topic="/n", type=f"std_msgs/New{number}")
+            talk.say("advertise_service", service="/mine", type=f"std_srvs/New{number}")
+            talk.say("call_service", service="/mine")
+        talk.sync()
+        sizes.append(sum(function.cache_info().currsize for function in kept))
+    assert sizes[0] == sizes[1]
 
 
 def test_a_png_larger_than_allowed_is_not_unpacked(talk):
