@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.dom import minidom
 
-from vrx_mj.config.search import display
+from vrx_mj.config.search import display, is_built_in
 from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
 from vrx_mj.foreign import ReaderError, ask
@@ -59,9 +59,9 @@ def expand(
 
     `arguments` are the file's `$(arg NAME)`, of which it or the files in it must declare those that are `needed`.
     `$(find NAME)` looks in `packages`, in `package_paths` and beside the file; without `packages`, our own come last,
-    and for our own files first. A file may read only what lies there or in its own folder. Our own macros
-    of worlds stand for those of `libraries`, packages of VRX. Warnings of xacro come as one
-    VrxWarning. Raises ConfigError, or UnknownNameError for an argument.
+    and in our own files, whoever includes them, first. A file may read only what lies there or in its own folder. Our
+    own macros of worlds stand for those of `libraries`, packages of VRX. Warnings of xacro come as one VrxWarning.
+    Raises ConfigError, or UnknownNameError for an argument.
     """
     made = _expanded(Path(file), arguments or {}, packages, package_paths, libraries)
     _warn(Path(file), made)
@@ -104,7 +104,7 @@ def expanded_lines(lines: Sequence[tuple[str, Place]]) -> minidom.Document:
     source = lines[0][1].file
     file, text = (source.folder or Path()) / Path(source.name).name, "\n".join(line for line, _ in lines)
     try:
-        made = _made(file, {}, {}, [], [], MACROS, text, reads=[MACROS])
+        made = _made(file, {}, {}, {}, [], [], MACROS, text, reads=[MACROS])
     except ConfigError as error:
         places = ((problem, lines[(problem.line or 1) - 1][1]) for problem in error.problems)
         moved = [Problem(place.file.name, *place[1:], found.key, found.message) for found, place in places]
@@ -151,7 +151,10 @@ def _expanded(
         raise ConfigError([Problem(display(file), None, None, "", "no such file")])
     given = {str(name): str(value) for name, value in arguments.items()}
     ours = own_packages() if packages is None else {}
-    first = ours if file.resolve().is_relative_to((root() / "assets").resolve()) else packages or {}
+    of_ours = file.resolve().is_relative_to((root() / "assets").resolve()) or any(
+        map(is_built_in, file.resolve().parents)
+    )
+    first = ours if of_ours else packages or {}
     files = Files(file, first, paths, spare=ours)
     names = _FOUND.findall(read_bytes(file).decode("utf-8", errors="replace"))
     found = {name: str(folder) for name in names[:_MOST_PACKAGES] if (folder := files.package(name)) is not None}
@@ -176,7 +179,8 @@ def _asked(
     libraries: Collection[str],
 ) -> Expanded:
     macros = [MACROS] if libraries else []
-    told = (arguments, packages, known, sorted(libraries), *macros)
+    own = {name: str(folder) for name, folder in files.spare.items()}
+    told = (arguments, packages, own, known, sorted(libraries), *macros)
     return _made(file.absolute(), *told, reads=[*files.roots, *macros])
 
 

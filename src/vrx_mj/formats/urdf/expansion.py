@@ -42,6 +42,7 @@ def expanded(
     file: str,
     arguments: Mapping[str, str],
     packages: Mapping[str, str],
+    own: Mapping[str, str] | None = None,
     known: Sequence[str] | None = None,
     libraries: Sequence[str] = (),
     macros: str = "",
@@ -49,14 +50,15 @@ def expanded(
 ) -> Expanded:
     """Expand a xacro file, by its absolute path, with arguments and the folders of packages; `text` is what it holds.
 
-    Without `known`, names of all packages that there are, one that is not among `packages` is no error yet. Macros of
-    the file `macros` stand for those of `libraries`, whose files may be missing; what they make has the place of their
-    call. It changes the package `xacro`: it is for a process of its own.
+    In a file in one of the folders of `own` packages, these are found first. Without `known`, names of all packages
+    that there are, one that is not found is no error yet. Macros of the file `macros` stand for those of `libraries`,
+    whose files may be missing; what they make has the place of their call. It changes the package `xacro`: it is for a
+    process of its own.
 
     Raises:
         ConfigError: the file cannot be expanded.
     """
-    return _Expansion(file, arguments, packages, libraries, macros, text).result(known)
+    return _Expansion(file, arguments, packages, own or {}, libraries, macros, text).result(known)
 
 
 def evaluated(texts: Sequence[tuple[str, Mapping[str, float]]]) -> tuple[Result, ...]:
@@ -120,6 +122,7 @@ class _Expansion:
         file: str,
         arguments: Mapping[str, str],
         packages: Mapping[str, str],
+        own: Mapping[str, str],
         libraries: Sequence[str],
         macros: str,
         text: str,
@@ -128,6 +131,7 @@ class _Expansion:
         self.text = text
         self.arguments = _Arguments(arguments)
         self.packages = packages
+        self.own = own
         self.libraries = libraries
         self.macros = macros
         self.calls: list[Place] = []
@@ -202,6 +206,9 @@ class _Expansion:
         return stream
 
     def _find(self, name: str) -> str:
+        here = Path(xacro.filestack[-1]).resolve()
+        if name in self.own and any(here.is_relative_to(folder) for folder in self.own.values()):
+            return self.own[name]
         if name not in self.packages:
             raise UnknownPackageError(name)
         return self.packages[name]

@@ -14,6 +14,7 @@ import xacro.substitution_args
 from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.formats.urdf.expand import arguments, expand
 from vrx_mj.formats.urdf.xacro_files import own_packages
+from vrx_mj.ros.launch_packages import write_launch_packages
 
 HEAD = '<robot name="boat" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
 PARTS = {
@@ -355,6 +356,31 @@ def test_own_packages_are_the_robots_with_a_package_file():
     ours = own_packages()
     assert {"wamv_description", "wamv_gazebo"} <= set(ours)
     assert all((folder / "package.xml").is_file() for folder in ours.values())
+
+
+WAMV_FILE = "urdf/wamv_gazebo.urdf.xacro"
+
+
+@pytest.fixture
+def surrounded(tmp_path):
+    """Files that stand on our WAM-V, and packages beside them that have the names of ours: a sourced workspace of VRX."""
+    for name in ("wamv_description", "wamv_gazebo"):
+        package(tmp_path / "vrx" / name, name)
+    copies = tmp_path / "copies"
+    write_launch_packages(copies)
+    (tmp_path / "link.urdf.xacro").symlink_to(own_packages()["wamv_gazebo"] / WAMV_FILE)
+    (tmp_path / "link_of_copy.urdf.xacro").symlink_to(copies / "wamv_gazebo" / WAMV_FILE)
+    write(tmp_path, f'<xacro:include filename="{own_packages()["wamv_gazebo"] / WAMV_FILE}"/>', "including.xacro")
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    "file", ["link.urdf.xacro", f"copies/wamv_gazebo/{WAMV_FILE}", "link_of_copy.urdf.xacro", "including.xacro"]
+)
+def test_files_of_ours_find_ours_first(surrounded, file):
+    alone = expand(own_packages()["wamv_gazebo"] / WAMV_FILE)
+    found = expand(surrounded / file, package_paths=[surrounded / "vrx"])
+    assert canonicalize(found).partition("<link")[2] == canonicalize(alone).partition("<link")[2]
 
 
 def test_links_inside_the_folder_are_followed(folder):
