@@ -49,7 +49,7 @@ WINDS = {"usvgazebowindplugin", "usvwind"}
 PLATFORMS = {"platform", "articulated_platform"}
 """What holds a boat of VRX 3 until its task is ready: a lock, which is the task's here."""
 ONCE = {"scene", "gui", "spherical_coordinates", "gravity", "physics"}
-"""Elements of which a world has one, in Gazebo the first."""
+"""Elements of which a world has one: in Gazebo the first, here in a xacro the last <scene>, as macros make one."""
 NO_BOATS = "none"
 """Name of the fleet without boats."""
 BALL = "blue_projectile"
@@ -153,7 +153,6 @@ class _Reader:
         self.pieces: list[Piece] = []
         self.placed: list[tuple[Element, Content]] = []
         self.scoring: list[Element] = []
-        self.first: dict[str, Element] = {}
         self.terrain: Element | None = None
         self.boats: list[Content] = []
         self.afloat: list[tuple[Element, str]] = []
@@ -207,12 +206,13 @@ class _Reader:
             self.report.note(element, "ignored", _IGNORED.get(element.tag, "unknown here"))
 
     def is_second(self, tag: str, element: Element) -> bool:
-        """Whether Gazebo has this of an element that came before, which is noted."""
-        first = self.first.setdefault(tag, element) if tag in ONCE else element
-        if first is not element:
-            text = f"a world has one <{tag}>: the first, on line {first.place.line}"
+        """Whether another element counts in the place of this one, which is noted."""
+        last = tag == "scene" and self.file.suffix == ".xacro"
+        counts = self.root.all(tag)[-1 if last else 0] if tag in ONCE else element
+        if counts is not element:
+            text = f"a world has one <{tag}>: the {'last' if last else 'first'}, on line {counts.place.line}"
             self.report.note(element, "ignored", text)
-        return first is not element
+        return counts is not element
 
     def add(self, part: str, element: Element, content: Content, ours: str = "") -> None:
         """Add a piece of the world."""

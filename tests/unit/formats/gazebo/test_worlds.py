@@ -519,12 +519,17 @@ def test_of_two_elements_the_first_counts_as_in_gazebo(tag, first, second, key, 
     assert (world.section[part] if key is None else world.section[part][key]) == value
 
 
-def test_a_macro_of_the_scene_is_the_first_one_too():
+@pytest.mark.parametrize("macro", ["scene_macro", "sydneyregatta"])
+def test_a_scene_after_that_of_a_macro_counts(macro):
     own = "<scene><ambient>0.9 0.9 0.9 1</ambient></scene>"
-    macro = f"<xacro:scene_macro><fog>{BLOCKS['fog']}</fog><ambient>0.3 0.3 0.3 1</ambient></xacro:scene_macro>"
-    world = said(f"<xacro:sydneyregatta_minus_scene/>\n{macro}\n{own}", file="bay.world.xacro")
-    assert losses(world) == ["<scene> ignored: a world has one <scene>: the first, on line 4"]
-    assert world.section["scene"]["ambient"] == (0.3, 0.3, 0.3, 1.0)
+    macros = {
+        "sydneyregatta": "<xacro:sydneyregatta/>",
+        "scene_macro": "<xacro:sydneyregatta_minus_scene/>"
+        f"<xacro:scene_macro><fog>{BLOCKS['fog']}</fog><ambient>0.3 0.3 0.3 1</ambient></xacro:scene_macro>",
+    }
+    world = said(f"{macros[macro]}\n{own}", file="bay.world.xacro")
+    assert losses(world) == ["<scene> ignored: a world has one <scene>: the last, on line 4"]
+    assert world.section["scene"]["ambient"] == (0.9, 0.9, 0.9, 1.0)
 
 
 def test_gravity_of_a_world_of_vrx_3_leaves_its_physics():

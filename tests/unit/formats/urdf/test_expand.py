@@ -363,7 +363,7 @@ WAMV_FILE = "urdf/wamv_gazebo.urdf.xacro"
 
 @pytest.fixture
 def surrounded(tmp_path):
-    """Files that stand on our WAM-V, and packages beside them that have the names of ours: a sourced workspace of VRX."""
+    """Files that stand on our WAM-V beside packages with the names of ours, as in a sourced workspace of VRX."""
     for name in ("wamv_description", "wamv_gazebo"):
         package(tmp_path / "vrx" / name, name)
     copies = tmp_path / "copies"
