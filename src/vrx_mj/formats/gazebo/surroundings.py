@@ -6,8 +6,9 @@ from typing import Any
 
 from vrx_mj.config.base import without_ignored_keys
 from vrx_mj.config.scene import FogConfig
-from vrx_mj.config.sea import SeaConfig
+from vrx_mj.config.sea import GRAVITY, SeaConfig
 from vrx_mj.config.wording import shown
+from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.gazebo.document import Element
 
 Content = dict[str, Any]
@@ -16,21 +17,69 @@ WAVES = ("number", "gain", "period", "angle", "scale", "tau", "amplitude", "stee
 """Elements of a wave field that are one number."""
 LONGEST_MESSAGE = 20_000
 """Characters of a message that VRX 3's worlds publish; theirs have 2,000."""
+WAVES_MODEL = "waves-model-system"
+WAVE_PLUGINS = ("wavefieldmodelplugin", WAVES_MODEL)
+"""In the names of the files of plugins that make waves."""
 MODELS = ("pms", "cwr", "none")
 """VRX's models of waves."""
 _KEY = re.compile(r'key:\s{0,80}"(\w{1,40})"')
 _VALUE = re.compile(r'(?:(?:double|int)_value|[xyz]):\s{0,80}([-+.\deE]{1,40})|string_value:\s{0,80}"(\w{1,20})"')
 
 
+def wave_plugin(model: Element) -> Element | None:
+    """The plugin that makes the waves of a model, of VRX or of asv_wave_sim."""
+    plugins = (one for one in model.walk() if one.tag == "plugin")
+    files = ((one, one.attributes.get("filename", "").lower().replace("_", "")) for one in plugins)
+    return next((one for one, file in files if any(name in file for name in WAVE_PLUGINS)), None)
+
+
 def wave_field(plugin: Element) -> Content:
-    """The sea of VRX's WavefieldModelPlugin, whose tags are in `<wave>`."""
+    """The sea of VRX's WavefieldModelPlugin, or of asv_wave_sim's WavesModel, whose tags are in `<wave>`."""
     wave = plugin.child("wave") or plugin
+    if WAVES_MODEL in plugin.attributes.get("filename", "").lower():
+        return _waves_of_algorithm(wave)
     sea: Content = wave.given(*WAVES)
     direction = wave.numbers("direction", "x y")
     if "number" in sea:
         sea["number"] = wave.whole("number")
     model = _model(wave, wave.text("model") or "PMS")
     return without_ignored_keys(SeaConfig, {"model": model, **sea, **({"direction": direction} if direction else {})})
+
+
+def _sinusoid(wave: Element) -> Content:
+    given = {"amplitude": 0.0, "period": 1.0, **wave.given("amplitude", "period")}
+    return {"model": "regular", "height": 2.0 * given["amplitude"], "period": given["period"]}
+
+
+def _trochoid(wave: Element) -> Content:
+    """The waves that VRX's model `CWR` has, too, which are there from the start."""
+    usual = {"number": 1, "scale": 2.0, "angle": math.pi / 5.0, "steepness": 1.0, "amplitude": 0.0, "period": 1.0}
+    return {"model": "cwr", **usual, **wave.given(*usual), "number": wave.whole("number", 1), "tau": 0.0}
+
+
+def _fft(wave: Element) -> Content:
+    """A sea that the wind has fully raised: Pierson and Moskowitz (1964), Hs = 2 U^2 sqrt(alpha / beta) / g at 19.5 m.
+
+    From 10 m up to there a wind grows by 2.6 %.
+    """
+    u, v = wave.numbers("wind_velocity", "x y") or (5.0, 0.0)
+    usual = {"wind_speed": math.hypot(u, v), "wind_angle_deg": math.degrees(math.atan2(v, u))}
+    speed, angle = (usual | wave.given(*usual)).values()
+    height = 2.0 * (1.026 * speed) ** 2 * math.sqrt(0.0081 / 0.74) / GRAVITY
+    towards = [math.cos(math.radians(angle)), math.sin(math.radians(angle))]
+    return {"model": "pm", "significant_height": height, "direction": towards}
+
+
+_ALGORITHMS = {"fft": _fft, "sinusoid": _sinusoid, "trochoid": _trochoid}
+"""Kinds of waves of asv_wave_sim, of which it makes the first by default."""
+
+
+def _waves_of_algorithm(wave: Element) -> Content:
+    name = wave.text("algorithm") or "fft"
+    if name not in _ALGORITHMS:
+        raise wave.fault(str(UnknownNameError("algorithm", name, _ALGORITHMS)), "algorithm")
+    direction = wave.numbers("direction", "x y") or [1.0, 0.0]
+    return without_ignored_keys(SeaConfig, {"direction": direction, **_ALGORITHMS[name](wave)})
 
 
 def published_sea(plugin: Element) -> Content | None:

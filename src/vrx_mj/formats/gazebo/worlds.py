@@ -28,7 +28,7 @@ from vrx_mj.formats.gazebo.models import (
     same_buoyancy,
 )
 from vrx_mj.formats.gazebo.sdf_boats import is_boat
-from vrx_mj.formats.gazebo.surroundings import georeference, published_sea, scene, view, wave_field, wind
+from vrx_mj.formats.gazebo.surroundings import georeference, published_sea, scene, view, wave_field, wave_plugin, wind
 from vrx_mj.formats.gazebo.task_plugins import kind_of, marked, task_of, unread
 from vrx_mj.formats.series.pieces import SYMBOLS, At, Piece, assembled, base_objects, located, named_as, thing
 
@@ -41,7 +41,9 @@ BASES = {
 """Terrains of VRX, and the worlds of ours that have them."""
 NEWER_BASES = {"sydney_regatta": "base/vrx2023"}
 """The same for worlds of VRX 3 where it is another one."""
-WATER = {"ocean_waves", "coast_waves", "ocean", "waves"}
+WAVES = "waves"
+"""The model of asv_wave_sim that makes waves."""
+WATER = {"ocean_waves", "coast_waves", "ocean", WAVES}
 """Models that are the water, which is everywhere here."""
 SUN = "sun"
 WINDS = {"usvgazebowindplugin", "usvwind"}
@@ -228,7 +230,9 @@ class _Reader:
             self.terrain = element
         elif name == SUN:
             self.report.note(element, "taken over", "the sun, which every world has")
-        elif name in WATER:
+        elif name == WAVES and not has_model(name, self.file.parent):
+            self.report.note(element, "approximated", "flat water: its waves are in its folder; " + NO_MODEL)
+        elif name in WATER and not has_model(name, self.file.parent):
             self.report.note(element, "taken over", "the water, which is everywhere")
         elif name in PLATFORMS:
             self.report.note(element, "taken over", "the lock of the boat, which is the task's `locked`")
@@ -240,6 +244,8 @@ class _Reader:
         ours = self.catalogued(name, element)
         if ours is None and not has_model(name, self.file.parent):
             self.report.note(element, "ignored", f"no model named '{name}'; {self.hint(name)}")
+            return
+        if ours is None and self.has_water(element, name):
             return
         if ours is None and self.has_boat(name):
             self.add_boat(element, element.text("name") or name, f"{SCHEME}{name}")
@@ -253,6 +259,24 @@ class _Reader:
         if path is not None:
             content["path"] = At(path, element.place)
         self.placed.append((element, content))
+
+    def has_water(self, element: Element, name: str) -> bool:
+        """Whether the model of a folder is the water, which is taken over; what is wrong is said of an object."""
+        try:
+            return self.take_water(element, model_element(model_file(f"{SCHEME}{name}", self.file.parent))[0], name)
+        except ConfigError:
+            return False
+
+    def take_water(self, element: Element, model: Element, name: str) -> bool:
+        """Take over a model that is the water, with its waves; False: it is another."""
+        waves = wave_plugin(model)
+        if waves is not None:
+            sea = wave_field(waves)
+            ours = "`sea`, fully raised by that wind" if sea["model"] == "pm" else ""
+            self.add("sea", waves if model is element else element, {"sea": sea}, ours)
+        elif name in WATER:
+            self.report.note(element, "taken over", "the water, which is everywhere")
+        return waves is not None or name in WATER
 
     def has_boat(self, name: str) -> bool:
         """Whether the model of a folder is a boat; what is wrong with its file is said where it is an object."""
@@ -293,22 +317,18 @@ class _Reader:
 
     def take_model(self, element: Element) -> None:
         """Take over a model that is written into the world."""
-        waves = next((one for one in element.walk() if "wavefieldmodelplugin" in _file(one)), None)
         name = element.attributes.get("name", "")
-        if waves is not None:
-            self.add("sea", waves, {"sea": wave_field(waves)})
-        elif name in WATER:
-            self.report.note(element, "taken over", "the water, which is everywhere")
-        elif not name:
+        if self.take_water(element, element, name):
+            return
+        if not name:
             raise element.fault("required, but missing", "name")
-        else:
-            model = f"{self.file.name}#{name}"
-            if is_boat(element):
-                self.add_boat(element, name, model)
-                return
-            model_section(self.file.parent / model, self.report)
-            content = {"name": safe_name(name), "model": At(model, element.place), "pose": pose_of(element)}
-            self.placed.append((element, content))
+        model = f"{self.file.name}#{name}"
+        if is_boat(element):
+            self.add_boat(element, name, model)
+            return
+        model_section(self.file.parent / model, self.report)
+        content = {"name": safe_name(name), "model": At(model, element.place), "pose": pose_of(element)}
+        self.placed.append((element, content))
 
     def take_plugin(self, element: Element) -> None:
         """Take over a plugin of the world."""
