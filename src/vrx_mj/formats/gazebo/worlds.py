@@ -264,7 +264,7 @@ class _Reader:
         """Whether the model of a folder is the water, which is taken over; what is wrong is said of an object."""
         try:
             return self.take_water(element, model_element(model_file(f"{SCHEME}{name}", self.file.parent))[0], name)
-        except ConfigError:
+        except VrxError:
             return False
 
     def take_water(self, element: Element, model: Element, name: str) -> bool:
