@@ -3,11 +3,13 @@
 Files are read up to a limit; those of Gazebo and ROS in the place of ours are recognised.
 """
 
+import fnmatch
 import os
 import re
 import stat
 from collections.abc import Container, Iterator
 from functools import lru_cache
+from itertools import chain
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from vrx_mj.config.kinds import kind_of
@@ -448,14 +450,14 @@ def _suffixes(kind: str) -> tuple[str, ...]:
 
 def _listed(kind: str, place: Path) -> Iterator[tuple[str, Path]]:
     """Names and files below a folder; a robot's may be a folder with a `robot.yaml`."""
-    for file in sorted(place.rglob("*")):
-        if file.suffix not in _suffixes(kind) or not file.is_file():
-            continue
-        inside = file.relative_to(place)
-        if kind != "robots" or len(inside.parts) == 1:
-            yield inside.with_suffix("").as_posix(), file
-        elif file.name == "robot.yaml":
-            yield inside.parent.as_posix(), file
+    for folder, _, names in os.walk(place):
+        inside = Path(folder).relative_to(place).as_posix()
+        for name in chain.from_iterable(fnmatch.filter(names, f"?*{suffix}") for suffix in _suffixes(kind)):
+            known = f"{inside}/{name.rpartition('.')[0]}".removeprefix("./")
+            if kind == "robots" and inside != ".":
+                known = inside if name == "robot.yaml" else ""
+            if known and (file := Path(folder, name)).is_file():
+                yield known, file
 
 
 def _is_name(name: str) -> bool:

@@ -102,12 +102,12 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
     if "#" in str(file):
         raise world.fault("the path of the file has a '#', which stands for what follows it, a model: rename it")
     hold_models(file, root)
-    return world_of(file, root, world)
+    return world_of(file, root, world, catalogue("objects"))
 
 
-def world_of(file: Path, root: Element, world: Element) -> GazeboWorld:
-    """A world, by the root of its file and its element. Raises ConfigError."""
-    return _Reader(file, root, world).world()
+def world_of(file: Path, root: Element, world: Element, known: Mapping[str, Path]) -> GazeboWorld:
+    """A world, by the root of its file and its element, and the objects of the catalogue. Raises ConfigError."""
+    return _Reader(file, root, world, known).world()
 
 
 def world_document(source: str | Path) -> tuple[Section, str]:
@@ -145,7 +145,7 @@ def _no_world(file: Path, root: Element) -> Any:
 class _Reader:
     """One world being read: its pieces so far, and what became of the parts of the file."""
 
-    def __init__(self, file: Path, root: Element, world: Element) -> None:
+    def __init__(self, file: Path, root: Element, world: Element, known: Mapping[str, Path]) -> None:
         self.file = file
         self.root = in_world_frame(world)
         self.others = [one for one in root.all("world") if one is not world]
@@ -158,7 +158,7 @@ class _Reader:
         self.boats: list[Content] = []
         self.afloat: list[tuple[Element, str]] = []
         self.kinds: dict[str, bool] = {}
-        self.known = catalogue("objects")
+        self.known = known
         self.hints: dict[str, str] = {}
         self.newer = _is_newer(root)
 

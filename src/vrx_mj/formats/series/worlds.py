@@ -102,7 +102,7 @@ def _read(series: Series, number: int, calls: Sequence[Call], lines: Mapping[Mad
     parts = tuple(part for of_place, part in made if not of_place or part.tag == "include")
     file, place = (series.file.folder or Path()) / Path(series.file.name).name, Place(series.file, 1)
     world = Element("world", place, {}, "", parts)
-    found = world_of(file, Element("sdf", place, {"version": "1.6"}, "", (world,)), world)
+    found = world_of(file, Element("sdf", place, {"version": "1.6"}, "", (world,)), world, series.objects)
     included = [note for note in found.notes if note.what.startswith("<include>")]
     lost = [(note.place, note.ours) for note in included if note.fate == "ignored"]
     lost += [(note.place, "a boat: name it in a fleet") for note in included if note.ours.startswith("a boat")]
