@@ -270,8 +270,7 @@ def check_files(plan: Plan) -> None:
     own_fleet = plan.fleet is not None and not is_ours("fleets", plan.fleet)
     for index, world in enumerate(plan.worlds):
         if (own_fleet and index == 0) or not is_ours("worlds", world):
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", VrxWarning)  # in the logs of the trials
+            with warnings.catch_warnings(action="ignore", category=VrxWarning):  # in the logs of the trials
                 opened = opener(world, {})
                 source, fleet = opened(world, plan.fleet, {}) if opened else (world, plan.fleet)
                 load_fleet(fleet, load_world(source))

@@ -170,8 +170,7 @@ def boat_urdf(order: Order, namespace: str) -> str:
     """
     config = load_robot(order.robot, order.folder)
     if config.is_sdf:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", VrxWarning)  # who builds the boat has them
+        with warnings.catch_warnings(action="ignore", category=VrxWarning):  # who builds the boat has them
             return in_namespace(_sdf_boat(order, config)[1], namespace)
     arguments, _ = _equipment(order, config)
     text = in_namespace(robot_urdf(config, order, namespace=namespace, arguments=arguments), namespace)

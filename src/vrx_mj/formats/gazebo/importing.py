@@ -180,8 +180,7 @@ class _Writer:
     def add_world(self, file: Path, arguments: Mapping[str, str]) -> str:
         """Write a world and the objects that it brings, and return its path."""
         world = gazebo_world(file, arguments)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", VrxWarning)  # `vrx-mj run` says them again
+        with warnings.catch_warnings(action="ignore", category=VrxWarning):  # `vrx-mj run` says them again
             validated(WorldConfig, read_source("worlds", world.section), Loading(), name=world.name)
         path = self.path_of("", safe_name(file.name.partition(".")[0]), str(file.resolve()))
         if path in self.made.texts:
@@ -223,8 +222,7 @@ class _Writer:
         if path in self.made.texts:
             return path
         stem = path.removeprefix("robots/").removesuffix(".urdf")
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", VrxWarning)
+        with warnings.catch_warnings(action="ignore", category=VrxWarning):
             boat = read_boat(file)
         model = model_element(file)[0]
         self.made.notes.append(Note(model.place, model.label, "taken over", f"`{path}`, a boat"))
@@ -247,8 +245,7 @@ class _Writer:
         """Write the URDF of a boat, with its meshes and what the YAML beside it says, and return its path."""
         read_bytes(file)  # what cannot be read is refused
         where = f"./{file.name}", file.absolute().parent
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", VrxWarning)
+        with warnings.catch_warnings(action="ignore", category=VrxWarning):
             config, section = load_robot(*where), robot_section(*where)
             chosen = (*islice(config.layouts.values(), 1), config.suites.get("vrx", {}))
             given = ChainMap(dict(arguments), *map(dict, reversed(chosen)), config.arguments)
@@ -307,8 +304,7 @@ class _Writer:
             return path
         report = Report()
         section = model_section(file, report)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", VrxWarning)
+        with warnings.catch_warnings(action="ignore", category=VrxWarning):
             validated(ObjectConfig, section, Loading((file.resolve(),)))
         self.made.notes += report.notes
         self.made.texts[path] = ""
@@ -336,8 +332,7 @@ class _Writer:
         world = self.add_world(launch.world, {}) if isinstance(launch.world, Path) else launch.world
         if launch.objects and world is not None:
             assert launch.world is not None, "a launch file that opens a world"
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", VrxWarning)
+            with warnings.catch_warnings(action="ignore", category=VrxWarning):
                 section, _ = joined(launch.world, launch, None)
                 validated(WorldConfig, read_source("worlds", section), Loading())
             world = self.add_joined(file, launch, world)
@@ -392,8 +387,7 @@ def _urdf(file: Path, arguments: Mapping[str, str]) -> str:
     text = read_bytes(file).decode("utf-8", errors="replace")
     if not any(mark in text for mark in MARKS):
         return text
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", VrxWarning)
+    with warnings.catch_warnings(action="ignore", category=VrxWarning):
         return expand(file, arguments=arguments, package_paths=package_paths())
 
 

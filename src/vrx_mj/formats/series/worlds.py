@@ -144,8 +144,7 @@ def _lines(calls: Sequence[Call]) -> dict[Made, list[Line]]:
 def _expanded_around(series: Series, number: int, lines: Mapping[Made, list[Line]]) -> dict[Made, Sequence[Element]]:
     """What the calls of a world make, and those of others at once, unless one of these is wrong."""
     around = dict(lines)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", VrxWarning)
+    with warnings.catch_warnings(action="ignore", category=VrxWarning):
         for call in calls_around(series, number):
             with contextlib.suppress(ConfigError):
                 around[call.loc, call.step] = lines_of(call)
