@@ -118,7 +118,7 @@ def _fleet_in(found: GazeboWorld, world: str | Path) -> Source | None:
 
 def _named(section: Section, name: str) -> Section:
     """A world with a name, unless it has one."""
-    return Section({"name": name, **section}, section.place, section.entries)
+    return section.holding({"name": name, **section})
 
 
 def _shared(world: Source, arguments: Mapping[str, str]) -> tuple[dict[str, str], dict[str, str]]:

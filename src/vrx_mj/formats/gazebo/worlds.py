@@ -10,7 +10,7 @@ from typing import Any, TypeGuard
 from vrx_mj.config.loading import path_of, read_source
 from vrx_mj.config.profiles import CLASSIC, NEWER
 from vrx_mj.config.search import SCHEME, WORLD_SUFFIXES, catalogue
-from vrx_mj.config.tree import Entry, Place, Section
+from vrx_mj.config.tree import Place, Section
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, VrxError, VrxWarning, nearest, shortened
 from vrx_mj.formats.gazebo.document import Element, Note, Report, read_document
@@ -422,7 +422,7 @@ class _Reader:
             return []
         element, name = self.terrain, model_name(self.terrain)
         world = (NEWER_BASES if self.newer else {}).get(name, BASES[name])
-        found = base_objects(_section({"extends": world}, element.place))
+        found = base_objects(Section({"extends": world}, element.place))
         here = [content for _, content in self.placed]
         missing = [one for one in found if one["model"] != BALL and not any(_same(other, one) for other in here)]
         if missing:
@@ -479,10 +479,6 @@ def _plain(value: Any) -> Any:
 
 def _file(element: Element) -> str:
     return element.attributes.get("filename", "").lower().replace("_", "")
-
-
-def _section(values: Content, place: Place) -> Section:
-    return Section(values, place, {key: Entry(place, place) for key in values})
 
 
 _IGNORED = {
