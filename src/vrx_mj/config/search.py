@@ -13,6 +13,7 @@ from itertools import chain
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from vrx_mj.config.kinds import kind_of
+from vrx_mj.config.readers import function_of
 from vrx_mj.errors import LONGEST_NAME, UnknownNameError, VrxError, nearest, shortened
 from vrx_mj.resources import root
 
@@ -71,28 +72,6 @@ NEEDS = {
 }
 """What a file of a kind is instead."""
 
-LAUNCHED = {
-    "vrx": "example_course",
-    "sydneyregatta": "example_course",
-    "demo_thrusterconfigs": "example_course",
-    "sandisland": "vrx2019/example_course",
-    "station_keeping": "stationkeeping_task",
-    "wayfinding": "wayfinding_task",
-    "wildlife": "wildlife_task",
-    "dock": "vrx2019/dock",
-    "navigation_task": "vrx2019/navigation_task",
-    "scan_and_dock": "vrx2019/scan_and_dock",
-    "ocean_world": "ocean",
-    "ocean_world_buoys": "ocean_buoys",
-    "ocean_demos": "ocean_buoys",
-    "wave_wamv": "ocean_wamv",
-    "competition": "vrx2023/sydney_regatta",
-}
-"""Launch files of VRX, and the worlds that they open if nothing else is said."""
-PLACES = {"sandisland": "sand_island", "sydneyregatta": "sydney_regatta", "nbpark": "vrx2023/nbpark"}
-"""World files of VRX that have other names here."""
-ENDINGS = (".launch.py", ".launch.xml", ".launch", ".world.xacro", ".world", ".sdf")
-
 
 def refuse_foreign(kind: str, text: str, folder: Path, known: Container[str] = ()) -> None:
     """Raise a VrxError if a path leads to a file that is there, but in another format than its kind's.
@@ -109,7 +88,7 @@ def refuse_foreign(kind: str, text: str, folder: Path, known: Container[str] = (
             return
     except (OSError, ValueError):
         return
-    ours = vrx_world(text, known) if kind == "worlds" else None
+    ours = in_vrx(kind, text, known)
     name, use = found or (f"a file that does not end in {'.txt' if kind == 'docks' else '.yaml'}", "")
     advice = ours or use.replace("FILE", text if len(text) < LONGEST_NAME else "FILE") or NEEDS[kind]
     raise VrxError(f"'{shortened(text)}' is {name}, not {'an' if kind == 'objects' else 'a'} {KINDS[kind]}: {advice}")
@@ -127,20 +106,10 @@ def near_names(file: Path) -> str:
     return f"; did you mean '{display(file.with_name(close))}'?" if close else ""
 
 
-def vrx_world(name: str, known: Container[str]) -> str | None:
-    """The message about a name that VRX has for a launch file or a world; None: it has no such name."""
-    base = Path(name).name
-    stem = next((base[: -len(end)] for end in ENDINGS if base.lower().endswith(end)), base)
-    ending = base[len(stem) :]
-    launched = LAUNCHED.get(stem) if not ending or ending.startswith(".launch") else None
-    place = PLACES.get(stem) if not ending.startswith(".launch") else None
-    if launched and place:
-        return f"VRX's {stem}.launch opens '{launched}', its {stem}.world is '{place}'"
-    if launched:
-        return f"VRX's {stem}{ending or '.launch'} opens '{launched}'"
-    if place or (ending and stem in known):
-        return f"VRX's {base} is '{place or stem}'" if ending else f"VRX's {stem}.world is '{place}'"
-    return None
+def in_vrx(kind: str, name: str, known: Container[str]) -> str | None:
+    """The message about a world's name that is one of VRX's; None: VRX has no such name."""
+    told = function_of("names", name) if kind == "worlds" else None
+    return told(name, known) if told else None
 
 
 CLASSIC, NEWER = "ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"
@@ -367,7 +336,7 @@ def find(kind: str, name: str, near: Path | None = None, skip: Path | None = Non
     refuse_foreign(kind, name, near or Path.cwd(), known)
     if name.startswith(("./", "../", "/", "~")):
         raise VrxError(f"no such file: '{shortened(name)}'{near_names((near or Path.cwd()) / name)}")
-    raise UnknownNameError(KINDS[kind], name, known, vrx_world(name, known) if kind == "worlds" else None)
+    raise UnknownNameError(KINDS[kind], name, known, in_vrx(kind, name, known))
 
 
 def catalogue(kind: str, near: Path | None = None) -> dict[str, Path]:
