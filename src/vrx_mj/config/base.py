@@ -80,6 +80,15 @@ def text_faults(*found: tuple[int, int, str]) -> ValidationError:
     return faults(*(((), fault(message, row=row, column=column)) for row, column, message in found))
 
 
+def unsorted_rows(key: str, values: Iterable[float], what: str, unit: str = "") -> list[Fault]:
+    """Rows of a table whose number is not above that of the row before; `what` the number is, as "an angle"."""
+    return [
+        ((key, index), f"{what} above that of the row before, {before:g}{unit}, is needed, got {value:g}")
+        for index, (before, value) in enumerate(itertools.pairwise(values), 1)
+        if value <= before
+    ]
+
+
 class Only(NamedTuple):
     """Mark of a field that counts only with some values of another one."""
 
