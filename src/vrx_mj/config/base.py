@@ -4,10 +4,11 @@ import ast
 import inspect
 import itertools
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, NamedTuple, Self, get_args, get_origin
+from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, Self, get_args, get_origin
 
 from pydantic import (
     AfterValidator,
@@ -87,6 +88,25 @@ def unsorted_rows(key: str, values: Iterable[float], what: str, unit: str = "") 
         for index, (before, value) in enumerate(itertools.pairwise(values), 1)
         if value <= before
     ]
+
+
+class _Called(Protocol):
+    """What has a name."""
+
+    @property
+    def name(self) -> str: ...
+
+
+def repeated(**groups: Iterable[_Called]) -> list[Fault]:
+    """Names that are given more than once, as faults at the later ones."""
+    seen: Counter[str] = Counter()
+    found: list[Fault] = []
+    for key, group in groups.items():
+        for index, thing in enumerate(group):
+            if seen[thing.name]:
+                found.append(((key, index, "name"), f"duplicate name '{thing.name}'"))
+            seen[thing.name] += 1
+    return found
 
 
 class Only(NamedTuple):

@@ -292,12 +292,12 @@ KINDS = {
 XML_SUFFIXES = (".urdf", ".xacro")
 SCHEME = "model://"
 """How the name of a model of Gazebo begins."""
-MODEL_SUFFIXES = (".sdf", ".world", ".world.xacro", ".sdf.xacro", ".sdf.erb")
-"""How the files that models of Gazebo are in end."""
 TEMPLATE = "model.sdf.erb"
 """What VRX makes the model of a dock from."""
-WORLD_SUFFIXES = (".world", ".sdf", ".world.xacro", ".sdf.xacro")
-"""How worlds of Gazebo end."""
+WORLD_SUFFIXES = (".world.xacro", ".sdf.xacro", ".world", ".sdf")
+"""How worlds of Gazebo end, the longest first."""
+MODEL_SUFFIXES = (*WORLD_SUFFIXES, ".sdf.erb")
+"""How the files that models of Gazebo are in end."""
 PATH_SUFFIXES = (".yaml", ".yml", ".txt", *WORLD_SUFFIXES, *XML_SUFFIXES)
 PACKAGE_PATH = "VRX_MJ_PACKAGE_PATH"
 """Environment variable with the folders in which `package://` and `$(find ...)` look."""
