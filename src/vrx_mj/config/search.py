@@ -346,6 +346,10 @@ def catalogue(kind: str, near: Path | None = None) -> dict[str, Path]:
     """
     if kind not in KINDS:
         raise UnknownNameError("kind of file", kind, KINDS)
+    return _found(kind, near)
+
+
+def _found(kind: str, near: Path | None) -> dict[str, Path]:
     found: dict[str, Path] = {}
     for folder in _folders(near):
         for place in (folder / kind, folder / "assets" / kind):
@@ -356,13 +360,9 @@ def catalogue(kind: str, near: Path | None = None) -> dict[str, Path]:
 
 def find_terrain(name: str, near: Path | None = None) -> Path:
     """The file of a terrain, which is of any type, in `assets/terrain` along the search path."""
-    known: dict[str, Path] = {}
-    for folder in _folders(near):
-        for place in (folder / "terrain", folder / "assets" / "terrain"):
-            for file in sorted(place.glob("*.*")):
-                known.setdefault(file.stem, file)
+    known = _found("terrain", near)
     if name not in known:
-        raise UnknownNameError("terrain", name, sorted(known))
+        raise UnknownNameError("terrain", name, known)
     return known[name]
 
 
@@ -414,7 +414,7 @@ def _candidates(folder: Path, kind: str, name: str) -> Iterator[Path]:
 
 
 def _suffixes(kind: str) -> tuple[str, ...]:
-    return (".txt",) if kind == "docks" else (".yaml", ".yml")
+    return {"docks": (".txt",), "terrain": (".*",)}.get(kind, (".yaml", ".yml"))
 
 
 def _listed(kind: str, place: Path) -> Iterator[tuple[str, Path]]:

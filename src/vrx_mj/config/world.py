@@ -237,17 +237,10 @@ def _document(source: Source) -> tuple[Section, str]:
     try:
         section = read_source("worlds", file)
     except ConfigError:
-        _refuse_series(file, source)
+        if refuse := function_of("series", file):  # a series has a message of its own
+            refuse(file, source)
         raise
-    if section and all(isinstance(axis, Section) and "steps" in axis for axis in section.values()):
-        _refuse_series(file, source)
     return section, file.stem if is_path(source) else str(source)
-
-
-def _refuse_series(file: Path, source: str | Path) -> None:
-    refuse = function_of("series", file)
-    if refuse is not None:
-        refuse(file, source)
 
 
 def _of_its_sea(world: WorldConfig) -> Iterator[str]:

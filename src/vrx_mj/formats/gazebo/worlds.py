@@ -214,10 +214,17 @@ class _Reader:
             self.report.note(element, "ignored", text)
         return first is not element
 
-    def add(self, part: str, element: Element, content: Content, ours: str = "") -> None:
-        """Add a piece of the world."""
+    def add(self, part: str, element: Element, content: object, without: str = "") -> None:
+        """Add a part of the world; without content note why it is ignored."""
+        if content is None:
+            self.report.note(element, "ignored", without)
+        else:
+            self.add_piece(part, element, {part: content}, f"`{part}`")
+
+    def add_piece(self, part: str, element: Element, content: Content, ours: str) -> None:
+        """Add a piece of the world, in which may be keys of other parts."""
         self.pieces.append(Piece(part, element.label, element.place, (element.label,), content))
-        self.report.note(element, "taken over", ours or f"`{part}`")
+        self.report.note(element, "taken over", ours)
 
     def take_include(self, element: Element) -> None:
         """Take over a model by its name."""
@@ -296,7 +303,7 @@ class _Reader:
         waves = next((one for one in element.walk() if "wavefieldmodelplugin" in _file(one)), None)
         name = element.attributes.get("name", "")
         if waves is not None:
-            self.add("sea", waves, {"sea": wave_field(waves)})
+            self.add("sea", waves, wave_field(waves))
         elif name in WATER:
             self.report.note(element, "taken over", "the water, which is everywhere")
         elif not name:
@@ -316,14 +323,10 @@ class _Reader:
         if kind_of(element):
             self.scoring.append(element)
         elif file.removeprefix("lib").removesuffix(".so") in WINDS:
-            self.add("wind", element, {"wind": wind(element)})
+            self.add("wind", element, wind(element))
             self.note_wind(element)
         elif "publisherplugin" in file:
-            sea = published_sea(element)
-            if sea is not None:
-                self.add("sea", element, {"sea": sea})
-            else:
-                self.report.note(element, "ignored", "it publishes what nothing here listens to")
+            self.add("sea", element, published_sea(element), "it publishes what nothing here listens to")
         elif "contain" in file or element.child("performer"):
             self.report.note(element, "taken over", "zones of the task's dock")
         elif "wind-effects" in file:
@@ -343,21 +346,17 @@ class _Reader:
 
     def take_scene(self, element: Element) -> None:
         """Take over light, sky and fog."""
-        self.add("scene", element, {"scene": scene(element)})
+        self.add("scene", element, scene(element))
         if element.child("sky", "clouds"):
             self.report.note(element, "ignored", "clouds are not drawn", "<clouds>")
 
     def take_view(self, element: Element) -> None:
         """Take over the pose of the view."""
-        pose = view(element)
-        if pose is not None:
-            self.add("camera", element, {"camera": pose})
-        else:
-            self.report.note(element, "ignored", "it belongs to Gazebo's window")
+        self.add("camera", element, view(element), "it belongs to Gazebo's window")
 
     def take_georeference(self, element: Element) -> None:
         """Take over where the world is on Earth."""
-        self.add("georeference", element, {"georeference": georeference(element)})
+        self.add("georeference", element, georeference(element))
 
     def take_physics(self, element: Element) -> None:
         """Take over the physics, as far as it is not ours."""
@@ -373,7 +372,7 @@ class _Reader:
         x, y, z = element.read_numbers("x y z")
         if x or y or z > 0:
             raise element.fault(f"gravity must point down, got {shown(element.own_text)}")
-        self.add("gravity", element, {"physics": {"gravity": -z}}, "`physics: gravity`")
+        self.add_piece("gravity", element, {"physics": {"gravity": -z}}, "`physics: gravity`")
 
     def take_light(self, element: Element) -> None:
         """Note a light: the sun is ours."""
@@ -440,7 +439,7 @@ class _Reader:
         for place in [*task.get("waypoints", ()), *([task["goal"]] if "goal" in task else ())]:
             place[2] += math.radians(earth["heading"] if earth else 0.0)  # of a plugin it is from x, of ours from east
         markers = marked(plugin)
-        self.add("task", plugin, {"task": task, **({"markers": markers} if markers else {})})
+        self.add_piece("task", plugin, {"task": task, **({"markers": markers} if markers else {})}, "`task`")
         for element, reason in unread(plugin):
             self.report.note(element, "ignored", reason)
         for other in self.scoring:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from vrx_mj.config.loading import read_source
+from vrx_mj.config.search import SCHEME
 from vrx_mj.config.tree import Entry, Items, Place, Section, key_path, merged
 from vrx_mj.errors import ConfigError, Problem, VrxWarning
 
@@ -60,7 +61,6 @@ def _place(value: object, place: Place) -> Place:
     return value.place if isinstance(value, At) else place
 
 
-SCHEME = "model://"
 SYMBOLS = re.compile(r"vrx_dock_([a-z]+_[a-z]+)__([a-z]+_[a-z]+)")
 """The floating docks of 2018 with fixed symbols, one folder for each pair."""
 OWN_NAMES = (
