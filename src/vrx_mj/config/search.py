@@ -7,7 +7,7 @@ import fnmatch
 import os
 import re
 import stat
-from collections.abc import Container, Iterator
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from itertools import chain
 from pathlib import Path, PurePosixPath, PureWindowsPath
@@ -221,6 +221,26 @@ def _home() -> Path | None:
         return Path.home()
     except RuntimeError:
         return None
+
+
+def packages_named(name: str, near: Path, known: Sequence[Mapping[str, Path]], paths: Iterable[Path]) -> Iterator[Path]:
+    """Folders that may be the ROS package of a name, the likeliest first.
+
+    Those that are known by this name, then what a file in the folder `near` lies in, along `paths`, beside that file,
+    and in its workspace.
+    """
+    yield from (packages[name] for packages in known if name in packages)
+    if name in {"", ".", ".."}:
+        return
+    if above := package_above(near, name):
+        yield above
+    for path in paths:
+        yield path / name
+        if path.resolve().name == name or package_name(path) == name:
+            yield path
+    yield near / name
+    if name in (around := workspace_packages(near)):
+        yield around[name]
 
 
 def package_name(folder: Path) -> str | None:
