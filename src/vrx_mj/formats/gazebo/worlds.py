@@ -12,7 +12,7 @@ from vrx_mj.config.profiles import CLASSIC, NEWER
 from vrx_mj.config.search import SCHEME, WORLD_SUFFIXES, catalogue
 from vrx_mj.config.tree import Place, Section
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ConfigError, VrxError, VrxWarning, nearest, shortened
+from vrx_mj.errors import ConfigError, VrxError, VrxWarning, first_lines, nearest, shortened
 from vrx_mj.formats.gazebo.document import Element, Note, Report, read_document
 from vrx_mj.formats.gazebo.model_frames import in_world_frame, pose_of, safe_name
 from vrx_mj.formats.gazebo.models import (
@@ -122,10 +122,9 @@ def warn_of_losses(notes: Sequence[Note], source: str, *, stacklevel: int) -> No
     once = dict.fromkeys(notes)
     lost = [note for note in once if note.fate != "taken over"]
     if lost:
-        lines = [f"  {_where(note.place)}: {note.what} {note.fate}: {note.ours}" for note in lost]
-        more = [f"  and {len(lines) - SHOWN} more"] if len(lines) > SHOWN else []
+        lines = (f"{_where(note.place)}: {note.what} {note.fate}: {note.ours}" for note in lost)
         head = f"{source}: {len(lost)} of {len(once)} parts are not as in Gazebo (`vrx-mj import` lists all)"
-        warnings.warn("\n".join([head, *lines[:SHOWN], *more]), VrxWarning, stacklevel=stacklevel)
+        warnings.warn("\n  ".join([head, *first_lines(lines, SHOWN)]), VrxWarning, stacklevel=stacklevel)
 
 
 def _where(place: Place) -> str:

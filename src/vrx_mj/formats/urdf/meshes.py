@@ -24,7 +24,7 @@ from vrx_mj.config.search import (
 )
 from vrx_mj.config.shapes import MESH_SUFFIXES
 from vrx_mj.config.wording import one_of, shown
-from vrx_mj.errors import VrxError, shortened
+from vrx_mj.errors import VrxError, first_names, shortened
 from vrx_mj.foreign import ask
 
 _PACKAGE = re.compile(r"(package|model)://([^/]*)/(.*)", re.DOTALL)
@@ -101,9 +101,7 @@ class MeshFiles:
         return f"looked in {self._shown_bases()}"
 
     def _shown_bases(self) -> str:
-        names = list(dict.fromkeys(display(base) for base in self._bases()))
-        more = f" and {len(names) - SHOWN_BASES} more" if len(names) > SHOWN_BASES else ""
-        return ", ".join(names[:SHOWN_BASES]) + more
+        return first_names(dict.fromkeys(map(display, self._bases())), SHOWN_BASES)
 
 
 def with_file_uris(text: str, files: MeshFiles) -> str:
