@@ -19,7 +19,8 @@ import pytest
 from needs import MKDOCS, needs
 from page_blocks import Block, blocks, missing
 from vrx_mj.cli import main
-from vrx_mj.config.search import LAUNCHED, find
+from vrx_mj.config.search import find
+from vrx_mj.formats.gazebo.stock import LAUNCHED
 from vrx_mj.formats.series.macros import macros
 
 REPO = Path(__file__).resolve().parents[1]

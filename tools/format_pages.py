@@ -21,7 +21,7 @@ from vrx_mj.config.fleet import FleetConfig, Heading, Origin
 from vrx_mj.config.objects import ObjectConfig, PathConfig
 from vrx_mj.config.robots import Arguments, RobotConfig
 from vrx_mj.config.shapes import Factor
-from vrx_mj.config.tasks import TASKS, Gates, Task
+from vrx_mj.config.tasks import TASKS, Gate, Task
 from vrx_mj.config.world import Sensors, WorldConfig
 from vrx_mj.formats.parts.catalogue import TYPES, PartType
 from vrx_mj.formats.parts.compliance import load_rules
@@ -50,7 +50,7 @@ WORDS: tuple[tuple[Any, str], ...] = (
     (Origin, "`world`, `spawn`, or [x, y, yaw]"),
     (Heading, "`outward`, `inward`, `tangent`, or number"),
     (Task, "[keys](task.md), by `type`"),
-    (Gates, "list of [left, right], names of buoys"),
+    (Gate, "[left, right], names of buoys"),
     (Arguments, "names and values of xacro arguments"),
     (Pattern, "[first, second, third], each `red`, `green`, `blue`, `yellow` or `off`"),
     (Factor, "number, not 0"),

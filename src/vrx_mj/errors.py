@@ -20,6 +20,8 @@ __all__ = [
     "VideoError",
     "VrxError",
     "VrxWarning",
+    "first_lines",
+    "first_names",
     "nearest",
     "shortened",
     "shown",
@@ -36,6 +38,18 @@ _LONGEST_PATH = 300
 _MOST_LINES = 100
 _SHOWN_NAMES = 12
 _SHOWN_PROBLEMS = 40
+
+
+def first_lines(lines: Iterable[str], most: int) -> list[str]:
+    """The first of some lines, and after them how many more there are: "and 7 more"."""
+    known = list(lines)
+    return [*known[:most], *([f"and {len(known) - most} more"] if len(known) > most else [])]
+
+
+def first_names(names: Iterable[str], most: int) -> str:
+    """The first of some names in a line, and how many more there are: "a, b and 7 more"."""
+    known = list(names)
+    return ", ".join(known[:most]) + (f" and {len(known) - most} more" if len(known) > most else "")
 
 
 def shortened(text: object, most: int = LONGEST_NAME) -> str:
@@ -103,13 +117,11 @@ class ChoiceError(VrxError):
         typed = [f"vrx-mj {command} {words}" for words in self.choices]
         width = min(max(map(len, typed)), LONGEST_NAME)
         rows = [
-            f"  {line:<{width}}  # {about}" if about else f"  {line}"
+            f"{line:<{width}}  # {about}" if about else line
             for line, about in zip(typed, self.choices.values(), strict=True)
         ]
-        rest = len(rows) - _SHOWN_PROBLEMS
-        more = [f"  and {rest} more"] if rest > 0 else []
         head = f"{self.folder} has {len(rows)} {self.kind}; type one of these:"
-        return "\n".join([head, *rows[:_SHOWN_PROBLEMS], *more])
+        return "\n  ".join([head, *first_lines(rows, _SHOWN_PROBLEMS)])
 
 
 def shown(value: object) -> str:
@@ -160,9 +172,7 @@ class UnknownNameError(VrxError):
             return self.advice
         if self._close is not None:
             return f"did you mean '{shortened(self._close)}'?"
-        names = ", ".join(map(shortened, self.known[:_SHOWN_NAMES])) or "none"
-        rest = len(self.known) - _SHOWN_NAMES
-        return f"known: {names}" + (f" and {rest} more" if rest > 0 else "")
+        return f"known: {first_names(map(shortened, self.known), _SHOWN_NAMES) or 'none'}"
 
 
 @dataclass(frozen=True)

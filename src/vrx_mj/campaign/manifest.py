@@ -21,7 +21,7 @@ from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.readers import opener
 from vrx_mj.config.search import find, is_path
 from vrx_mj.config.world import load_world
-from vrx_mj.errors import CommandError, RecordError, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.errors import CommandError, RecordError, UnknownNameError, VrxError, VrxWarning, first_names
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.outputs import check_inside
 from vrx_mj.resources import root
@@ -139,8 +139,7 @@ def _differences(old: Manifest, new: Manifest) -> Iterator[str]:
     for kind in ("controllers", "worlds", "seeds"):
         gone = [str(item) for item in getattr(old.plan, kind) if item not in getattr(new.plan, kind)]
         if gone:
-            more = f" and {len(gone) - SHOWN} more" if len(gone) > SHOWN else ""
-            yield f"it also has the {kind} {', '.join(gone[:SHOWN])}{more}"
+            yield f"it also has the {kind} {first_names(gone, SHOWN)}"
     for option in ("fleet", "duration", "record"):
         was, now = getattr(old.plan, option), getattr(new.plan, option)
         if was != now:
@@ -270,8 +269,7 @@ def check_files(plan: Plan) -> None:
     own_fleet = plan.fleet is not None and not is_ours("fleets", plan.fleet)
     for index, world in enumerate(plan.worlds):
         if (own_fleet and index == 0) or not is_ours("worlds", world):
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", VrxWarning)  # in the logs of the trials
+            with warnings.catch_warnings(action="ignore", category=VrxWarning):  # in the logs of the trials
                 opened = opener(world, {})
                 source, fleet = opened(world, plan.fleet, {}) if opened else (world, plan.fleet)
                 load_fleet(fleet, load_world(source))

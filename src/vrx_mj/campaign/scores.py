@@ -8,6 +8,7 @@ from statistics import fmean, median, stdev
 from vrx_mj.campaign.manifest import Campaign
 from vrx_mj.campaign.plan import Cell
 from vrx_mj.campaign.results import Result
+from vrx_mj.errors import first_names
 
 __all__ = [
     "Change",
@@ -208,8 +209,7 @@ def _changed_worlds(pairs: Sequence[tuple[Result, Result]]) -> Iterator[str]:
     """Which worlds are not the same in both."""
     changed = {after.cell.world: None for before, after in pairs if _differ(before.world_sha256, after.world_sha256)}
     if changed:
-        more = f" and {len(changed) - SHOWN} more" if len(changed) > SHOWN else ""
-        yield f"worlds whose files have changed: {', '.join([*changed][:SHOWN])}{more}"
+        yield f"worlds whose files have changed: {first_names(changed, SHOWN)}"
 
 
 def _differ(before: str, after: str) -> bool:

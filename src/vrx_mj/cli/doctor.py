@@ -26,7 +26,7 @@ from rich.text import Text
 
 from vrx_mj.cli.environment import PACKAGES
 from vrx_mj.cli.screen import text_table
-from vrx_mj.errors import VrxError
+from vrx_mj.errors import VrxError, first_names
 from vrx_mj.packages import install_command, install_extra
 from vrx_mj.runtime.limits import core_share, free_memory, processor
 
@@ -383,8 +383,7 @@ def world_rows(world: str, fleet: str | None) -> "tuple[list[Row], Simulation | 
             sim = Simulation(compile_world(world, fleet=fleet))
     except VrxError as error:
         return [Row(WORLD, "does not compile", "no", str(error))], None
-    more = f" and {len(sim.boats) - SHOWN} more" if len(sim.boats) > SHOWN else ""
-    boats = f"{len(sim.boats)} {'boat' if len(sim.boats) == 1 else 'boats'}: {', '.join(sim.boats[:SHOWN])}{more}"
+    boats = f"{len(sim.boats)} {'boat' if len(sim.boats) == 1 else 'boats'}: {first_names(sim.boats, SHOWN)}"
     rows = [Row(WORLD, f"{sim.world.name}, {boats}", "yes")]
     rows += [Row("warning", str(each.message), "yes") for each in caught]
     rows += _problems(LAND, _on_land(sim), "none")

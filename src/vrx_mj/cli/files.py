@@ -71,8 +71,7 @@ def command_lines(robot: str) -> Iterator[str]:
     found: dict[str, list[str]] = {}
     for profile in get_args(Profile):
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", VrxWarning)
+            with warnings.catch_warnings(action="ignore", category=VrxWarning):
                 boat = build_boat(Order(robot, profile=profile))
         except VrxError:
             return

@@ -4,10 +4,11 @@ import ast
 import inspect
 import itertools
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, NamedTuple, Self, get_args, get_origin
+from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, Self, get_args, get_origin
 
 from pydantic import (
     AfterValidator,
@@ -78,6 +79,34 @@ def faults(*found: Fault) -> ValidationError:
 def text_faults(*found: tuple[int, int, str]) -> ValidationError:
     """Errors inside a block of text, each as (row, column, message); both count from 1."""
     return faults(*(((), fault(message, row=row, column=column)) for row, column, message in found))
+
+
+def unsorted_rows(key: str, values: Iterable[float], what: str, unit: str = "") -> list[Fault]:
+    """Rows of a table whose number is not above that of the row before; `what` the number is, as "an angle"."""
+    return [
+        ((key, index), f"{what} above that of the row before, {before:g}{unit}, is needed, got {value:g}")
+        for index, (before, value) in enumerate(itertools.pairwise(values), 1)
+        if value <= before
+    ]
+
+
+class _Called(Protocol):
+    """What has a name."""
+
+    @property
+    def name(self) -> str: ...
+
+
+def repeated(**groups: Iterable[_Called]) -> list[Fault]:
+    """Names that are given more than once, as faults at the later ones."""
+    seen: Counter[str] = Counter()
+    found: list[Fault] = []
+    for key, group in groups.items():
+        for index, thing in enumerate(group):
+            if seen[thing.name]:
+                found.append(((key, index, "name"), f"duplicate name '{thing.name}'"))
+            seen[thing.name] += 1
+    return found
 
 
 class Only(NamedTuple):

@@ -11,7 +11,8 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import BeforeValidator, Field
 
-from vrx_mj.config.base import Config, Name, NonNegative, NotEmpty, Only, Pose, Positive, Vec3, fault, numbers
+from vrx_mj.config.base import COLORS, Config, Name, NonNegative, NotEmpty, Only, Pose, Vec3, fault, numbers
+from vrx_mj.config.shapes import Size
 from vrx_mj.config.wording import shown
 from vrx_mj.frames import apply, rotation
 
@@ -21,9 +22,9 @@ Cell = tuple[int, int]
 ColorName = Literal["red", "green", "blue", "yellow"]
 LIGHT_COLORS: tuple[str, ...] = get_args(ColorName)
 OFF: Literal["off"] = "off"
-SHAPES = ("circle", "cross", "triangle", "rectangle")
-RGB = {"red": (1.0, 0.0, 0.0), "green": (0.0, 1.0, 0.0), "blue": (0.0, 0.0, 1.0), "yellow": (1.0, 1.0, 0.0),
-       OFF: (0.0, 0.0, 0.0)}  # fmt: skip
+ShapeName = Literal["circle", "cross", "triangle", "rectangle"]
+SHAPES: tuple[ShapeName, ...] = get_args(ShapeName)
+RGB = {color: COLORS[color] for color in LIGHT_COLORS} | {OFF: COLORS["black"]}
 """Red, green and blue of the colours of lights and symbols, 0 to 1."""
 LIGHT_PATTERNS = tuple((i, j, k) for i, j, k in product(LIGHT_COLORS, repeat=3) if j not in {i, k})
 """The 36 patterns that shuffling goes through: no colour twice in a row."""
@@ -36,10 +37,15 @@ def _off(value: object) -> object:
     return OFF if value is False else value
 
 
-def _three(value: object) -> object:
-    if not isinstance(value, tuple | list) or len(value) != 3:
-        raise fault(f"expected three of red, green, blue, yellow and off, got {shown(value)}")
-    return tuple(value)
+def three(what: str) -> BeforeValidator:
+    """Demands a list of three."""
+
+    def check(value: object) -> object:
+        if not isinstance(value, tuple | list) or len(value) != 3:
+            raise fault(f"expected three {what}, got {shown(value)}")
+        return tuple(value)
+
+    return BeforeValidator(check)
 
 
 def _symbol(value: str) -> str:
@@ -52,7 +58,7 @@ def _symbol(value: str) -> str:
 Symbol = Annotated[str, BeforeValidator(_symbol)]
 """What a placard shows, as `red_circle`."""
 LightColor = Annotated[Literal["red", "green", "blue", "yellow", "off"], BeforeValidator(_off)]
-Pattern = Annotated[tuple[LightColor, LightColor, LightColor], BeforeValidator(_three)]
+Pattern = Annotated[tuple[LightColor, LightColor, LightColor], three("of red, green, blue, yellow and off")]
 
 
 class LightConfig(Config):
@@ -68,8 +74,6 @@ Board = Literal["placard", "placard_2022"]
 """Objects that placards are made of."""
 FIRST_SYMBOL = SYMBOLS[0]
 """What a placard shows at the start."""
-
-Size = Annotated[tuple[Positive, Positive, Positive], numbers("x y z")]
 
 BLOCKS = (0.5, 1.0, 1.5, 2.0)
 """Edges of blocks [m]: VRX's dock_block, 2x2, 3x3 and 4x4."""
@@ -133,12 +137,7 @@ class PlacardConfig(Config):
     """Pose of the symbol in the dock's frame [m, rad]."""
     symbol: Symbol = FIRST_SYMBOL
     """What it shows at the start."""
-    shapes: Annotated[tuple[Literal["circle", "cross", "triangle", "rectangle"], ...], NotEmpty] = (
-        "circle",
-        "cross",
-        "triangle",
-        "rectangle",
-    )
+    shapes: Annotated[tuple[ShapeName, ...], NotEmpty] = SHAPES
     """Shapes that it can show; any other shows nothing."""
     block: Annotated[tuple[int, int], numbers("row column")] | None = None
     """Which block of a dynamic dock carries it, counted from 0; by default the nearest."""

@@ -1,10 +1,9 @@
 """The current of a world's file: a mean with a profile over depth, a tide, and a slow random part."""
 
-import itertools
 from collections.abc import Iterable
 from typing import Annotated
 
-from vrx_mj.config.base import Config, Fault, NonNegative, Number, Positive, Seed, numbers
+from vrx_mj.config.base import Config, Fault, NonNegative, Number, Positive, Seed, numbers, unsorted_rows
 
 M2 = 44714.16
 """Period of the principal lunar tide [s]: 12 h 25 min 14 s."""
@@ -45,11 +44,7 @@ class CurrentConfig(Config):
 
     def _faults(self) -> Iterable[Fault]:
         depths = [depth for depth, _ in self.profile]
-        found: list[Fault] = [
-            (("profile", index), f"a depth above that of the row before, {before:g} m, is needed, got {depth:g}")
-            for index, (before, depth) in enumerate(itertools.pairwise(depths), 1)
-            if depth <= before
-        ]
+        found = unsorted_rows("profile", depths, "a depth", " m")
         if depths and depths[0] < 0.0:
             found.append((("profile", 0), f"a depth of 0 or more is needed, got {depths[0]:g} m"))
         return found

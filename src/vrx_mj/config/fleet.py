@@ -36,15 +36,14 @@ from vrx_mj.config.base import (
     numbers,
 )
 from vrx_mj.config.layouts import HEIGHT, Facing, Layout, LayoutName, headings, spots, square
-from vrx_mj.config.loading import Loading, check, loads, problem_at, validated
+from vrx_mj.config.loading import check, joining, loads, problem_at
 from vrx_mj.config.profiles import CLASSIC
 from vrx_mj.config.readers import function_of
 from vrx_mj.config.robots import Arguments, load_robot
 from vrx_mj.config.search import contained, is_path
-from vrx_mj.config.tree import File, of_python
 from vrx_mj.config.wording import shown
 from vrx_mj.config.world import Sensors, SpawnConfig, WorldConfig, check_thrusters
-from vrx_mj.errors import ConfigError
+from vrx_mj.errors import ConfigError, Problem
 
 RADIUS = 20.0
 """Default radius of a circle [m]: that of the published guide's ring."""
@@ -332,36 +331,36 @@ def joining_boat(said: Mapping[str, object], spawn: SpawnConfig) -> BoatConfig:
     Raises:
         ConfigError: something that is said is wrong, or the name or the pose is missing.
     """
-    section = of_python({key: value for key, value in said.items() if value is not None}, File("<boat>", None))
-    entry = validated(BoatEntry, section, Loading())
+    entry = joining(BoatEntry, "boat", said)
     missing = [key for key in ("name", "pose") if getattr(entry, key) is None]
     if missing or entry.name is None or entry.pose is None:
-        raise ConfigError([problem_at(section, (key,), "required") for key in missing])
+        raise ConfigError(Problem("<boat>", None, None, key, "required") for key in missing)
     return _boat(FleetConfig(), spawn, entry.name, entry.pose, entry)
 
 
 def _boat(fleet: FleetConfig, spawn: SpawnConfig, name: str, pose: Pose, entry: BoatEntry | None) -> BoatConfig:
     """A boat of its own kind, thrusters and engines, or else the fleet's, or else the world's."""
     levels = [level for level in (entry, fleet) if level is not None]
-    owner = next((level for level in levels if level.robot), spawn)
+
+    def giving(key: str) -> _Built:
+        return next((level for level in levels if getattr(level, key)), _Built())
+
+    owner = giving("robot") if giving("robot").robot else spawn
     robot = str(owner.robot)
-    driven = next((level for level in levels if level.thrusters), None)
-    level_with_parts = next((level for level in levels if level.components), None)
-    engines = next((level.engines for level in levels if level.engines), None)
     return BoatConfig(
         folder=owner.folder,
         name=name,
         robot=robot,
         arguments=_arguments(levels, spawn),
-        thrusters=_layout(levels, robot, owner.folder, spawn),
-        components=level_with_parts.components if level_with_parts else None,
+        thrusters=giving("thrusters").thrusters or _layout(robot, owner.folder, spawn),
+        components=giving("components").components,
         sensors=_sensors(levels, robot, spawn),
-        thrusters_folder=driven.thrusters_folder if driven else None,
-        components_folder=level_with_parts.components_folder if level_with_parts else None,
+        thrusters_folder=giving("thrusters").thrusters_folder,
+        components_folder=giving("components").components_folder,
         pose=pose,
         color=entry.color if entry else None,
-        engines=engines or "fixed",
-        controller=next((level.controller for level in levels if level.controller), None),
+        engines=giving("engines").engines or "fixed",
+        controller=giving("controller").controller,
     )
 
 
@@ -374,11 +373,8 @@ def _arguments(levels: Sequence[_Built], spawn: SpawnConfig) -> dict[str, str]:
     return found
 
 
-def _layout(levels: Sequence[_Built], robot: str, folder: Path | None, spawn: SpawnConfig) -> str | None:
-    """The thrusters of the boat or fleet, else the world's, or else the robot's first; None: it has no layouts."""
-    said = next((level.thrusters for level in levels if level.thrusters), None)
-    if said is not None:
-        return said
+def _layout(robot: str, folder: Path | None, spawn: SpawnConfig) -> str | None:
+    """The layout of the world, or else the robot's first; None: it has no layouts."""
     known = load_robot(robot, folder).layouts
     return spawn.thrusters if spawn.thrusters in known else next(iter(known), None)
 

@@ -5,7 +5,6 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 
 from vrx_mj.config.base import Fault
-from vrx_mj.config.docks import Placed
 from vrx_mj.config.fleet import FleetConfig, FleetPosition, Headings, Located, room_faults
 from vrx_mj.config.loading import Loading, Source, file_of, problem_at, read_source, validated
 from vrx_mj.config.objects import Placement
@@ -49,8 +48,7 @@ def _source(source: Source | None) -> tuple[Section, str]:
 
 
 def _name_faults(boats: Sequence[Located], world: WorldConfig) -> Iterator[Fault]:
-    placed: list[Placed] = [*world.objects, *world.docks]
-    taken = {thing.name: f"an object of world {world.name}" for thing in placed}
+    taken = {thing.name: f"an object of world {world.name}" for thing in world.placed}
     for boat, where, own in boats:
         if boat.name in taken:
             loc = (*own, "name") if own else where
@@ -94,8 +92,7 @@ def far_from_all(fleet: FleetConfig, boats: Sequence[Located], world: WorldConfi
     """How far a fleet is from everything in a world, if that is suspicious; else empty."""
     if not boats or fleet.is_empty:
         return ""
-    things: list[Placed] = [*world.objects, *world.docks]
-    places = [("the spawn pose", world.spawn.pose), *((f"'{thing.name}'", thing.pose) for thing in things)]
+    places = [("the spawn pose", world.spawn.pose), *((f"'{thing.name}'", thing.pose) for thing in world.placed)]
     distance, nearest = min((math.dist(item.boat.pose[:2], pose[:2]), name) for item in boats for name, pose in places)
     if distance <= FAR:
         return ""

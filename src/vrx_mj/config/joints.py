@@ -21,6 +21,7 @@ from vrx_mj.config.base import (
     Vec3,
     fault,
     numbers,
+    repeated,
 )
 from vrx_mj.config.buoyancy import BuoyancyConfig
 from vrx_mj.config.shapes import Shape, Visual
@@ -131,18 +132,15 @@ def tree_faults(root: str, links: Sequence[LinkConfig], joints: Sequence[JointCo
     if len(links) > MOST_LINKS:
         found.append((("links",), f"more than {MOST_LINKS} links beside '{root}'"))
     found += [
-        (("links", index, "name"), f"duplicate name '{link.name}'")
-        for index, link in enumerate(links)
-        if link.name in known[: 1 + index]
+        (("links", index, "name"), f"duplicate name '{root}'") for index, link in enumerate(links) if link.name == root
     ]
+    found += repeated(links=links) + repeated(joints=joints)
     for index, joint in enumerate(joints):
         found += [
             (("joints", index, end), str(UnknownNameError("link", name, known)))
             for end, name in (("parent", joint.parent), ("child", joint.child))
             if name not in known
         ]
-        if joint.name in (other.name for other in joints[:index]):
-            found.append((("joints", index, "name"), f"duplicate name '{joint.name}'"))
         found += [(("joints", index, "child"), text) for text in _child_faults(root, joint, joints[:index])]
     return found or _loose(root, links, joints)
 

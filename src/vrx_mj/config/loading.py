@@ -21,10 +21,10 @@ from vrx_mj.config.search import (
     contained,
     display,
     find,
+    in_vrx,
     is_path,
     near_names,
     refuse_foreign,
-    vrx_world,
 )
 from vrx_mj.config.tree import File, Place, Section, key_path, locate, merged, of_python
 from vrx_mj.config.wording import choice, shown, unknown_key
@@ -236,14 +236,15 @@ def file_of(kind: str, source: str | Path) -> Path:
 def path_of(kind: str, source: str | Path) -> Path:
     """The file at a path that the user gave, whatever its format."""
     file = Path(source)
-    ours = vrx_world(str(source), catalogue(kind)) if kind == "worlds" else None
-    reason = f"no such file; {ours}" if ours else f"no such file{near_names(file)}"
     try:
         if file.is_file():
             return file
-        reason = "a folder, not a file" if file.is_dir() else reason
+        reason = "a folder, not a file" if file.is_dir() else ""
     except (OSError, ValueError):
-        pass
+        reason = ""
+    if not reason:
+        ours = in_vrx(kind, str(source), catalogue(kind))
+        reason = f"no such file; {ours}" if ours else f"no such file{near_names(file)}"
     raise ConfigError([Problem(str(source), None, None, "", reason)])
 
 

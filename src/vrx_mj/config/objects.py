@@ -2,11 +2,10 @@
 
 import math
 import warnings
-from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Literal, Protocol, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
@@ -28,6 +27,7 @@ from vrx_mj.config.base import (
     Switch,
     Vec3,
     numbers,
+    repeated,
 )
 from vrx_mj.config.bays import LightConfig, Symbol
 from vrx_mj.config.buoyancy import BuoyancyConfig
@@ -257,25 +257,6 @@ def _unlit(thing: ObjectConfig) -> list[Fault]:
     known = [visual.name for visual in thing.visuals if visual.name]
     wrong = [(index, name) for index, name in enumerate(panels) if name not in known]
     return [(("light", "panels", index), str(UnknownNameError("visual", name, known))) for index, name in wrong]
-
-
-class _Called(Protocol):
-    """What has a name."""
-
-    @property
-    def name(self) -> str: ...
-
-
-def repeated(**groups: Iterable[_Called]) -> list[Fault]:
-    """Names that are given more than once, as faults at the later ones."""
-    seen: Counter[str] = Counter()
-    found: list[Fault] = []
-    for key, group in groups.items():
-        for index, thing in enumerate(group):
-            if seen[thing.name]:
-                found.append(((key, index, "name"), f"duplicate name '{thing.name}'"))
-            seen[thing.name] += 1
-    return found
 
 
 def load_object(name: str, near: Path | None = None) -> ObjectConfig:

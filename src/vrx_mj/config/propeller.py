@@ -1,11 +1,10 @@
 """A propeller whose thrust was measured, for worlds of profile `marine`."""
 
-import itertools
 from typing import Annotated
 
 from pydantic import Field
 
-from vrx_mj.config.base import MAX_NUMBER, Config, Fault, NonNegative, Number, Positive, numbers
+from vrx_mj.config.base import MAX_NUMBER, Config, Fault, NonNegative, Number, Positive, numbers, unsorted_rows
 
 Point = Annotated[tuple[Number, Number], numbers("command thrust")]
 
@@ -37,11 +36,7 @@ class PropellerConfig(Config):
                 found.append((place, f"a command from -1 to 1 is needed, got {command:g}"))
             elif command * thrust < 0.0 or (command == 0.0 and thrust != 0.0):
                 found.append((place, f"a thrust {_side(command)} is needed at command {command:g}, got {thrust:g} N"))
-        found += [
-            (("thrust", index), f"a command above that of the row before, {before:g}, is needed, got {after:g}")
-            for index, ((before, _), (after, _)) in enumerate(itertools.pairwise(self.thrust), 1)
-            if after <= before
-        ]
+        found += unsorted_rows("thrust", [command for command, _ in self.thrust], "a command")
         if len(self.thrust) < 2:
             found.append((("thrust",), f"2 rows or more are needed, got {len(self.thrust)}"))
         if not found and 0.0 not in [command for command, _ in self.thrust]:

@@ -22,10 +22,13 @@ OURS = (".yaml", ".yml")
 
 @dataclass(frozen=True)
 class Reader:
-    """What turns files of others into documents of ours; functions are named as `module:name` below the package."""
+    """What turns files of others into documents of ours; functions are named as `module:name` below the package.
+
+    That of `names` gives the message about a name of VRX's instead.
+    """
 
     kind: str
-    """What is read: `sources`, `worlds`, `fleets`, `objects`, `robots`, `series`, `parts` or `meshes`."""
+    """What is read: `sources`, `worlds`, `names`, `fleets`, `objects`, `robots`, `series`, `parts` or `meshes`."""
     marks: tuple[str, ...]
     """How a path ends before a '#', or begins; '#' is any path with one, '/' any with one."""
     read: str = ""

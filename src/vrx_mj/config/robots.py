@@ -32,16 +32,14 @@ from vrx_mj.config.loading import Loading, read_source, referenced, validated
 from vrx_mj.config.profiles import NEWER
 from vrx_mj.config.propeller import PropellerConfig
 from vrx_mj.config.readers import file_of_others
-from vrx_mj.config.search import contained
+from vrx_mj.config.search import WORLD_SUFFIXES, contained
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.tree import Section
 from vrx_mj.config.windage import WindageConfig
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import UnknownNameError, VrxError
 
-SDF = (".sdf.xacro", ".world.xacro", ".sdf", ".world")
-"""How a file of Gazebo may end that a model is in."""
-DESCRIPTIONS = (".urdf.xacro", *SDF, ".xacro", ".urdf")
+DESCRIPTIONS = (".urdf.xacro", *WORLD_SUFFIXES, ".xacro", ".urdf")
 """How a robot's description may end, the longest first."""
 
 
@@ -246,7 +244,7 @@ class RobotConfig(Config):
     @property
     def is_sdf(self) -> bool:
         """Whether its description is a model of Gazebo."""
-        return _file_part(self.urdf).lower().endswith(SDF)
+        return _file_part(self.urdf).lower().endswith(WORLD_SUFFIXES)
 
 
 def load_robot(name: str, near: Path | None = None) -> RobotConfig:

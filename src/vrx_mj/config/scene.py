@@ -13,23 +13,22 @@ from vrx_mj.config.base import (
     NonNegative,
     Number,
     Only,
-    Positive,
     Share,
     Switch,
     fault,
     numbers,
     switched,
 )
+from vrx_mj.config.shapes import Size
 from vrx_mj.config.wording import shown
 
 Place = Annotated[tuple[Coordinate, Coordinate, Number], numbers("x y yaw")]
-Scaling = Annotated[tuple[Positive, Positive, Positive], numbers("x y z")]
 
 
 class MarkersConfig(Config):
     """An upright cylinder at every place, and one ahead of it that lies along the yaw wanted there."""
 
-    scaling: Scaling = (0.2, 0.2, 2.0)
+    scaling: Size = (0.2, 0.2, 2.0)
     """Diameter, once more, and length of the cylinders [m]."""
     height: Number = 0.5
     """Height of the upright cylinder's lower end over the mean water [m]."""

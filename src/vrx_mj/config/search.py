@@ -3,14 +3,17 @@
 Files are read up to a limit; those of Gazebo and ROS in the place of ours are recognised.
 """
 
+import fnmatch
 import os
 import re
 import stat
-from collections.abc import Container, Iterator
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
+from itertools import chain
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from vrx_mj.config.kinds import kind_of
+from vrx_mj.config.readers import function_of
 from vrx_mj.errors import LONGEST_NAME, UnknownNameError, VrxError, nearest, shortened
 from vrx_mj.resources import root
 
@@ -69,28 +72,6 @@ NEEDS = {
 }
 """What a file of a kind is instead."""
 
-LAUNCHED = {
-    "vrx": "example_course",
-    "sydneyregatta": "example_course",
-    "demo_thrusterconfigs": "example_course",
-    "sandisland": "vrx2019/example_course",
-    "station_keeping": "stationkeeping_task",
-    "wayfinding": "wayfinding_task",
-    "wildlife": "wildlife_task",
-    "dock": "vrx2019/dock",
-    "navigation_task": "vrx2019/navigation_task",
-    "scan_and_dock": "vrx2019/scan_and_dock",
-    "ocean_world": "ocean",
-    "ocean_world_buoys": "ocean_buoys",
-    "ocean_demos": "ocean_buoys",
-    "wave_wamv": "ocean_wamv",
-    "competition": "vrx2023/sydney_regatta",
-}
-"""Launch files of VRX, and the worlds that they open if nothing else is said."""
-PLACES = {"sandisland": "sand_island", "sydneyregatta": "sydney_regatta", "nbpark": "vrx2023/nbpark"}
-"""World files of VRX that have other names here."""
-ENDINGS = (".launch.py", ".launch.xml", ".launch", ".world.xacro", ".world", ".sdf")
-
 
 def refuse_foreign(kind: str, text: str, folder: Path, known: Container[str] = ()) -> None:
     """Raise a VrxError if a path leads to a file that is there, but in another format than its kind's.
@@ -107,7 +88,7 @@ def refuse_foreign(kind: str, text: str, folder: Path, known: Container[str] = (
             return
     except (OSError, ValueError):
         return
-    ours = vrx_world(text, known) if kind == "worlds" else None
+    ours = in_vrx(kind, text, known)
     name, use = found or (f"a file that does not end in {'.txt' if kind == 'docks' else '.yaml'}", "")
     advice = ours or use.replace("FILE", text if len(text) < LONGEST_NAME else "FILE") or NEEDS[kind]
     raise VrxError(f"'{shortened(text)}' is {name}, not {'an' if kind == 'objects' else 'a'} {KINDS[kind]}: {advice}")
@@ -125,20 +106,10 @@ def near_names(file: Path) -> str:
     return f"; did you mean '{display(file.with_name(close))}'?" if close else ""
 
 
-def vrx_world(name: str, known: Container[str]) -> str | None:
-    """The message about a name that VRX has for a launch file or a world; None: it has no such name."""
-    base = Path(name).name
-    stem = next((base[: -len(end)] for end in ENDINGS if base.lower().endswith(end)), base)
-    ending = base[len(stem) :]
-    launched = LAUNCHED.get(stem) if not ending or ending.startswith(".launch") else None
-    place = PLACES.get(stem) if not ending.startswith(".launch") else None
-    if launched and place:
-        return f"VRX's {stem}.launch opens '{launched}', its {stem}.world is '{place}'"
-    if launched:
-        return f"VRX's {stem}{ending or '.launch'} opens '{launched}'"
-    if place or (ending and stem in known):
-        return f"VRX's {base} is '{place or stem}'" if ending else f"VRX's {stem}.world is '{place}'"
-    return None
+def in_vrx(kind: str, name: str, known: Container[str]) -> str | None:
+    """The message about a world's name that is one of VRX's; None: VRX has no such name."""
+    told = function_of("names", name) if kind == "worlds" else None
+    return told(name, known) if told else None
 
 
 CLASSIC, NEWER = "ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"
@@ -252,6 +223,26 @@ def _home() -> Path | None:
         return None
 
 
+def packages_named(name: str, near: Path, known: Sequence[Mapping[str, Path]], paths: Iterable[Path]) -> Iterator[Path]:
+    """Folders that may be the ROS package of a name, the likeliest first.
+
+    Those that are known by this name, then what a file in the folder `near` lies in, along `paths`, beside that file,
+    and in its workspace.
+    """
+    yield from (packages[name] for packages in known if name in packages)
+    if name in {"", ".", ".."}:
+        return
+    if above := package_above(near, name):
+        yield above
+    for path in paths:
+        yield path / name
+        if path.resolve().name == name or package_name(path) == name:
+            yield path
+    yield near / name
+    if name in (around := workspace_packages(near)):
+        yield around[name]
+
+
 def package_name(folder: Path) -> str | None:
     """What a folder's `package.xml` calls the package; None if it has none."""
     try:
@@ -321,12 +312,12 @@ KINDS = {
 XML_SUFFIXES = (".urdf", ".xacro")
 SCHEME = "model://"
 """How the name of a model of Gazebo begins."""
-MODEL_SUFFIXES = (".sdf", ".world", ".world.xacro", ".sdf.xacro", ".sdf.erb")
-"""How the files that models of Gazebo are in end."""
 TEMPLATE = "model.sdf.erb"
 """What VRX makes the model of a dock from."""
-WORLD_SUFFIXES = (".world", ".sdf", ".world.xacro", ".sdf.xacro")
-"""How worlds of Gazebo end."""
+WORLD_SUFFIXES = (".world.xacro", ".sdf.xacro", ".world", ".sdf")
+"""How worlds of Gazebo end, the longest first."""
+MODEL_SUFFIXES = (*WORLD_SUFFIXES, ".sdf.erb")
+"""How the files that models of Gazebo are in end."""
 PATH_SUFFIXES = (".yaml", ".yml", ".txt", *WORLD_SUFFIXES, *XML_SUFFIXES)
 PACKAGE_PATH = "VRX_MJ_PACKAGE_PATH"
 """Environment variable with the folders in which `package://` and `$(find ...)` look."""
@@ -365,7 +356,7 @@ def find(kind: str, name: str, near: Path | None = None, skip: Path | None = Non
     refuse_foreign(kind, name, near or Path.cwd(), known)
     if name.startswith(("./", "../", "/", "~")):
         raise VrxError(f"no such file: '{shortened(name)}'{near_names((near or Path.cwd()) / name)}")
-    raise UnknownNameError(KINDS[kind], name, known, vrx_world(name, known) if kind == "worlds" else None)
+    raise UnknownNameError(KINDS[kind], name, known, in_vrx(kind, name, known))
 
 
 def catalogue(kind: str, near: Path | None = None) -> dict[str, Path]:
@@ -375,6 +366,10 @@ def catalogue(kind: str, near: Path | None = None) -> dict[str, Path]:
     """
     if kind not in KINDS:
         raise UnknownNameError("kind of file", kind, KINDS)
+    return _found(kind, near)
+
+
+def _found(kind: str, near: Path | None) -> dict[str, Path]:
     found: dict[str, Path] = {}
     for folder in _folders(near):
         for place in (folder / kind, folder / "assets" / kind):
@@ -385,13 +380,9 @@ def catalogue(kind: str, near: Path | None = None) -> dict[str, Path]:
 
 def find_terrain(name: str, near: Path | None = None) -> Path:
     """The file of a terrain, which is of any type, in `assets/terrain` along the search path."""
-    known: dict[str, Path] = {}
-    for folder in _folders(near):
-        for place in (folder / "terrain", folder / "assets" / "terrain"):
-            for file in sorted(place.glob("*.*")):
-                known.setdefault(file.stem, file)
+    known = _found("terrain", near)
     if name not in known:
-        raise UnknownNameError("terrain", name, sorted(known))
+        raise UnknownNameError("terrain", name, known)
     return known[name]
 
 
@@ -443,19 +434,19 @@ def _candidates(folder: Path, kind: str, name: str) -> Iterator[Path]:
 
 
 def _suffixes(kind: str) -> tuple[str, ...]:
-    return (".txt",) if kind == "docks" else (".yaml", ".yml")
+    return {"docks": (".txt",), "terrain": (".*",)}.get(kind, (".yaml", ".yml"))
 
 
 def _listed(kind: str, place: Path) -> Iterator[tuple[str, Path]]:
     """Names and files below a folder; a robot's may be a folder with a `robot.yaml`."""
-    for file in sorted(place.rglob("*")):
-        if file.suffix not in _suffixes(kind) or not file.is_file():
-            continue
-        inside = file.relative_to(place)
-        if kind != "robots" or len(inside.parts) == 1:
-            yield inside.with_suffix("").as_posix(), file
-        elif file.name == "robot.yaml":
-            yield inside.parent.as_posix(), file
+    for folder, _, names in os.walk(place):
+        inside = Path(folder).relative_to(place).as_posix()
+        for name in chain.from_iterable(fnmatch.filter(names, f"?*{suffix}") for suffix in _suffixes(kind)):
+            known = f"{inside}/{name.rpartition('.')[0]}".removeprefix("./")
+            if kind == "robots" and inside != ".":
+                known = inside if name == "robot.yaml" else ""
+            if known and (file := Path(folder, name)).is_file():
+                yield known, file
 
 
 def _is_name(name: str) -> bool:

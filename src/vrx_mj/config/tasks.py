@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal, get_args
 
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import (
@@ -24,29 +24,22 @@ from vrx_mj.config.base import (
     faults,
     numbers,
 )
-from vrx_mj.config.bays import LIGHT_COLORS, ColorName, Symbol
+from vrx_mj.config.bays import LIGHT_COLORS, ColorName, Symbol, three
 from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import nearest
 
 
-def _gates(value: object) -> object:
-    """Lists of lists of two names."""
-    if isinstance(value, tuple | list):
-        return tuple(_gate(item, index) for index, item in enumerate(value))
-    return value
-
-
-def _gate(value: object, index: int) -> object:
+def _gate(value: object) -> object:
     if not isinstance(value, tuple | list) or len(value) != 2 or not all(isinstance(name, str) for name in value):
-        raise faults(((index,), f"expected two names [left, right], got {shown(value)}"))
+        raise fault(f"expected two names [left, right], got {shown(value)}")
     if value[0] == value[1]:
-        raise faults(((index,), f"a gate has two sides, got '{value[0]}' twice"))
+        raise fault(f"a gate has two sides, got '{value[0]}' twice")
     return tuple(value)
 
 
-Gate = tuple[str, str]
-Gates = Annotated[tuple[Gate, ...], BeforeValidator(_gates)]
+Gate = Annotated[tuple[str, str], BeforeValidator(_gate)]
+Colors = Annotated[tuple[ColorName, ColorName, ColorName], three(f"colours of {', '.join(LIGHT_COLORS)}")]
 Geodetic = Annotated[tuple[Latitude, Longitude, Number], numbers("latitude longitude yaw")]
 """Latitude, longitude [degrees, WGS84] and yaw [rad, from east]."""
 Cartesian = Annotated[tuple[Coordinate, Coordinate, Number], numbers("x y yaw")]
@@ -73,7 +66,7 @@ class ChannelConfig(Config):
 
     course: str | None = None
     """The object whose parts make the gates; by default the world itself."""
-    gates: Gates = ()
+    gates: tuple[Gate, ...] = ()
     """Names of [left, right] buoys in the order of crossing; by default red_bound_i with its partner i."""
 
 
@@ -234,7 +227,7 @@ class DockTask(TaskConfig):
     """The dock's bays in its order: name, symbol and dock_allowed of each."""
     light_buoy: str | None = None
     """Name of the light buoy."""
-    color_sequence: tuple[ColorName, ColorName, ColorName] = ("red", "green", "blue")
+    color_sequence: Colors = ("red", "green", "blue")
     """What the light buoy shows, and what is to be reported."""
     color_bonus_points: NonNegative = 10.0
     """Points for the right report of the colours [points]."""
@@ -256,13 +249,6 @@ class DockTask(TaskConfig):
         if not isinstance(data, Mapping):
             return data
         return {**_DOCKS.get(data.get("type", ""), {}), **data}
-
-    @field_validator("color_sequence", mode="before")
-    @classmethod
-    def _has_three(cls, value: object) -> object:
-        if not isinstance(value, tuple | list) or len(value) != 3:
-            raise fault(f"expected three colours of {', '.join(LIGHT_COLORS)}, got {shown(value)}")
-        return tuple(value)
 
 
 _DOCKS: dict[str, dict[str, Any]] = {

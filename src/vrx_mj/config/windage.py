@@ -1,11 +1,10 @@
 """What a boat shows to the wind: areas, and coefficients over the angle at which it comes."""
 
-import itertools
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.config.base import Config, Fault, NonNegative, Number, Positive, numbers
+from vrx_mj.config.base import Config, Fault, NonNegative, Number, Positive, numbers, unsorted_rows
 
 Vessel = Literal[
     "car_carrier", "cargo_vessel", "cargo_vessel_containers", "container_ship", "destroyer", "diving_support_vessel",
@@ -65,11 +64,7 @@ class WindageConfig(Config):
         angles = [row[0] for row in self.curve]
         if angles and (len(angles) < 2 or (angles[0], angles[-1]) != (0.0, 180.0)):
             found.append((("curve",), f"angles from 0 to 180 are needed, got {angles[0]:g} to {angles[-1]:g}"))
-        found += [
-            (("curve", index), f"an angle above that of the row before, {before:g}, is needed, got {angle:g}")
-            for index, (before, angle) in enumerate(itertools.pairwise(angles), 1)
-            if angle <= before
-        ]
+        found += unsorted_rows("curve", angles, "an angle")
         found += [
             (("curve", index), f"cy and cn of 0 are needed at {angle:g}, where the sides meet")
             for index, (angle, _, cy, cn) in enumerate(self.curve)

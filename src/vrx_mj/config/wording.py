@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
-from vrx_mj.errors import nearest, shortened
+from vrx_mj.errors import first_names, nearest, shortened
 from vrx_mj.errors import shown as in_python
 
 _LONGEST = 60
@@ -66,6 +66,4 @@ def ros_names_note(kind: str, names: Iterable[str]) -> list[str]:
     odd = [name for name in dict.fromkeys(names) if not is_ros_name(name)]
     if not odd:
         return []
-    rest = f" and {len(odd) - _SHOWN} more" if len(odd) > _SHOWN else ""
-    listed = ", ".join(shown(name) for name in odd[:_SHOWN]) + rest
-    return [f"ROS refuses topics with the name of {kind} {listed}: {ALLOWED} are allowed"]
+    return [f"ROS refuses topics with the name of {kind} {first_names(map(shown, odd), _SHOWN)}: {ALLOWED} are allowed"]

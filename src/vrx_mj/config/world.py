@@ -21,11 +21,12 @@ from vrx_mj.config.base import (
     Pose,
     Seed,
     fault,
+    repeated,
 )
 from vrx_mj.config.current import CurrentConfig
 from vrx_mj.config.docks import DockPlacement, Placed
 from vrx_mj.config.loading import Loading, Source, check, file_of, loads, read_source, validated
-from vrx_mj.config.objects import FieldConfig, Placement, repeated
+from vrx_mj.config.objects import FieldConfig, Placement
 from vrx_mj.config.profiles import CLASSIC, DEFAULT, MARINE, Profile, physics_of_profile, world_of_profile
 from vrx_mj.config.readers import function_of, read_others
 from vrx_mj.config.robots import Arguments, load_robot
@@ -175,23 +176,27 @@ class WorldConfig(FromFile):
         if self.task and self.task.geodetic and not self.georeference:
             text = "latitude and longitude need a `georeference`, which this world does not have"
             found += [(("task", key), text) for key in self.task.geodetic]
-        if self.physics.profile != MARINE:
-            found += [
-                (("objects", number, "mooring"), f"a mooring {MARINE_ONLY}, got {self.physics.profile}")
-                for number, item in enumerate(self.objects)
-                if item.mooring is not None
-            ]
-            found += [
-                ((name, key), f"{key} {MARINE_ONLY}, got {self.physics.profile}")
-                for name, part, keys in (("sea", self.sea, ("density",)), ("wind", self.wind, MARINE_WIND))
-                for key in keys
-                if part is not None and key in part.model_fields_set
-            ]
-        if self.current is not None and self.physics.profile != MARINE:
-            found.append((("current",), f"a current {MARINE_ONLY}, got {self.physics.profile}"))
+        profile = self.physics.profile
+        if profile != MARINE:
+            found += [(loc, f"{what} {MARINE_ONLY}, got {profile}") for loc, what in self._of_marine()]
         if self.physics.profile == MARINE and self.physics.gravity == 0.0:
             found.append((("physics", "gravity"), f"{MARINE} needs gravity, which makes its waves, got 0"))
         return found
+
+    def _of_marine(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
+        """What the file gives that only worlds of profile `marine` have: where, and in words."""
+        for number, item in enumerate(self.objects):
+            if item.mooring is not None:
+                yield ("objects", number, "mooring"), "a mooring"
+        for name, part, keys in (("sea", self.sea, ("density",)), ("wind", self.wind, MARINE_WIND)):
+            yield from (((name, key), key) for key in keys if part is not None and key in part.model_fields_set)
+        if self.current is not None:
+            yield ("current",), "a current"
+
+    @property
+    def placed(self) -> tuple[Placed, ...]:
+        """Its objects and docks."""
+        return (*self.objects, *self.docks)
 
 
 def check_thrusters(robot: str, layout: str, folder: Path | None) -> None:
@@ -204,8 +209,7 @@ def load_world(source: Source) -> WorldConfig:
     section, name = _document(source)
     world = validated(WorldConfig, section, Loading(), name=name)
     world._section = section
-    placed: list[Placed] = [*world.objects, *world.docks]
-    things = [(thing.name, thing.pose[3:]) for thing in placed]
+    things = [(thing.name, thing.pose[3:]) for thing in world.placed]
     warn_of_degrees(f"world {world.name}", [("spawn", world.spawn.pose[3:]), *things])
     for text in (*_of_its_sea(world), *_of_default_profile(world)):
         warnings.warn(f"world {world.name}: {text}", VrxWarning, stacklevel=3)
@@ -233,17 +237,10 @@ def _document(source: Source) -> tuple[Section, str]:
     try:
         section = read_source("worlds", file)
     except ConfigError:
-        _refuse_series(file, source)
+        if refuse := function_of("series", file):  # a series has a message of its own
+            refuse(file, source)
         raise
-    if section and all(isinstance(axis, Section) and "steps" in axis for axis in section.values()):
-        _refuse_series(file, source)
     return section, file.stem if is_path(source) else str(source)
-
-
-def _refuse_series(file: Path, source: str | Path) -> None:
-    refuse = function_of("series", file)
-    if refuse is not None:
-        refuse(file, source)
 
 
 def _of_its_sea(world: WorldConfig) -> Iterator[str]:

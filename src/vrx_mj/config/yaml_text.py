@@ -305,11 +305,10 @@ class _Builder:
 
     def value(self, node: Node, path: Loc) -> object:
         self.count += 1
-        if self.count > MAX_VALUES or len(path) > DEEPEST:
-            limit = (
-                f"more than {MAX_VALUES} values" if self.count > MAX_VALUES else f"nested deeper than {DEEPEST} levels"
-            )
-            self.problem(node, path[: len(path) > DEEPEST], f"{limit}, including aliases")
+        many, deep = self.count > MAX_VALUES, len(path) > DEEPEST
+        if many or deep:
+            limit = f"more than {MAX_VALUES} values" if many else f"nested deeper than {DEEPEST} levels"
+            self.problem(node, path[:deep], f"{limit}, including aliases")
             raise ConfigError(self.problems)
         if isinstance(node, ScalarNode):
             return _scalar(node)

@@ -10,6 +10,7 @@ READERS = (
     Reader("sources", ("",), "gazebo.opening:opened"),
     Reader("worlds", WORLD_SUFFIXES, "gazebo.worlds:world_document"),
     Reader("worlds", ("#",), "series.worlds:world_document"),
+    Reader("names", ("",), "gazebo.stock:world_message"),
     Reader("series", (".yaml", ".yml"), "series.worlds:refuse_axes"),
     Reader("fleets", (".launch", ".launch.py"), "gazebo.robot_fleets:launch_document"),
     Reader("fleets", (*XML_SUFFIXES, *MODELS), "gazebo.robot_fleets:fleet_document"),

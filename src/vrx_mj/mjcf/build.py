@@ -15,7 +15,7 @@ from vrx_mj.config.robots import ProfileEntry, RobotConfig, load_robot, robot_se
 from vrx_mj.config.search import display, is_path, package_paths
 from vrx_mj.config.sensors import BallShooterConfig, SensorConfig
 from vrx_mj.config.wording import ros_names_note
-from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning, first_lines
 from vrx_mj.foreign import budget
 from vrx_mj.formats.gazebo.sdf_boats import read_boat
 from vrx_mj.formats.parts.generate import wamv_urdf
@@ -170,8 +170,7 @@ def boat_urdf(order: Order, namespace: str) -> str:
     """
     config = load_robot(order.robot, order.folder)
     if config.is_sdf:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", VrxWarning)  # who builds the boat has them
+        with warnings.catch_warnings(action="ignore", category=VrxWarning):  # who builds the boat has them
             return in_namespace(_sdf_boat(order, config)[1], namespace)
     arguments, _ = _equipment(order, config)
     text = in_namespace(robot_urdf(config, order, namespace=namespace, arguments=arguments), namespace)
@@ -287,9 +286,7 @@ def _listed(robot: str, notes: Sequence[str]) -> str:
     """Text of the remarks about a robot: in the same line if it is one thing, else one a line."""
     if len(notes) == 1:
         return f"robot {robot}: {notes[0]}"
-    rest = len(notes) - SHOWN_NOTES
-    more = [f"and {rest} more"] if rest > 0 else []
-    return "\n".join([f"robot {robot}:", *notes[:SHOWN_NOTES], *more])
+    return "\n".join([f"robot {robot}:", *first_lines(notes, SHOWN_NOTES)])
 
 
 def _short(value: object) -> str:

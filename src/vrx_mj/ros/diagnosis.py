@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import mujoco
 
-from vrx_mj.errors import nearest
+from vrx_mj.errors import first_names, nearest
 from vrx_mj.runtime.commands import clipped_commands
 from vrx_mj.runtime.hull import Propeller
 from vrx_mj.runtime.run import FASTEST_SPIN, is_capsized, spin
@@ -202,7 +202,7 @@ class Diagnosis:
             return
         owners = [boat for boat in self._sim.boats if any(one.config.type == "gps" for one in self._sim.mounted(boat))]
         if owners:
-            of = ", ".join(owners[:SHOWN]) + (f" and {len(owners) - SHOWN} more" if len(owners) > SHOWN else "")
+            of = first_names(owners, SHOWN)
             text = f"the world {world.name} has no georeference: the GPS topics of {of} are not published"
             self._once("georeference", f"{text}; add `georeference` to the world's file")
 

@@ -13,7 +13,7 @@ from typing import Any, cast
 import numpy as np
 
 from vrx_mj.arguments import as_number, check_kind
-from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, shown
+from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, first_names, shown
 from vrx_mj.runtime.commands import Commands, clipped_commands
 from vrx_mj.runtime.limits import processor
 from vrx_mj.runtime.observation import TASK, BoatObservation, Observation
@@ -507,9 +507,7 @@ def _loaded(name: str, boats: set[str], seed: int) -> Controller:
     try:
         return load_controller(name, seed)
     except VrxError as error:
-        some = sorted(boats)
-        rest = f" and {len(some) - 3} more" if len(some) > 3 else ""
-        raise VrxError(f"controller of {', '.join(some[:3])}{rest}: {error}") from error
+        raise VrxError(f"controller of {first_names(sorted(boats), 3)}: {error}") from error
 
 
 def _commands(name: str, returned: object) -> Mapping[str, Any]:

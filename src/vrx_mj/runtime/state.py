@@ -22,7 +22,7 @@ from vrx_mj.arguments import as_path, check_kind
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.loading import fault_text
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import StateError, VrxError, shortened
+from vrx_mj.errors import StateError, VrxError, first_names, shortened
 from vrx_mj.outputs import written
 
 __all__ = [
@@ -252,9 +252,8 @@ def divergence_message(body: str, time: float, timestep: float, good: State, kep
 
 def rows_divergence_message(rows: IntArray, time: float) -> str:
     """Message that names the rows of a batch that diverged, the first at about this time [s]."""
-    more = f" and {len(rows) - 5} more" if len(rows) > 5 else ""
     return (
-        f"rows {', '.join(map(str, rows[:5]))}{more} have a state that is not finite, or huge, at about t = "
+        f"rows {first_names(map(str, rows), 5)} have a state that is not finite, or huge, at about t = "
         f"{time:g} s; they do not move until reset(rows)"
     )
 

@@ -36,6 +36,5 @@ def marine_simulation(fleet: Mapping[str, Any] | None = None, **keys: Any) -> Si
 
 def packaged_simulation(name: str, **keys: Any) -> Simulation:
     """A run in a world of `assets/validation/worlds`, with other keys of a world's file; what is unusual is meant."""
-    with warnings.catch_warnings(), contextlib.chdir(folder() / "worlds"):
-        warnings.simplefilter("ignore", VrxWarning)
+    with warnings.catch_warnings(action="ignore", category=VrxWarning), contextlib.chdir(folder() / "worlds"):
         return Simulation(compile_world({"extends": f"./{name}.yaml", "name": name, **keys}))

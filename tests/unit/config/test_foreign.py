@@ -10,9 +10,10 @@ from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.kinds import FORMATS, MARKS, USES
 from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.robots import RobotConfig
-from vrx_mj.config.search import KINDS, LAUNCHED, NEEDS, PLACES, catalogue
+from vrx_mj.config.search import KINDS, NEEDS, catalogue
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import UnknownNameError, VrxError
+from vrx_mj.formats.gazebo.stock import LAUNCHED, PLACES
 from vrx_mj.formats.parts.read import load_parts
 from vrx_mj.mjcf.compile import compile_world
 

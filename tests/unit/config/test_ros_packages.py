@@ -8,6 +8,7 @@ from vrx_mj.config.search import PACKAGE_PATH, enclosing_packages, package_above
 from vrx_mj.errors import ConfigError
 from vrx_mj.formats.urdf.expand import expand
 from vrx_mj.formats.urdf.meshes import MeshFiles, MissingMeshError
+from vrx_mj.formats.urdf.xacro_files import Files
 
 XACRO = '<robot name="cora" xmlns:xacro="http://www.ros.org/wiki/xacro">{0}</robot>'
 INCLUDE = XACRO.format('<xacro:include filename="$(find {0})/xacro/hull.xacro"/>')
@@ -109,3 +110,15 @@ def test_an_argument_that_is_missing_can_be_given_beside_the_file(place):
         "boat.xacro:1:76: <link>: $(arg hull): no argument named 'hull'; known: none; "
         "or give it in the YAML beside the file: `arguments: {hull: ...}`"
     )
+
+
+def test_a_xacro_and_its_meshes_are_of_the_same_package(tmp_path):
+    """The folder that a file lies in comes before those along the paths."""
+    own, other = tmp_path / "boats" / "bay", tmp_path / "paths" / "bay"
+    for folder in (own / "urdf", other):
+        folder.mkdir(parents=True)
+    for folder in (own, other):
+        (folder / "hull.stl").write_bytes(b"")
+    paths = [tmp_path / "paths"]
+    assert Files(own / "urdf" / "bay.xacro", {}, paths).package("bay") == own
+    assert MeshFiles(own / "urdf", {}, paths).find("package://bay/hull.stl") == (own, "hull.stl")

@@ -4,7 +4,7 @@ import html
 import os
 import warnings
 from collections import ChainMap
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import islice
@@ -17,13 +17,13 @@ from vrx_mj.config.loading import Loading, read_source, validated
 from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.robots import load_robot, robot_section
 from vrx_mj.config.search import SCHEME, XML_SUFFIXES, display, kind_name, package_paths
-from vrx_mj.config.tree import Entry, File, Items, Place, Section
+from vrx_mj.config.tree import File, Items, Place, Section
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, shortened
 from vrx_mj.formats.gazebo.document import Fate, Note, Report, is_file
 from vrx_mj.formats.gazebo.folders import files_below, is_folder
 from vrx_mj.formats.gazebo.launch import launch_of
-from vrx_mj.formats.gazebo.launched import Launch, SpawnedObject, fleet_of, objects_of
+from vrx_mj.formats.gazebo.launched import Launch, SpawnedBoat, SpawnedObject, fleet_of, objects_of
 from vrx_mj.formats.gazebo.model_frames import safe_name
 from vrx_mj.formats.gazebo.models import is_gazebo_model, model_element, model_file, model_section
 from vrx_mj.formats.gazebo.opening import joined
@@ -166,11 +166,11 @@ class _Writer:
         elif is_gazebo_world(file) and not _is_model_alone(file):
             self.add_world(file, arguments)
         elif name.endswith(".sdf") and is_boat(model_element(file)[0]):
-            self.add_boats(file)
+            self.add_fleet_of(file, self.add_boat(str(file.absolute()), file))
         elif name.endswith(XML_SUFFIXES) and is_file(file):
-            self.add_fleet_of(file, self.add_robot(safe_name(file.name.partition(".")[0]), file, arguments))
+            self.add_fleet_of(file, self.add_robot(_stem(file), file, arguments))
         elif is_gazebo_model(file.name) or name.endswith(".erb"):
-            self.add_object(safe_name(_model_stem(file)), file, str(file))
+            self.add_object(_model_name(file), file, str(file))
         else:
             if not os.path.lexists(file):
                 raise VrxError(f"no file or folder '{shortened(file)}'")
@@ -180,15 +180,13 @@ class _Writer:
     def add_world(self, file: Path, arguments: Mapping[str, str]) -> str:
         """Write a world and the objects that it brings, and return its path."""
         world = gazebo_world(file, arguments)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", VrxWarning)  # `vrx-mj run` says them again
+        with warnings.catch_warnings(action="ignore", category=VrxWarning):  # `vrx-mj run` says them again
             validated(WorldConfig, read_source("worlds", world.section), Loading(), name=world.name)
-        path = self.path_of("", safe_name(file.name.partition(".")[0]), str(file.resolve()))
+        path = self.path_of("", _stem(file), str(file.resolve()))
         if path in self.made.texts:
             return path
         self.made.notes += world.notes
-        section = self.with_objects(world.section, file.parent)
-        self.made.texts[path] = self.text(file, section)
+        self.made.texts[path] = self.text(file, self.with_objects(world.section, file.parent))
         self.made.sails.append((path, self.add_fleet(file, world.fleet)))
         return path
 
@@ -196,25 +194,15 @@ class _Writer:
         """Write the boats of a world and their fleet, and return its path; without boats its name, if it has one."""
         if not isinstance(fleet, Section):
             return fleet
-        boats = []
-        for boat in fleet["boats"]:
-            path = self.add_boat(str(boat["robot"]), model_file(str(boat["robot"]), file.parent))
-            boats.append(Section({**boat, "robot": f"./{path}"}, boat.place, boat.entries))
-        path = self.path_of("", f"{safe_name(file.name.partition('.')[0])}_fleet", f"fleet of {file.resolve()}")
-        items = Items.of(boats, fleet["boats"].places)
-        self.made.texts[path] = self.text(file, Section({**fleet, "boats": items}, fleet.place, fleet.entries))
-        return path
-
-    def add_boats(self, file: Path) -> None:
-        """Write a boat of SDF, and a fleet of it alone."""
-        self.add_fleet_of(file, self.add_boat(str(file.absolute()), file))
+        models = [str(boat["robot"]) for boat in fleet["boats"]]
+        robots = [self.add_boat(model, model_file(model, file.parent)) for model in models]
+        return self.write("fleet", file, _with_robots(fleet, robots))
 
     def add_fleet_of(self, file: Path, robot: str) -> None:
         """Write a fleet of one boat, by the path of its URDF."""
-        stem = robot.rpartition("/")[2].removesuffix(".urdf")
         place = Place(File(display(file), file.absolute().parent))
-        fleet = Section({"robot": f"./{robot}"}, place, {"robot": Entry(place, place)})
-        self.made.texts[self.path_of("", f"{stem}_fleet", f"fleet of {file.resolve()}")] = self.text(file, fleet)
+        stem = robot.rpartition("/")[2].removesuffix(".urdf")
+        self.write("fleet", file, Section({"robot": f"./{robot}"}, place), stem)
 
     def add_boat(self, source: str, file: Path) -> str:
         """Write a boat as a URDF, with its meshes beside it, and return its path."""
@@ -223,8 +211,7 @@ class _Writer:
         if path in self.made.texts:
             return path
         stem = path.removeprefix("robots/").removesuffix(".urdf")
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", VrxWarning)
+        with warnings.catch_warnings(action="ignore", category=VrxWarning):
             boat = read_boat(file)
         model = model_element(file)[0]
         self.made.notes.append(Note(model.place, model.label, "taken over", f"`{path}`, a boat"))
@@ -247,8 +234,7 @@ class _Writer:
         """Write the URDF of a boat, with its meshes and what the YAML beside it says, and return its path."""
         read_bytes(file)  # what cannot be read is refused
         where = f"./{file.name}", file.absolute().parent
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", VrxWarning)
+        with warnings.catch_warnings(action="ignore", category=VrxWarning):
             config, section = load_robot(*where), robot_section(*where)
             chosen = (*islice(config.layouts.values(), 1), config.suites.get("vrx", {}))
             given = ChainMap(dict(arguments), *map(dict, reversed(chosen)), config.arguments)
@@ -266,7 +252,7 @@ class _Writer:
         self.made.notes.append(Note(place, "<robot>", "taken over", f"`{path}`, a boat"))
         if section is not None:
             kept = {key: value for key, value in section.items() if key not in EXPANDED}
-            self.made.texts[f"robots/{stem}.yaml"] = self.text(file, Section(kept, section.place, section.entries))
+            self.made.texts[f"robots/{stem}.yaml"] = self.text(file, section.holding(kept))
         return path
 
     def add_mesh(self, robot: str, folder: Path, name: str) -> str | None:
@@ -294,11 +280,10 @@ class _Writer:
             if is_gazebo_model(model):
                 name = safe_name(model.removeprefix(SCHEME).partition("#")[2] or model.removeprefix(SCHEME))
                 path = self.add_object(name, model_file(model, folder), model)
-                renamed.append(Section({**thing, "model": f"./{path.removeprefix(here)}"}, thing.place, thing.entries))
+                renamed.append(thing.holding({**thing, "model": f"./{path.removeprefix(here)}"}))
             else:
                 renamed.append(thing)
-        items = Items.of(renamed, objects.places)
-        return Section({**section, "objects": items}, section.place, section.entries)
+        return section.holding({**section, "objects": Items.of(renamed, objects.places)})
 
     def add_object(self, name: str, file: Path, source: str) -> str:
         """Write an object, with its meshes beside it, and return its path."""
@@ -307,8 +292,7 @@ class _Writer:
             return path
         report = Report()
         section = model_section(file, report)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", VrxWarning)
+        with warnings.catch_warnings(action="ignore", category=VrxWarning):
             validated(ObjectConfig, section, Loading((file.resolve(),)))
         self.made.notes += report.notes
         self.made.texts[path] = ""
@@ -325,7 +309,7 @@ class _Writer:
             if value.get("type") == "mesh" and "file" in value:
                 source = ((value.folder or folder) / value["file"]).resolve()
                 inside["file"] = self.copied("objects", name, source, value["file"])
-            return Section(inside, value.place, value.entries)
+            return value.holding(inside)
         if isinstance(value, Items):
             return Items.of((self.with_meshes(item, folder, name) for item in value), value.places)
         return value
@@ -336,8 +320,7 @@ class _Writer:
         world = self.add_world(launch.world, {}) if isinstance(launch.world, Path) else launch.world
         if launch.objects and world is not None:
             assert launch.world is not None, "a launch file that opens a world"
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", VrxWarning)
+            with warnings.catch_warnings(action="ignore", category=VrxWarning):
                 section, _ = joined(launch.world, launch, None)
                 validated(WorldConfig, read_source("worlds", section), Loading())
             world = self.add_joined(file, launch, world)
@@ -346,24 +329,19 @@ class _Writer:
             known = {name for name, _ in self.made.sails}
             self.made.sails += [(world, None)] if world is not None and world not in known else []
             return
-        listed = fleet.get("boats", Items.of((), ()))
-        loaded = len(listed) - len(launch.boats)
-        boats = list(listed[:loaded])
-        for boat, found in zip(listed[loaded:], launch.boats, strict=True):
-            if isinstance(found.robot, Path) and is_gazebo_model(found.robot.name):
-                path = self.add_boat(str(found.robot.absolute()), found.robot)
-                boats.append(Section({**boat, "robot": f"./{path}"}, boat.place, boat.entries))
-            elif isinstance(found.robot, Path):
-                path = self.add_robot(boat["name"], found.robot, found.arguments)
-                whole = {key: value for key, value in boat.items() if key != "arguments"}  # its URDF is expanded
-                boats.append(Section({**whole, "robot": f"./{path}"}, boat.place, boat.entries))
-            else:
-                boats.append(boat)
-        path = self.path_of("", f"{safe_name(file.name.partition('.')[0])}_fleet", f"fleet of {file.resolve()}")
-        items = {"boats": Items.of(boats, listed.places)} if boats else {}
-        self.made.texts[path] = self.text(file, Section({**fleet, **items}, fleet.place, fleet.entries))
+        loaded = len(fleet.get("boats", ())) - len(launch.boats)
+        robots = [*[None] * loaded, *map(self.add_spawned, launch.boats)]
+        path = self.write("fleet", file, _with_robots(fleet, robots))
         if world is not None:
             self.made.sails.append((world, path))
+
+    def add_spawned(self, boat: SpawnedBoat) -> str | None:
+        """Write a boat of a launch file, and return its path; None: it is one of ours."""
+        if not isinstance(boat.robot, Path):
+            return None
+        if is_gazebo_model(boat.robot.name):
+            return self.add_boat(str(boat.robot.absolute()), boat.robot)
+        return self.add_robot(safe_name(boat.name), boat.robot, boat.arguments)
 
     def add_joined(self, file: Path, launch: Launch, world: str) -> str:
         """Write a world that has the objects of a launch file besides those of another, and return its path."""
@@ -371,15 +349,16 @@ class _Writer:
         def named(thing: SpawnedObject) -> tuple[str, Path | None]:
             if isinstance(thing.model, str):
                 return thing.model, None
-            name = safe_name(_model_stem(thing.model))
-            return f"./{self.add_object(name, thing.model, str(thing.model))}", None
+            return f"./{self.add_object(_model_name(thing.model), thing.model, str(thing.model))}", None
 
         items = objects_of(launch, named)
-        place = items.places[0]
         base = f"./{world}" if world in self.made.texts else world
-        values = {"extends": base, "objects": items}
-        path = self.path_of("", f"{safe_name(file.name.partition('.')[0])}_world", f"world of {file.resolve()}")
-        self.made.texts[path] = self.text(file, Section(values, place, dict.fromkeys(values, Entry(place, place))))
+        return self.write("world", file, Section({"extends": base, "objects": items}, items.places[0]))
+
+    def write(self, kind: str, file: Path, section: Section, stem: str = "") -> str:
+        """Write the fleet or the world of a file, and return its path."""
+        path = self.path_of("", f"{stem or _stem(file)}_{kind}", f"{kind} of {file.resolve()}")
+        self.made.texts[path] = self.text(file, section)
         return path
 
     def text(self, source: Path, section: Section) -> str:
@@ -392,8 +371,7 @@ def _urdf(file: Path, arguments: Mapping[str, str]) -> str:
     text = read_bytes(file).decode("utf-8", errors="replace")
     if not any(mark in text for mark in MARKS):
         return text
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", VrxWarning)
+    with warnings.catch_warnings(action="ignore", category=VrxWarning):
         return expand(file, arguments=arguments, package_paths=package_paths())
 
 
@@ -412,6 +390,25 @@ def _is_model_alone(file: Path) -> bool:
     return b"<world" not in read_bytes(file)
 
 
-def _model_stem(file: Path) -> str:
+def _stem(file: Path) -> str:
+    """The name of a file without its ending, as names are here."""
+    return safe_name(file.name.partition(".")[0])
+
+
+def _model_name(file: Path) -> str:
     """The name of a model: that of its folder, or of its file."""
-    return file.parent.name if file.name.startswith("model.") else file.name.partition(".")[0]
+    return safe_name(file.parent.name) if file.name.startswith("model.") else _stem(file)
+
+
+def _with_robots(fleet: Section, robots: Sequence[str | None]) -> Section:
+    """A fleet whose boats are of robots that are written at these paths; of None they stay."""
+    if not robots:
+        return fleet
+    boats = map(_with_robot, fleet["boats"], robots)
+    return fleet.holding({**fleet, "boats": Items.of(boats, fleet["boats"].places)})
+
+
+def _with_robot(boat: Section, robot: str | None) -> Section:
+    """A boat of a fleet with the robot at a path, which is expanded; of None it stays."""
+    own = {key: value for key, value in boat.items() if key != "arguments"}
+    return boat.holding({**own, "robot": f"./{robot}"}) if robot else boat

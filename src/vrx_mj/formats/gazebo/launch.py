@@ -77,14 +77,14 @@ def launch_of(source: str, arguments: Mapping[str, str]) -> Launch:
     file = Path(source)
     if is_file(file):
         return read_launch(file, arguments)
-    stock = None if os.path.lexists(file) else stock_launch(file.name, file.parent.name)
-    if stock is None and os.path.lexists(file):
+    if os.path.lexists(file):
         raise ConfigError([Problem(display(file), None, None, "", "not a file")])
-    if stock is None and is_tool(file.name):
-        raise ConfigError([Problem(file.name, None, None, "", instead_of(file.name, arguments))])
+    stock = stock_launch(file.name, file.parent.name)
     if stock is None:
+        if is_tool(file.name):
+            raise ConfigError([Problem(file.name, None, None, "", instead_of(file.name, arguments))])
         raise UnknownNameError("launch file", source, sorted(STOCK_LAUNCHES))
-    run = _Run(Files(file, {}, package_paths()), Report())
+    run = _Run(file)
     run.open_stock(stock, dict(arguments), None)
     return run.result()
 
@@ -96,8 +96,8 @@ def is_launch(source: object) -> TypeGuard[str | Path]:
 
 def read_launch(file: Path, arguments: Mapping[str, str], *, strict: bool = True) -> Launch:
     """The simulation that a launch file starts. Raises ConfigError, if `strict` also for arguments that it has not."""
-    run = _Run(Files(file, {}, package_paths()), Report())
-    declared = run.read(file.absolute(), dict(arguments), _Scope("", {}))
+    run = _Run(file)
+    declared = run.read(file.absolute(), _Scope("", {}, arguments))
     unknown = sorted(set(arguments) - declared)
     if unknown and strict:
         message = str(UnknownNameError("argument", unknown[0], sorted(declared)))
@@ -107,19 +107,22 @@ def read_launch(file: Path, arguments: Mapping[str, str], *, strict: bool = True
 
 @dataclass(frozen=True)
 class _Scope:
-    """Where an element of a launch file is: its namespace, and the arguments that it sees."""
+    """Where an element of a launch file is."""
 
     namespace: str
     arguments: dict[str, str]
+    """Arguments that it sees."""
+    given: Mapping[str, str]
+    """Arguments from outside of the file."""
 
 
 class _Run:
     """Launch files being read: the world and the boats so far."""
 
-    def __init__(self, files: Files, report: Report) -> None:
-        self.files = files
-        self.report = report
-        self.substitutions = Substitutions(files)
+    def __init__(self, file: Path) -> None:
+        self.files = Files(file, {}, package_paths())
+        self.report = Report()
+        self.substitutions = Substitutions(self.files)
         self.count = self.taken = 0
         self.world: Path | str | None = None
         self.boats: list[SpawnedBoat] = []
@@ -148,24 +151,23 @@ class _Run:
         boats, objects, included = tuple(self.boats), tuple(self.objects), tuple(self.included)
         return Launch(self.world, boats, objects, self.report, self.unlocked, included, self.fleet)
 
-    def read(self, file: Path, given: dict[str, str], scope: _Scope) -> set[str]:
-        """Go through a file with arguments from outside, and return the names of those that it declares."""
+    def read(self, file: Path, scope: _Scope) -> set[str]:
+        """Go through a file, and return the names of the arguments that it declares."""
         self.count += 1
         if self.count > MOST_FILES + 1 or self.taken > MOST_ELEMENTS:
-            return set(given)
+            return set(scope.given)
         if said := self.too_many(file):
             raise ConfigError([Problem(display(file), None, None, "", said)])
         if file not in self.documents:
             self.documents[file] = None
             self.documents[file] = read_document(file)
         if (root := self.documents[file]) is None:  # what is wrong with it was said before
-            return set(given)
+            return set(scope.given)
         if root.tag != "launch":
             raise root.fault(f"expected <launch>, got <{root.tag}>")
         self.open.append(file)
-        inner = _Scope(scope.namespace, {})
         for child in root.children:
-            self.take(child, inner, given)
+            self.take(child, scope)
         self.open.pop()
         return {arg.attributes.get("name", "") for arg in _declarations(root)}
 
@@ -177,7 +179,7 @@ class _Run:
             return f"launch files include each other deeper than {DEEPEST} levels"
         return f"more than {MOST_FILES} launch files in one" if self.count > MOST_FILES else ""
 
-    def take(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
+    def take(self, element: Element, scope: _Scope) -> None:
         """Do what an element says, unless its `if` or `unless` says not to."""
         self.taken += 1
         if self.taken > MOST_ELEMENTS + 1:
@@ -186,11 +188,11 @@ class _Run:
             if self.taken > MOST_ELEMENTS:
                 raise element.fault(f"more than {MOST_ELEMENTS:,} elements, those of a file counted each time")
             if self.holds(element, scope):
-                _TAKE.get(element.tag, _Run.ignore)(self, element, scope, given)
+                _TAKE.get(element.tag, _Run.ignore)(self, element, scope)
         except ConfigError as error:
             self.report.problems += error.problems
 
-    def ignore(self, element: Element, _: _Scope, __: dict[str, str]) -> None:
+    def ignore(self, element: Element, _: _Scope) -> None:
         """Note an element that is not of the simulation."""
         self.report.note(element, "ignored", "not part of the simulation; start it beside `vrx-mj serve`")
 
@@ -198,7 +200,7 @@ class _Run:
         """Whether an element's conditions hold."""
         for key, wanted in (("if", True), ("unless", False)):
             if key in element.attributes:
-                text = self.worked_out(element, element.attributes[key], scope)
+                text = self.value(element, key, scope)
                 found = truth(text)
                 if found is None:
                     raise element.fault(f"expected true or false, got {shown(text)}", key)
@@ -206,56 +208,56 @@ class _Run:
                     return False
         return True
 
-    def argument(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
+    def argument(self, element: Element, scope: _Scope) -> None:
         """Declare an argument."""
-        name = self.needed(element, "name", scope)
+        name = self.value(element, "name", scope)
         try:
-            scope.arguments[name] = self.argument_value(element, name, scope, given)
+            scope.arguments[name] = self.argument_value(element, name, scope)
         except ConfigError:
             scope.arguments.setdefault(name, "")  # what needs it says no second time that it is wrong
             raise
 
-    def argument_value(self, element: Element, name: str, scope: _Scope, given: dict[str, str]) -> str:
+    def argument_value(self, element: Element, name: str, scope: _Scope) -> str:
         """The value of an argument: its own, the one from outside, or its default."""
         if "value" in element.attributes:
-            return self.worked_out(element, element.attributes["value"], scope)
-        if name in given:
-            return given[name]
+            return self.value(element, "value", scope)
+        if name in scope.given:
+            return scope.given[name]
         if "default" in element.attributes:
-            return self.worked_out(element, element.attributes["default"], scope)
+            return self.value(element, "default", scope)
         raise element.fault(f"has no value: add {name}:=VALUE")
 
-    def group(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
+    def group(self, element: Element, scope: _Scope) -> None:
         """Go through a group; its arguments are its own."""
-        name = self.worked_out(element, element.attributes.get("ns", ""), scope)
-        inner = _Scope(_joined(scope.namespace, name), dict(scope.arguments))
+        inner = _Scope(self.namespace(element, scope), dict(scope.arguments), scope.given)
         for child in element.children:
-            self.take(child, inner, given)
+            self.take(child, inner)
 
-    def include(self, element: Element, scope: _Scope, _: dict[str, str]) -> None:
+    def include(self, element: Element, scope: _Scope) -> None:
         """Go through another file with the arguments that this one gives it."""
-        name = self.needed(element, "file", scope)
+        name = self.value(element, "file", scope)
         passes_all = element.attribute_switch("pass_all_args")
         passed = dict(scope.arguments) if passes_all else {}
-        inner = _Scope(_joined(scope.namespace, self.worked_out(element, element.attributes.get("ns", ""), scope)), {})
+        inner = _Scope(self.namespace(element, scope), {}, passed)
         for arg in element.all("arg"):
             if self.holds(arg, scope):
-                value = arg.attributes.get("value", arg.attributes.get("default", ""))
-                passed[self.needed(arg, "name", scope)] = self.worked_out(arg, value, scope)
+                key = "value" if "value" in arg.attributes else "default"
+                passed[self.value(arg, "name", scope)] = self.value(arg, key, scope, "")
         if not name.startswith(NOWHERE):
             self.included.append(self.allowed(element, name))
-            declared = self.read(self.included[-1], passed, inner)
+            declared = self.read(self.included[-1], inner)
             unknown = sorted(set(passed) - set(scope.arguments if passes_all else ()) - declared)
             if unknown:
                 raise element.fault(str(UnknownNameError("argument", unknown[0], sorted(declared))))
             return
-        file, stock = PurePosixPath(name).name, stock_launch(PurePosixPath(name).name, PurePosixPath(name).parts[1])
-        if file in _LAUNCHES_WORLDS:
+        path = PurePosixPath(name)
+        stock = stock_launch(path.name, path.parts[1])
+        if path.name in _LAUNCHES_WORLDS:
             self.open_world(element, passed.get("world_name", ""))
         elif stock is not None:
             self.open_stock(stock, passed, element)
         else:
-            self.report.note(element, "ignored", "not part of the simulation", f"<include> {file}")
+            self.report.note(element, "ignored", "not part of the simulation", f"<include> {path.name}")
 
     def open_world(self, element: Element, path: str) -> None:
         """Take the world that Gazebo is started with."""
@@ -305,35 +307,30 @@ class _Run:
         if element is not None:
             self.report.note(element, "taken over", f"VRX's {stock.name}")
 
-    def parameter(self, element: Element, scope: _Scope, _: dict[str, str]) -> None:
+    def parameter(self, element: Element, scope: _Scope) -> None:
         """Keep the description of a robot, which `<param>` gives as a command of xacro or as a file."""
-        name = _joined(scope.namespace, self.needed(element, "name", scope))
+        name = _joined(scope.namespace, self.value(element, "name", scope))
         if "command" in element.attributes:
-            command = self.worked_out(element, element.attributes["command"], scope)
-            self.descriptions[name] = self.description(element, command)
+            self.descriptions[name] = self.description(element, self.value(element, "command", scope))
         elif "textfile" in element.attributes:
-            path = self.worked_out(element, element.attributes["textfile"], scope)
-            self.descriptions[name] = self.robot_file(element, path), {}
+            self.descriptions[name] = self.robot_file(element, self.value(element, "textfile", scope)), {}
         elif name == "/use_sim_time" and truth(element.attributes.get("value", "")):
             self.report.note(element, "taken over", "time is always that of the simulation")
         else:
             self.report.note(element, "ignored", "a parameter; set it with `rosparam set` while `vrx-mj serve` runs")
 
-    def parameters(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
+    def parameters(self, element: Element, scope: _Scope) -> None:
         """Take over a fleet's file that `<rosparam>` loads; other parameters are those of nodes."""
-        path = self.worked_out(element, element.attributes.get("file", ""), scope)
+        path = self.value(element, "file", scope, "")
         try:
             self.fleet = checked_fleet(self.allowed(element, path))
             self.report.note(element, "taken over", f"the fleet: `{self.fleet.name}`")
         except VrxError:
-            self.ignore(element, scope, given)
+            self.ignore(element, scope)
 
     def description(self, element: Element, command: str) -> Description:
         """File and arguments of a command of xacro; nothing is run."""
-        try:
-            words = [word for word in shlex.split(command) if not word.startswith("-")]
-        except ValueError as error:
-            raise element.fault(f"{shown(command)}: {error}", "command") from None
+        words = [word for word in self.words(element, command, "command") if not word.startswith("-")]
         if len(words) < 2 or PurePosixPath(words[0]).name not in {"xacro", "xacro.py", "cat"}:
             raise element.fault(f"expected a command of xacro, got {shown(command)}; others are not run", "command")
         arguments = dict(word.split(":=", 1) for word in words[2:] if ":=" in word)
@@ -347,19 +344,21 @@ class _Run:
         ends = (".xacro", ".erb") if path.lower().endswith(".sdf") else ()
         return named or self.allowed(element, self.made_from(path, *ends))
 
-    def node(self, element: Element, scope: _Scope, given: dict[str, str]) -> None:
+    def node(self, element: Element, scope: _Scope) -> None:
         """Spawn a boat; other nodes are not of the simulation."""
-        if element.attributes.get("type") == SERVING:
+        kind = element.attributes.get("type")
+        if kind == SERVING:
             self.serve(element, scope)
-            return
-        if self.fleet and element.attributes.get("type") == "spawn_usvs.py":
+        elif self.fleet and kind == "spawn_usvs.py":
             self.report.note(element, "taken over", f"the boats of `{self.fleet.name}`")
-            return
-        if element.attributes.get("type") not in {"spawn_model", "spawn_wamv.bash", "spawn_entity.py"}:
-            self.ignore(element, scope, given)
-            return
-        scope = self.claim_node(element, scope)
-        text = self.worked_out(element, element.attributes.get("args", ""), scope)
+        elif kind in {"spawn_model", "spawn_wamv.bash", "spawn_entity.py"}:
+            self.spawn_model(element, self.claim_node(element, scope))
+        else:
+            self.ignore(element, scope)
+
+    def spawn_model(self, element: Element, scope: _Scope) -> None:
+        """Spawn what a node of gazebo_ros does: a boat or an object."""
+        text = self.value(element, "args", scope, "")
         options = self.options(element, text)
         name = options.get("model") or options.get("entity")
         if not name:
@@ -383,13 +382,11 @@ class _Run:
 
     def claim_node(self, element: Element, scope: _Scope) -> _Scope:
         """Keep the name of a node that spawns, for roslaunch starts no two of one name; returns its own scope."""
-        own = self.worked_out(element, element.attributes.get("name", ""), scope)
-        namespace = _joined(scope.namespace, self.worked_out(element, element.attributes.get("ns", ""), scope))
+        own, namespace = self.value(element, "name", scope, ""), self.namespace(element, scope)
         name = f"/{_joined(namespace, own).lstrip('/')}"
         first = self.nodes.setdefault(name, element.place)
         if own and first != element.place:
-            same = first.file.name == element.place.file.name
-            here = f"line {first.line}" if same else f"{first.file.name}:{first.line}"
+            here = _seen_from(element.place, first)
             text = f"a node named '{name}' is on {here} already, so roslaunch starts nothing: give each another name"
             self.report.problems += element.fault(text, "name").problems
         return replace(scope, namespace=namespace)
@@ -438,7 +435,7 @@ class _Run:
 
     def serve(self, element: Element, scope: _Scope) -> None:
         """Start what one of VRX's own launch files starts, as `vrx-mj ros packages` writes them."""
-        name, *words = self.words(element, self.worked_out(element, element.attributes.get("args", ""), scope)) or [""]
+        name, *words = self.words(element, self.value(element, "args", scope, "")) or [""]
         stock = stock_launch(PurePosixPath(name).name, PurePosixPath(name).parent.name)
         if stock is None:
             raise element.fault(str(UnknownNameError("launch file", name, sorted(STOCK_LAUNCHES))), "args")
@@ -459,8 +456,7 @@ class _Run:
         """Keep the name of a model; that of another one is an error."""
         first = self.places.get(safe_name(name))
         if first is not None and element is not None:
-            same = first.file.name == element.place.file.name
-            here = f"line {first.line}" if same else f"{first.file.name}:{first.line}"
+            here = _seen_from(element.place, first)
             text = f"a model named '{name}' is spawned on {here} already: each needs -model NAME of its own"
             raise element.fault(text, "args")
         if element is not None:
@@ -493,12 +489,12 @@ class _Run:
             index += 2
         return found
 
-    def words(self, element: Element, text: str) -> list[str]:
-        """The words of a command line."""
+    def words(self, element: Element, text: str, key: str = "args") -> list[str]:
+        """The words of a command line, which an attribute gives."""
         try:
             return shlex.split(text)
         except ValueError as error:
-            raise element.fault(f"{shown(text)}: {error}", "args") from None
+            raise element.fault(f"{shown(text)}: {error}", key) from None
 
     def pose(self, element: Element, values: list[str]) -> Pose:
         """Six numbers."""
@@ -508,14 +504,15 @@ class _Run:
             raise element.fault(message, "args")
         return pose
 
-    def needed(self, element: Element, name: str, scope: _Scope) -> str:
-        """An attribute that must be there."""
-        if name not in element.attributes:
-            raise element.fault("required, but missing", name)
-        return self.worked_out(element, element.attributes[name], scope)
+    def namespace(self, element: Element, scope: _Scope) -> str:
+        """The namespace that an element makes for what is in it."""
+        return _joined(scope.namespace, self.value(element, "ns", scope, ""))
 
-    def worked_out(self, element: Element, text: str, scope: _Scope) -> str:
-        """A text with its substitutions worked out."""
+    def value(self, element: Element, key: str, scope: _Scope, default: str | None = None) -> str:
+        """An attribute, which must be there unless it has a default, with its substitutions worked out."""
+        text = element.attributes.get(key, default)
+        if text is None:
+            raise element.fault("required, but missing", key)
         folder = self.open[-1].parent if self.open else Path.cwd()
         try:
             return self.substitutions.substituted(text, scope.arguments, folder)
@@ -548,12 +545,17 @@ def _declarations(element: Element) -> Iterator[Element]:
         yield from _declarations(group)
 
 
+def _seen_from(here: Place, other: Place) -> str:
+    """The line of another place, with its file where that is another one."""
+    return f"line {other.line}" if other.file.name == here.file.name else f"{other.file.name}:{other.line}"
+
+
 def _joined(namespace: str, name: str) -> str:
     """A name in a namespace, as ROS has them."""
     return name if name.startswith("/") else f"{namespace.rstrip('/')}/{name}" if name else namespace
 
 
-_TAKE: Mapping[str, Callable[[_Run, Element, _Scope, dict[str, str]], Any]] = {
+_TAKE: Mapping[str, Callable[[_Run, Element, _Scope], Any]] = {
     "arg": _Run.argument, "group": _Run.group, "include": _Run.include, "param": _Run.parameter,
     "rosparam": _Run.parameters, "node": _Run.node,
 }  # fmt: skip

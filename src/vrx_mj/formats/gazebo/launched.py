@@ -2,19 +2,20 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 from vrx_mj.config.fleet import FleetConfig
 from vrx_mj.config.kinds import MARKS
 from vrx_mj.config.loading import Loading, read_source, validated
-from vrx_mj.config.tree import Entry, File, Items, Place, Section, merged
+from vrx_mj.config.tree import Items, Place, Section, merged
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, VrxError
 from vrx_mj.formats.gazebo.document import Report
 from vrx_mj.formats.gazebo.model_frames import safe_name
 from vrx_mj.formats.gazebo.stock import StockBoat
+from vrx_mj.formats.series.pieces import At, located
 from vrx_mj.formats.urdf.elements import truth
 from vrx_mj.frames import Pose
 
@@ -102,7 +103,7 @@ def fleet_of(launch: Launch) -> Section | None:
     boats = [_boat(boat) for boat in launch.boats]
     items = Items.of(boats, [boat.place for boat in launch.boats])
     name = PurePosixPath(place.file.name).name.removesuffix(ENDING)
-    spawned = Section({"name": name, "boats": items}, place, dict.fromkeys(("name", "boats"), Entry(place, place)))
+    spawned = Section({"name": name, "boats": items}, place)
     return spawned if loaded is None else merged(loaded, spawned, ("boats",))
 
 
@@ -117,23 +118,24 @@ def checked_fleet(file: Path) -> Path:
 def _loaded(file: Path) -> Section:
     """A fleet's file, with a name."""
     found = read_source("fleets", file)
-    return Section({"name": file.stem, **found}, found.place, found.entries)
+    return found.holding({"name": file.stem, **found})
 
 
 def _boat(boat: SpawnedBoat) -> Section:
     """One boat of a fleet's file; the path of a robot begins where its file is."""
-    place, robot = boat.place, boat.robot
-    values: dict[str, Any] = {"name": safe_name(boat.name), "pose": Items.of(boat.pose, [place] * 6)}
-    at, named = place, str(robot)
-    if isinstance(robot, Path):
-        named, at = robot.name, Place(File(place.file.name, robot.absolute().parent, place.file.lines), *place[1:])
-    values["robot"] = named
-    if isinstance(robot, str):
-        values |= _wamv(boat)
-    elif boat.arguments:
-        values["arguments"] = Section(dict(boat.arguments), place, dict.fromkeys(boat.arguments, Entry(place, place)))
-    entries = {key: Entry(place, at if key == "robot" else place) for key in values}
-    return Section(values, place, entries)
+    values: dict[str, Any] = {"name": safe_name(boat.name), "pose": list(boat.pose)}
+    if isinstance(boat.robot, str):
+        values |= {"robot": boat.robot, **_wamv(boat)}
+    else:
+        values["robot"] = At(boat.robot.name, _in_folder(boat.place, boat.robot.absolute().parent))
+        values |= {"arguments": dict(boat.arguments)} if boat.arguments else {}
+    found: Section = located(values, boat.place)
+    return found
+
+
+def _in_folder(place: Place, folder: Path | None) -> Place:
+    """A place whose relative paths begin in a folder."""
+    return place._replace(file=replace(place.file, folder=folder or place.file.folder))
 
 
 def _wamv(boat: SpawnedBoat) -> dict[str, Any]:
@@ -166,8 +168,7 @@ def with_objects(world: Section, launch: Launch) -> Section:
     problems = [_is_there(thing, first[thing["name"]]) for thing in items if thing["name"] in first]
     if problems:
         raise ConfigError(problems)
-    place = items.places[0]
-    return merged(world, Section({"objects": items}, place, {"objects": Entry(place, place)}))
+    return merged(world, Section({"objects": items}, items.places[0]))
 
 
 def _unlocked(world: Section) -> Section:
@@ -175,8 +176,7 @@ def _unlocked(world: Section) -> Section:
     if not isinstance(world.get("task"), Section):
         return world
     place = world.entries["task"].value
-    task = Section({"locked": False}, place, {"locked": Entry(place, place)})
-    return merged(world, Section({"task": task}, place, {"task": Entry(place, place)}))
+    return merged(world, Section({"task": Section({"locked": False}, place)}, place))
 
 
 def _is_there(thing: Section, first: Place) -> Problem:
@@ -207,8 +207,6 @@ def _beside(thing: SpawnedObject) -> tuple[str, Path | None]:
 
 def _object(thing: SpawnedObject, model: str, folder: Path | None) -> Section:
     """One object of a world's file."""
-    place = thing.place
-    where = Place(File(place.file.name, folder or place.file.folder, place.file.lines), *place[1:])
-    values = {"name": safe_name(thing.name), "model": model, "pose": Items.of(thing.pose, [place] * 6)}
-    entries = {key: Entry(place, where if key == "model" else place) for key in values}
-    return Section(values, where, entries)
+    values = {"name": safe_name(thing.name), "model": model, "pose": list(thing.pose)}
+    found: Section = located(values, _in_folder(thing.place, folder))
+    return found

@@ -19,7 +19,17 @@ from vrx_mj.config.search import (
 )
 from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ChoiceError, ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, shortened
+from vrx_mj.errors import (
+    ChoiceError,
+    ConfigError,
+    Problem,
+    UnknownNameError,
+    VrxError,
+    VrxWarning,
+    first_lines,
+    first_names,
+    shortened,
+)
 from vrx_mj.formats.gazebo.document import read_document
 from vrx_mj.formats.gazebo.folders import files_below, is_folder, links_below, short_names
 from vrx_mj.formats.gazebo.launch import is_launch, launch_of, read_launch
@@ -118,7 +128,7 @@ def _fleet_in(found: GazeboWorld, world: str | Path) -> Source | None:
 
 def _named(section: Section, name: str) -> Section:
     """A world with a name, unless it has one."""
-    return Section({"name": name, **section}, section.place, section.entries)
+    return section.holding({"name": name, **section})
 
 
 def _shared(world: Source, arguments: Mapping[str, str]) -> tuple[dict[str, str], dict[str, str]]:
@@ -252,8 +262,7 @@ def _about(launch: Launch) -> str:
     """What a launch file opens, in a few words."""
     world = launch.world.name if isinstance(launch.world, Path) else str(launch.world)
     names = [boat.name for boat in launch.boats]
-    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
-    count = f"{len(names)} boat{'s' * (len(names) > 1)}: {', '.join(names[:LISTED])}{more}" if names else "no boat"
+    count = f"{len(names)} boat{'s' * (len(names) > 1)}: {first_names(names, LISTED)}" if names else "no boat"
     return f"{world}, {count if launch.fleet is None or names else launch.fleet.name}"
 
 
@@ -274,9 +283,8 @@ def _typed(folder: Path) -> str:
 def _warn_of_failures(folder: Path, found: _Found) -> None:
     """One warning of the launch files that could not be read, where one could."""
     if found.failed:
-        lines = [f"{display(folder)}: launch files that are not read", *found.failed[:LISTED]]
-        more = [f"and {len(found.failed) - LISTED} more"] if len(found.failed) > LISTED else []
-        warnings.warn("\n".join([*lines, *more]), VrxWarning, stacklevel=5)
+        lines = [f"{display(folder)}: launch files that are not read", *first_lines(found.failed, LISTED)]
+        warnings.warn("\n".join(lines), VrxWarning, stacklevel=5)
 
 
 def _has_world(file: Path) -> bool:

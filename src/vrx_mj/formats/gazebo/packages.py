@@ -2,9 +2,10 @@
 
 from pathlib import Path, PurePosixPath
 
-from vrx_mj.config.search import PLACES, catalogue, is_built_in
+from vrx_mj.config.search import catalogue, is_built_in
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.gazebo.document import LIBRARIES, home_path
+from vrx_mj.formats.gazebo.stock import PLACES
 
 PACKAGES = LIBRARIES | {
     "gazebo_ros",

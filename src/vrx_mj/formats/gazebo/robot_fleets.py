@@ -7,7 +7,7 @@ from typing import Any, TypeGuard
 
 from vrx_mj.config.loading import file_of, path_of
 from vrx_mj.config.search import SCHEME, XML_SUFFIXES, kind_name
-from vrx_mj.config.tree import Entry, File, Place, Section
+from vrx_mj.config.tree import File, Place, Section
 from vrx_mj.errors import ConfigError, Problem, VrxWarning, shortened
 from vrx_mj.formats.gazebo.launch import is_launch, launch_of
 from vrx_mj.formats.gazebo.launched import fleet_of
@@ -71,5 +71,5 @@ def robot_fleet(source: str | Path, arguments: Mapping[str, str] | None = None, 
     if file.name == ROBOT:
         values |= {key: name for key, name in BESIDE.items() if (file.parent / name).is_file()}
     if arguments:
-        values["arguments"] = Section(dict(arguments), place, dict.fromkeys(arguments, Entry(place, place)))
-    return Section(values, place, dict.fromkeys(values, Entry(place, place)))
+        values["arguments"] = Section(arguments, place)
+    return Section(values, place)

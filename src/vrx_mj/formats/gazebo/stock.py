@@ -1,7 +1,8 @@
 """VRX's own launch files: which world each opens, with which boats, and what does the work of those that open none."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from vrx_mj.formats.urdf.elements import truth
 from vrx_mj.frames import Pose
@@ -126,6 +127,31 @@ _ALL = (
 _BY_PACKAGE: Mapping[tuple[str, str], StockLaunch] = {(launch.package, launch.name): launch for launch in _ALL}
 STOCK_LAUNCHES: Mapping[str, StockLaunch] = {launch.name: launch for launch in reversed(_ALL)}
 """VRX's launch files by their names."""
+LAUNCHED: Mapping[str, str] = {
+    name.removesuffix(".launch"): launch.world
+    for name, launch in STOCK_LAUNCHES.items()
+    if name != f"{launch.world}.launch"
+} | {"competition": "vrx2023/sydney_regatta"}
+"""Worlds that VRX's launch files open if nothing else is said, where these have other names."""
+PLACES = {"sandisland": "sand_island", "sydneyregatta": "sydney_regatta", "nbpark": "vrx2023/nbpark"}
+"""World files of VRX that have other names here."""
+ENDINGS = (".launch.py", ".launch.xml", ".launch", ".world.xacro", ".world", ".sdf")
+
+
+def world_message(name: str, known: Container[str]) -> str | None:
+    """The message about a name that VRX has for a launch file or a world; None: it has no such name."""
+    base = Path(name).name
+    stem = next((base[: -len(end)] for end in ENDINGS if base.lower().endswith(end)), base)
+    ending = base[len(stem) :]
+    launched = LAUNCHED.get(stem) if not ending or ending.startswith(".launch") else None
+    place = PLACES.get(stem) if not ending.startswith(".launch") else None
+    if launched and place:
+        return f"VRX's {stem}.launch opens '{launched}', its {stem}.world is '{place}'"
+    if launched:
+        return f"VRX's {stem}{ending or '.launch'} opens '{launched}'"
+    if place or (ending and stem in known):
+        return f"VRX's {base} is '{place or stem}'" if ending else f"VRX's {stem}.world is '{place}'"
+    return None
 
 
 def stock_launch(name: str, package: str = "") -> StockLaunch | None:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from vrx_mj.config.search import SCHEME, catalogue
+from vrx_mj.errors import first_lines
 from vrx_mj.formats.gazebo.document import Element, Report, read_document
 from vrx_mj.formats.gazebo.erb_docks import is_template
 from vrx_mj.formats.gazebo.model_frames import pose_of, safe_name
@@ -84,5 +85,4 @@ def _notes(file: Path) -> tuple[str, ...]:
     report = Report()
     model_section(file, report)
     notes = dict.fromkeys(f"{note.what} {note.fate}: {note.ours}" for note in report.notes if note.fate != "taken over")
-    more = [f"and {len(notes) - MOST_NOTES} more"] if len(notes) > MOST_NOTES else []
-    return (*[*notes][:MOST_NOTES], *more)
+    return tuple(first_lines(notes, MOST_NOTES))

@@ -10,9 +10,9 @@ from typing import Any, TypeGuard
 from vrx_mj.config.loading import path_of, read_source
 from vrx_mj.config.profiles import CLASSIC, NEWER
 from vrx_mj.config.search import SCHEME, WORLD_SUFFIXES, catalogue
-from vrx_mj.config.tree import Entry, Place, Section
+from vrx_mj.config.tree import Place, Section
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ConfigError, VrxError, VrxWarning, nearest, shortened
+from vrx_mj.errors import ConfigError, VrxError, VrxWarning, first_lines, nearest, shortened
 from vrx_mj.formats.gazebo.document import Element, Note, Report, read_document
 from vrx_mj.formats.gazebo.model_frames import in_world_frame, pose_of, safe_name
 from vrx_mj.formats.gazebo.models import (
@@ -104,12 +104,12 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
     if "#" in str(file):
         raise world.fault("the path of the file has a '#', which stands for what follows it, a model: rename it")
     hold_models(file, root)
-    return world_of(file, root, world)
+    return world_of(file, root, world, catalogue("objects"))
 
 
-def world_of(file: Path, root: Element, world: Element) -> GazeboWorld:
-    """A world, by the root of its file and its element. Raises ConfigError."""
-    return _Reader(file, root, world).world()
+def world_of(file: Path, root: Element, world: Element, known: Mapping[str, Path]) -> GazeboWorld:
+    """A world, by the root of its file and its element, and the objects of the catalogue. Raises ConfigError."""
+    return _Reader(file, root, world, known).world()
 
 
 def world_document(source: str | Path) -> tuple[Section, str]:
@@ -124,10 +124,9 @@ def warn_of_losses(notes: Sequence[Note], source: str, *, stacklevel: int) -> No
     once = dict.fromkeys(notes)
     lost = [note for note in once if note.fate != "taken over"]
     if lost:
-        lines = [f"  {_where(note.place)}: {note.what} {note.fate}: {note.ours}" for note in lost]
-        more = [f"  and {len(lines) - SHOWN} more"] if len(lines) > SHOWN else []
+        lines = (f"{_where(note.place)}: {note.what} {note.fate}: {note.ours}" for note in lost)
         head = f"{source}: {len(lost)} of {len(once)} parts are not as in Gazebo (`vrx-mj import` lists all)"
-        warnings.warn("\n".join([head, *lines[:SHOWN], *more]), VrxWarning, stacklevel=stacklevel)
+        warnings.warn("\n  ".join([head, *first_lines(lines, SHOWN)]), VrxWarning, stacklevel=stacklevel)
 
 
 def _where(place: Place) -> str:
@@ -147,7 +146,7 @@ def _no_world(file: Path, root: Element) -> Any:
 class _Reader:
     """One world being read: its pieces so far, and what became of the parts of the file."""
 
-    def __init__(self, file: Path, root: Element, world: Element) -> None:
+    def __init__(self, file: Path, root: Element, world: Element, known: Mapping[str, Path]) -> None:
         self.file = file
         self.root = in_world_frame(world)
         self.others = [one for one in root.all("world") if one is not world]
@@ -159,7 +158,7 @@ class _Reader:
         self.boats: list[Content] = []
         self.afloat: list[tuple[Element, str]] = []
         self.kinds: dict[str, bool] = {}
-        self.known = catalogue("objects")
+        self.known = known
         self.hints: dict[str, str] = {}
         self.newer = _is_newer(root)
 
@@ -216,10 +215,17 @@ class _Reader:
             self.report.note(element, "ignored", text)
         return counts is not element
 
-    def add(self, part: str, element: Element, content: Content, ours: str = "") -> None:
-        """Add a piece of the world."""
+    def add(self, part: str, element: Element, content: object, without: str = "") -> None:
+        """Add a part of the world; without content note why it is ignored."""
+        if content is None:
+            self.report.note(element, "ignored", without)
+        else:
+            self.add_piece(part, element, {part: content}, f"`{part}`")
+
+    def add_piece(self, part: str, element: Element, content: Content, ours: str) -> None:
+        """Add a piece of the world, in which may be keys of other parts."""
         self.pieces.append(Piece(part, element.label, element.place, (element.label,), content))
-        self.report.note(element, "taken over", ours or f"`{part}`")
+        self.report.note(element, "taken over", ours)
 
     def take_include(self, element: Element) -> None:
         """Take over a model by its name."""
@@ -272,8 +278,8 @@ class _Reader:
         waves = wave_plugin(model)
         if waves is not None:
             sea = wave_field(waves)
-            ours = "`sea`, fully raised by that wind" if sea["model"] == "pm" else ""
-            self.add("sea", waves if model is element else element, {"sea": sea}, ours)
+            ours = f"`sea`{', fully raised by that wind' * (sea['model'] == 'pm')}"
+            self.add_piece("sea", waves if model is element else element, {"sea": sea}, ours)
         elif name in WATER:
             self.report.note(element, "taken over", "the water, which is everywhere")
         return waves is not None or name in WATER
@@ -336,14 +342,10 @@ class _Reader:
         if kind_of(element):
             self.scoring.append(element)
         elif file.removeprefix("lib").removesuffix(".so") in WINDS:
-            self.add("wind", element, {"wind": wind(element)})
+            self.add("wind", element, wind(element))
             self.note_wind(element)
         elif "publisherplugin" in file:
-            sea = published_sea(element)
-            if sea is not None:
-                self.add("sea", element, {"sea": sea})
-            else:
-                self.report.note(element, "ignored", "it publishes what nothing here listens to")
+            self.add("sea", element, published_sea(element), "it publishes what nothing here listens to")
         elif "contain" in file or element.child("performer"):
             self.report.note(element, "taken over", "zones of the task's dock")
         elif "wind-effects" in file:
@@ -363,21 +365,17 @@ class _Reader:
 
     def take_scene(self, element: Element) -> None:
         """Take over light, sky and fog."""
-        self.add("scene", element, {"scene": scene(element)})
+        self.add("scene", element, scene(element))
         if element.child("sky", "clouds"):
             self.report.note(element, "ignored", "clouds are not drawn", "<clouds>")
 
     def take_view(self, element: Element) -> None:
         """Take over the pose of the view."""
-        pose = view(element)
-        if pose is not None:
-            self.add("camera", element, {"camera": pose})
-        else:
-            self.report.note(element, "ignored", "it belongs to Gazebo's window")
+        self.add("camera", element, view(element), "it belongs to Gazebo's window")
 
     def take_georeference(self, element: Element) -> None:
         """Take over where the world is on Earth."""
-        self.add("georeference", element, {"georeference": georeference(element)})
+        self.add("georeference", element, georeference(element))
 
     def take_physics(self, element: Element) -> None:
         """Take over the physics, as far as it is not ours."""
@@ -393,7 +391,7 @@ class _Reader:
         x, y, z = element.read_numbers("x y z")
         if x or y or z > 0:
             raise element.fault(f"gravity must point down, got {shown(element.own_text)}")
-        self.add("gravity", element, {"physics": {"gravity": -z}}, "`physics: gravity`")
+        self.add_piece("gravity", element, {"physics": {"gravity": -z}}, "`physics: gravity`")
 
     def take_light(self, element: Element) -> None:
         """Note a light: the sun is ours."""
@@ -442,7 +440,7 @@ class _Reader:
             return []
         element, name = self.terrain, model_name(self.terrain)
         world = (NEWER_BASES if self.newer else {}).get(name, BASES[name])
-        found = base_objects(_section({"extends": world}, element.place))
+        found = base_objects(Section({"extends": world}, element.place))
         here = [content for _, content in self.placed]
         missing = [one for one in found if one["model"] != BALL and not any(_same(other, one) for other in here)]
         if missing:
@@ -460,7 +458,7 @@ class _Reader:
         for place in [*task.get("waypoints", ()), *([task["goal"]] if "goal" in task else ())]:
             place[2] += math.radians(earth["heading"] if earth else 0.0)  # of a plugin it is from x, of ours from east
         markers = marked(plugin)
-        self.add("task", plugin, {"task": task, **({"markers": markers} if markers else {})})
+        self.add_piece("task", plugin, {"task": task, **({"markers": markers} if markers else {})}, "`task`")
         for element, reason in unread(plugin):
             self.report.note(element, "ignored", reason)
         for other in self.scoring:
@@ -499,10 +497,6 @@ def _plain(value: Any) -> Any:
 
 def _file(element: Element) -> str:
     return element.attributes.get("filename", "").lower().replace("_", "")
-
-
-def _section(values: Content, place: Place) -> Section:
-    return Section(values, place, {key: Entry(place, place) for key in values})
 
 
 _IGNORED = {

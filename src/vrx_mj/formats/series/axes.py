@@ -8,11 +8,12 @@ import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from vrx_mj.config.loading import problem_at
-from vrx_mj.config.search import display
+from vrx_mj.config.search import catalogue, display
 from vrx_mj.config.tree import File, Items, Section
 from vrx_mj.config.wording import shown, unknown_key
 from vrx_mj.config.yaml_text import Repeat, parse_loosely, read_lines
@@ -55,6 +56,11 @@ class Series:
     """What its expressions come to, as far as they were worked out."""
     made: dict[Any, Any] = field(default_factory=dict, compare=False, repr=False)
     """What its calls make, as far as they were expanded."""
+
+    @cached_property
+    def objects(self) -> Mapping[str, Path]:
+        """Objects that its worlds may name, which are looked for once."""
+        return catalogue("objects")
 
     @property
     def count(self) -> int:

@@ -102,7 +102,7 @@ def _worked_out(series: Series, loc: tuple[str | int, ...], given: Section, step
             message = f"{shown(value)}: {result.problem}; a text needs single quotes inside the double ones"
             raise ConfigError([problem_at(series.root, (*loc, key), message)])
         values[key] = result.value
-    return Section(values, given.place, given.entries)
+    return given.holding(values)
 
 
 EXPRESSION = object()

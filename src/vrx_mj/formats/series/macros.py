@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
+from vrx_mj.config.search import SCHEME
 from vrx_mj.config.tree import Place
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning
 from vrx_mj.formats.gazebo.document import Element, parsed
 from vrx_mj.formats.series.calls import BLOCK, Call
-from vrx_mj.formats.series.pieces import SCHEME
 from vrx_mj.formats.urdf.elements import LARGEST
 from vrx_mj.formats.urdf.expand import MACROS
 from vrx_mj.formats.urdf.xml_document import elements, parse_document, read_bytes

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from vrx_mj.config.loading import read_source
+from vrx_mj.config.search import SCHEME
 from vrx_mj.config.tree import Entry, Items, Place, Section, key_path, merged
 from vrx_mj.errors import ConfigError, Problem, VrxWarning
 
@@ -60,7 +61,6 @@ def _place(value: object, place: Place) -> Place:
     return value.place if isinstance(value, At) else place
 
 
-SCHEME = "model://"
 SYMBOLS = re.compile(r"vrx_dock_([a-z]+_[a-z]+)__([a-z]+_[a-z]+)")
 """The floating docks of 2018 with fixed symbols, one folder for each pair."""
 OWN_NAMES = (
@@ -142,14 +142,14 @@ def _all_named(section: Section) -> Section:
         taken.add(name)
         entry = Entry(thing.place, thing.place)
         things.append(Section({"name": name, **thing}, thing.place, {"name": entry, **thing.entries}))
-    return Section({**section, "objects": Items.of(things, objects.places)}, section.place, section.entries)
+    return section.holding({**section, "objects": Items.of(things, objects.places)})
 
 
 def base_objects(section: Section) -> Sequence[Section]:
     """The objects of the world that a section extends."""
     if "extends" not in section:
         return ()
-    base = read_source("worlds", Section({"extends": section["extends"]}, section.place, section.entries))
+    base = read_source("worlds", section.holding({"extends": section["extends"]}))
     return [thing for thing in base.get("objects") or () if isinstance(thing, Section)]
 
 
@@ -160,4 +160,4 @@ def _numbered_names(name: str) -> Iterator[str]:
 
 def _ordered(section: Section) -> Section:
     """The keys in the order in which our own files have them."""
-    return Section({key: section[key] for key in ORDER if key in section}, section.place, section.entries)
+    return section.holding({key: section[key] for key in ORDER if key in section})

@@ -102,7 +102,7 @@ def _read(series: Series, number: int, calls: Sequence[Call], lines: Mapping[Mad
     parts = tuple(part for of_place, part in made if not of_place or part.tag == "include")
     file, place = (series.file.folder or Path()) / Path(series.file.name).name, Place(series.file, 1)
     world = Element("world", place, {}, "", parts)
-    found = world_of(file, Element("sdf", place, {"version": "1.6"}, "", (world,)), world)
+    found = world_of(file, Element("sdf", place, {"version": "1.6"}, "", (world,)), world, series.objects)
     included = [note for note in found.notes if note.what.startswith("<include>")]
     lost = [(note.place, note.ours) for note in included if note.fate == "ignored"]
     lost += [(note.place, "a boat: name it in a fleet") for note in included if note.ours.startswith("a boat")]
@@ -144,8 +144,7 @@ def _lines(calls: Sequence[Call]) -> dict[Made, list[Line]]:
 def _expanded_around(series: Series, number: int, lines: Mapping[Made, list[Line]]) -> dict[Made, Sequence[Element]]:
     """What the calls of a world make, and those of others at once, unless one of these is wrong."""
     around = dict(lines)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", VrxWarning)
+    with warnings.catch_warnings(action="ignore", category=VrxWarning):
         for call in calls_around(series, number):
             with contextlib.suppress(ConfigError):
                 around[call.loc, call.step] = lines_of(call)

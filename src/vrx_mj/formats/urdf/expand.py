@@ -13,7 +13,7 @@ from xml.dom import minidom
 
 from vrx_mj.config.search import display, is_built_in
 from vrx_mj.config.tree import File, Place
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning, first_lines, first_names
 from vrx_mj.foreign import ReaderError, ask
 from vrx_mj.formats.urdf.xacro_files import Files, own_packages
 from vrx_mj.formats.urdf.xml_document import elements, parse_document, read_bytes
@@ -124,7 +124,7 @@ def check_library(file: Path) -> None:
     """Raise ConfigError where a file, which makes no links, defines macros: it is there for other files."""
     names = list(dict.fromkeys(_MACRO.findall(read_bytes(file).decode("utf-8", "replace"))))
     if names:
-        listed = ", ".join(f"'{name}'" for name in names[:8]) + (f" and {len(names) - 8} more" if names[8:] else "")
+        listed = first_names((f"'{name}'" for name in names), 8)
         message = f"has no links, only macros: {listed}; name the file that calls them"
         raise ConfigError([Problem(display(file), None, None, "robot", message)])
 
@@ -194,8 +194,6 @@ def _made(file: Path, *told: object, reads: Sequence[Path]) -> Expanded:
 
 def _warn(file: Path, made: Expanded) -> None:
     """One warning of all that xacro warns of."""
-    rest = len(made.warnings) - _SHOWN_WARNINGS
-    more = [f"and {rest} more"] if rest > 0 else []
     if made.warnings:
-        text = "\n".join([f"{display(file)}: xacro warns", *made.warnings[:_SHOWN_WARNINGS], *more])
+        text = "\n".join([f"{display(file)}: xacro warns", *first_lines(made.warnings, _SHOWN_WARNINGS)])
         warnings.warn(text, VrxWarning, stacklevel=3)

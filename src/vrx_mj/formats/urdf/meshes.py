@@ -18,13 +18,13 @@ from vrx_mj.config.search import (
     display,
     enclosing_packages,
     package_above,
-    package_name,
+    packages_named,
     read_limited,
     workspace_packages,
 )
 from vrx_mj.config.shapes import MESH_SUFFIXES
 from vrx_mj.config.wording import one_of, shown
-from vrx_mj.errors import VrxError, shortened
+from vrx_mj.errors import VrxError, first_names, shortened
 from vrx_mj.foreign import ask
 
 _PACKAGE = re.compile(r"(package|model)://([^/]*)/(.*)", re.DOTALL)
@@ -84,38 +84,15 @@ class MeshFiles:
 
     def _package(self, name: str) -> Iterator[Path]:
         """The folders that may be the package of this name."""
-        if name in self._around:
-            yield self._around[name]
-        if name in self.packages:
-            yield self.packages[name]
-        if name in {"", ".", ".."}:
-            return
-        above = package_above(self.folder.absolute(), name)
-        if above is not None:
-            yield above
-        for path in (*self.package_paths, self.folder):
-            yield path / name
-            if path.resolve().name == name or package_name(path) == name:
-                yield path
-        yield from self._in_workspace(name)
-
-    def _in_workspace(self, name: str) -> list[Path]:
-        """The package of a name in the workspace of the URDF, if it has one."""
-        found = workspace_packages(self.folder.absolute()).get(name)
-        return [found] if found else []
+        return packages_named(name, self.folder.absolute(), (self._around, self.packages), self.package_paths)
 
     def _bases(self, text: str = "") -> list[Path]:
         """The folders that may be read for a `filename`."""
         package = _PACKAGE.fullmatch(text)
-        above = package_above(self.folder.absolute(), package[2]) if package else None
-        return [
-            *([above] if above else []),
-            self.folder,
-            *self.packages.values(),
-            *self._around.values(),
-            *self.package_paths,
-            *(self._in_workspace(package[2]) if package else ()),
-        ]
+        near, name = self.folder.absolute(), package[2] if package else ""
+        above, inside = (package_above(near, name), workspace_packages(near).get(name)) if name else (None, None)
+        known = (self.folder, *self.packages.values(), *self._around.values(), *self.package_paths)
+        return [base for base in (above, *known, inside) if base]
 
     def _advice(self, text: str) -> str:
         package = _PACKAGE.fullmatch(text)
@@ -124,9 +101,7 @@ class MeshFiles:
         return f"looked in {self._shown_bases()}"
 
     def _shown_bases(self) -> str:
-        names = list(dict.fromkeys(display(base) for base in self._bases()))
-        more = f" and {len(names) - SHOWN_BASES} more" if len(names) > SHOWN_BASES else ""
-        return ", ".join(names[:SHOWN_BASES]) + more
+        return first_names(dict.fromkeys(map(display, self._bases())), SHOWN_BASES)
 
 
 def with_file_uris(text: str, files: MeshFiles) -> str:

@@ -2,7 +2,7 @@
 
 import os.path
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from vrx_mj.config.search import (
@@ -11,6 +11,7 @@ from vrx_mj.config.search import (
     is_built_in,
     package_above,
     package_name,
+    packages_named,
     workspace_packages,
 )
 from vrx_mj.errors import VrxError, nearest, shortened
@@ -49,11 +50,14 @@ class Files:
 
     def package(self, name: str) -> Path | None:
         """The folder of a package, which may be read from then on; None: there is none of this name."""
-        found = self.packages.get(name) if _is_name(name) else None
-        if found is None and _is_name(name):
-            candidates = (folder for folder in self._candidates(name) if folder.is_dir() and not is_built_in(folder))
-            found = next(candidates, None) or self._above(name) or self._in_workspace(name)
-        return self.spare.get(name) if found is None or is_built_in(found) else found
+        if not _is_name(name):
+            return None
+        found = packages_named(name, self.folder, (self.packages,), self.paths)
+        folder = next((each for each in found if each.is_dir() and not is_built_in(each)), None)
+        if folder and folder in {package_above(self.folder, name), workspace_packages(self.folder).get(name)}:
+            self.packages[name] = folder
+            self.roots.append(folder.resolve())
+        return folder or self.spare.get(name)
 
     def allowed(self, path: str) -> Path:
         """The path of a file that may be read, links followed."""
@@ -68,28 +72,6 @@ class Files:
             )
         if not os.path.isfile(found):  # noqa: PTH113 - Path.is_file raises an OSError for a name that is too long
             raise VrxError(_missing(path))
-        return found
-
-    def _candidates(self, name: str) -> Iterator[Path]:
-        for path in self.paths:
-            yield path / name
-            if path.name == name or package_name(path) == name:
-                yield path
-        yield self.folder / name
-
-    def _above(self, name: str) -> Path | None:
-        """The folder of that name in which the file lies, which may be read from then on."""
-        found = package_above(self.folder, name)
-        if found is not None:
-            self.roots.append(found.resolve())
-        return found
-
-    def _in_workspace(self, name: str) -> Path | None:
-        """The package of that name in the workspace of the file, which may be read from then on."""
-        found = workspace_packages(self.folder).get(name)
-        if found is not None:
-            self.packages[name] = found
-            self.roots.append(found.resolve())
         return found
 
     def known(self) -> list[str]:

@@ -69,7 +69,7 @@ def test_a_launch_file_of_vrx_starts_what_it_does_there(name):
         assert found["pose"] == (x, y, z, 0.0, 0.0, yaw)
         assert (found["robot"], found.get("thrusters", "")) == (row["robot"], row["thrusters"])
         if row["sensors"]:
-            assert found["sensors"] == (row["sensors"].split() if row["sensors"] != "none" else "none")
+            assert found["sensors"] == (tuple(row["sensors"].split()) if row["sensors"] != "none" else "none")
 
 
 def test_every_launch_file_of_vrx_is_in_the_table():
@@ -239,7 +239,7 @@ def test_a_world_is_the_xacro_that_it_is_made_from(tmp_path):
 def test_a_description_takes_thrusters_and_sensors():
     command = f"{XACRO} thruster_config:=X gps_enabled:=true imu_enabled:=false vrx_sensors_enabled:=True"
     (found,) = fleet_of(launched(boat("a", command=command)))["boats"]
-    assert (found["thrusters"], found["sensors"]) == ("X", ["gps", "vrx"])
+    assert (found["thrusters"], found["sensors"]) == ("X", ("gps", "vrx"))
 
 
 @pytest.mark.parametrize("how", ["command", "textfile", "-file"])

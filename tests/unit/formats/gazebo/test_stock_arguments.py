@@ -93,7 +93,7 @@ def test_a_boat_that_is_not_locked_is_free_from_the_start(launch):
     assert free.model_dump(exclude={"task"}) == locked.model_dump(exclude={"task"})
 
 
-@pytest.mark.parametrize(("word", "suites"), [("true", ["gps"]), ("1", ["gps"]), ("False", "none"), ("0", "none")])
+@pytest.mark.parametrize(("word", "suites"), [("true", ("gps",)), ("1", ("gps",)), ("False", "none"), ("0", "none")])
 def test_switches_of_sensors(word, suites):
     (boat,) = fleet_of(launch_of("sandisland.launch", {"gps_enabled": word}))["boats"]
     assert boat["sensors"] == suites

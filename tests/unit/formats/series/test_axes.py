@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from axes_files import LOST_AN_AXIS, WORLDS
+from vrx_mj.config import search
 from vrx_mj.config.tree import File, Place, Section
 from vrx_mj.errors import VrxWarning
 from vrx_mj.formats.series.axes import Axis, Series, looks_like_axes, read_series
@@ -169,6 +170,15 @@ waves:
 
 def test_without_waves_the_water_is_flat(axes):
     assert world(axes("a: {steps: 1, macros: {sandisland: [null]}}"), 0)["sea"] == {"model": "none"}
+
+
+def test_objects_are_looked_for_once_in_a_series(axes, monkeypatch):
+    series = axes("a:\n  steps: 3\n  macros: {sydneyregatta: [], ocean_waves: [{gain: '0.1 * n'}]}\n")
+    asked = []
+    monkeypatch.setattr(search, "_listed", lambda kind, place: asked.append((kind, place)) or [])
+    for number in range(series.count):
+        world(series, number)
+    assert len(asked) == len(set(asked))
 
 
 def test_a_step_may_have_a_file_beside_its_world(axes):
