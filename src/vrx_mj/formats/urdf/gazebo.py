@@ -1,13 +1,13 @@
 """Gazebo's tags in a URDF: plugins of forces, thrusters and others, and the sensors."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from vrx_mj.config.dynamics import HullConfig, HydrodynamicsConfig, ThrusterConfig
 from vrx_mj.errors import UnknownNameError
-from vrx_mj.formats.urdf.elements import Findings, Node, Tag
+from vrx_mj.formats.urdf.elements import Findings, Node, Tag, numbers_of
 from vrx_mj.formats.urdf.gazebo_sensors import (
     INSTRUMENTS,
     Rows,
@@ -71,7 +71,7 @@ class Robot(Scope):
     thrusters: list[UrdfThruster] = field(default_factory=list)
     water: HydrodynamicsConfig | None = None
     wind: tuple[float, float, float] | None = None
-    newer_drag: Node | None = None
+    newer_drags: list[Node] = field(default_factory=list)
     newer_hulls: list[Node] = field(default_factory=list)
     known: dict[str, Any] = field(default_factory=dict)
     controls: list[Control] = field(default_factory=list)
@@ -206,7 +206,7 @@ def _coefficients(node: Node) -> dict[str, object]:
 
 def _newer_water(robot: Robot) -> None:
     """Newer VRX's drag, and its hulls with their points; or hulls alone."""
-    drag = robot.newer_drag if robot.water is None else None
+    drag = next(reversed(robot.newer_drags), None) if robot.water is None else None
     if drag is None and robot.water is not None and not robot.known:
         return
     floats = _floats(robot.newer_hulls, robot)
@@ -235,19 +235,14 @@ def _floats(surfaces: list[Node], robot: Robot) -> dict[str, Any]:
 
 
 def _hull(node: Node, robot: Robot) -> HullConfig | None:
-    points = [_point(point) for point in node.element.iterfind("points/point")]
-    if not points or None in points:
-        robot.warn(node, "expected three numbers in each of its <points>; this hull has no buoyancy")
-        return None
-    return node.configured(HullConfig, node.fields(HULL) | {"points": tuple(points)})
-
-
-def _point(element: Any) -> tuple[float, ...] | None:
     try:
-        x, y, z = (float(word) for word in (element.text or "").split())
+        points = tuple(tuple(numbers_of(point.text or "", "xyz")) for point in node.element.iterfind("points/point"))
     except ValueError:
-        return None
-    return (x, y, z) if all(map(math.isfinite, (x, y, z))) else None
+        points = ()
+    if points:
+        return node.configured(HullConfig, node.fields(HULL) | {"points": points})
+    robot.warn(node, "expected three numbers in each of its <points>; this hull has no buoyancy")
+    return None
 
 
 def _wind(node: Node, robot: Robot) -> None:
@@ -258,51 +253,32 @@ def _wind(node: Node, robot: Robot) -> None:
     robot.wind = holder.read(WIND) if parts or node.text(WIND.path) else None
 
 
-def _newer_drag(node: Node, robot: Robot) -> None:
-    robot.newer_drag = node
-
-
-def _newer_hull(node: Node, robot: Robot) -> None:
-    robot.newer_hulls.append(node)
-
-
 def _fossen(node: Node, robot: Robot) -> None:
     robot.check_body(node, "link_name")
     robot.known |= read_fossen(node, robot)
 
 
-def _buoyancy(node: Node, robot: Robot) -> None:
-    robot.known |= read_buoyancy(node)
-
-
-def _controls(node: Node, robot: Robot) -> None:
-    robot.controls += read_controls(node, robot)
-
-
-def _mesh_water(node: Node, robot: Robot) -> None:
-    """The water of asv_wave_sim, which acts on the triangles of the hull."""
-    robot.warn(node, "its damping and drag of each triangle are not simulated; all drag is derived from the hull")
-
-
-THRUSTERS = {
+TRIANGLES = "its damping and drag of each triangle are not simulated; all drag is derived from the hull"
+"""Of the water of asv_wave_sim, which acts on the triangles of the hull."""
+THRUSTERS: Mapping[str, Callable[[Node, Robot], None]] = {
     "usv_gazebo_thrust_plugin": _thrusters,
     "gz-sim-thruster-system": _newer_thruster,
     "uuv_thruster_plugin": _uuv_thruster,
     "uuv_thruster_ros_plugin": _uuv_thruster,
     "freefloating_gazebo_control": _freefloating,
 }
-PLUGINS = {
+PLUGINS: Mapping[str, Callable[[Node, Robot], None]] = {
     **THRUSTERS,
     **dict.fromkeys(INSTRUMENTS, read_instrument),
     "usv_gazebo_dynamics_plugin": _hydrodynamics,
     "usv_gazebo_wind_plugin": _wind,
-    "SimpleHydrodynamics": _newer_drag,
-    "Surface": _newer_hull,
+    "SimpleHydrodynamics": lambda node, robot: robot.newer_drags.append(node),
+    "Surface": lambda node, robot: robot.newer_hulls.append(node),
     "gz-sim-hydrodynamics-system": _fossen,
-    "gz-sim-buoyancy-system": _buoyancy,
-    "ArduPilotPlugin": _controls,
-    "gz-waves1-hydrodynamics-system": _mesh_water,
-    "HydrodynamicsPlugin": _mesh_water,
+    "gz-sim-buoyancy-system": lambda node, robot: robot.known.update(read_buoyancy(node)),
+    "ArduPilotPlugin": lambda node, robot: robot.controls.extend(read_controls(node, robot)),
+    "gz-waves1-hydrodynamics-system": lambda node, robot: robot.warn(node, TRIANGLES),
+    "HydrodynamicsPlugin": lambda node, robot: robot.warn(node, TRIANGLES),
 }
 """What reads a plugin, by its kind."""
 QUIET_PLUGINS = frozenset({

@@ -4,7 +4,10 @@ import math
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from graphlib import CycleError, TopologicalSorter
 from typing import Any, TypeVar
+
+import numpy as np
 
 from vrx_mj.config.base import COLORS
 from vrx_mj.config.shapes import Shape, Visual
@@ -130,7 +133,8 @@ def _inertial(node: Node, name: str, around: Surroundings) -> Inertial | None:
 def check_inertia(node: Node, name: str, values: tuple[float, ...], around: Surroundings) -> None:
     """No principal moment is negative, and none exceeds the sum of the others, in any body that exists."""
     mass, *tensor = values
-    low, middle, high = moments = _principal(tensor)
+    xx, yy, zz, xy, xz, yz = tensor
+    low, middle, high = moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).tolist()
     words = ", ".join(f"{moment:.6g}" for moment in moments)
     if low < -ROUNDED * mass:
         around.impossible.append((node, name, low < -max(1e-9 * high, THIN * mass), f"{words} kg m2"))
@@ -138,15 +142,6 @@ def check_inertia(node: Node, name: str, values: tuple[float, ...], around: Surr
         far = high - low - middle > max((SLIGHT - 1.0) * (low + middle), THIN * mass)
         more = "and the largest is more than the sum of the other two"
         around.impossible.append((node, name, far, f"{words} kg m2, {more}"))
-
-
-def _principal(tensor: list[float]) -> list[float]:
-    xx, yy, zz, xy, xz, yz = tensor
-    if xy == xz == yz == 0:
-        return sorted((xx, yy, zz))
-    import numpy as np
-
-    return sorted(float(value) for value in np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
 
 
 def _collision(node: Node) -> Shape | MeshRow | None:
@@ -278,27 +273,13 @@ def root_of(links: Mapping[str, Link], joints: Mapping[str, Joint], findings: Fi
         names = ", ".join(f"'{name}'" for name in roots[:8]) + (f" and {len(roots) - 8} more" if len(roots) > 8 else "")
         message = f"{len(roots)} links are not a joint's child: {names}; there must be one, the root"
         findings.problems.append(links[roots[1]].place.problem(f"link '{roots[1]}'", message))
-    loop = _loop(links, above)
-    if loop:
-        message = "the joints form a loop: " + " > ".join(f"'{name}'" for name in (*loop, loop[0]))
-        joint = above[loop[0]]
-        findings.problems.append(joint.place.problem(f"joint '{joint.name}'", message))
+    try:
+        TopologicalSorter({name: (joint.parent,) for name, joint in above.items()}).prepare()
+    except CycleError as error:
+        loop: list[str] = error.args[1]
+        message = "the joints form a loop: " + " > ".join(f"'{name}'" for name in loop)
+        findings.problems.append(above[loop[0]].place.problem(f"joint '{above[loop[0]].name}'", message))
     return roots[0] if roots else ""
-
-
-def _loop(links: Collection[str], above: Mapping[str, Joint]) -> list[str]:
-    """Links, parents first, that are each other's ancestors; empty if there are none."""
-    safe: set[str] = set()
-    for start in links:
-        link, path = start, dict[str, None]()
-        while link in above and link not in safe and link not in path:
-            path[link] = None
-            link = above[link].parent
-        if link in path:
-            names = list(path)
-            return names[names.index(link) :][::-1]
-        safe.update(path)
-    return []
 
 
 def _end(node: Node, tag: str, links: Collection[str]) -> str:
