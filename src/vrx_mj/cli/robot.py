@@ -169,15 +169,16 @@ def parts(
     """
     from rich.console import Console
 
-    from vrx_mj.formats.parts.catalogue import TYPES
+    from vrx_mj.formats.parts.catalogue import part_types
     from vrx_mj.formats.parts.compliance import load_rules
 
-    if type_ is not None and type_ not in TYPES:
-        raise UnknownNameError("type of part", type_, TYPES)
+    types = part_types()
+    if type_ is not None and type_ not in types:
+        raise UnknownNameError("type of part", type_, types)
     book, out = load_rules(rules), Console()
-    for name in [type_] if type_ else TYPES:
-        out.print(_type_table(TYPES[name], book), "")
-        for line in _limits(TYPES[name], book):
+    for name in [type_] if type_ else types:
+        out.print(_type_table(types[name], book), "")
+        for line in _limits(types[name], book):
             out.print(line, markup=False, highlight=False, soft_wrap=True)
         out.print()
 
