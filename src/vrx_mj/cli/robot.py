@@ -189,11 +189,16 @@ def show(
     arguments: Annotated[
         list[str] | None, typer.Argument(metavar="[NAME:=VALUE]...", help="Arguments of the robot's xacro.")
     ] = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(help="Write a recording for rerun (.rrd) instead; without a display: NAME_joints.rrd."),
+    ] = None,
     package_path: Packages = None,
 ) -> None:
-    """Show a robot in MuJoCo's viewer, its joints as sliders under 'Control' on the right. It needs a display.
+    """Show a robot in MuJoCo's viewer, its joints as sliders under 'Control' on the right.
 
-    Any robot will do, not only a boat: nothing weighs or touches anything, and the root link is held.
+    Any robot will do, not only a boat: nothing weighs or touches anything, and the root link is held. Sliders need a
+    display: without one a recording is written, in which each joint in turn goes to both of its limits.
 
     Example: vrx-mj robot show wamv
     """
@@ -206,9 +211,16 @@ def show(
     found = robot_of(Order(robot=robot, arguments=tuple(named_values(arguments).items())))
     model = jointed_model(found)
     typer.echo(f"{found.name}: {len(found.links)} links, {model.njnt} of {len(found.joints)} joints move")
-    if reason := no_window():
-        raise CommandError(f"the viewer cannot open: {reason}")
-    show_joints(model)
+    reason = None if record else no_window()
+    if record is None and reason is None:
+        show_joints(model)
+        return
+    from vrx_mj.recording.robot_file import save_joints
+
+    file = record or Path(f"{Path(robot).name.partition('.')[0] or 'robot'}_joints.rrd")
+    save_joints(model, found.name, file)
+    typer.echo(f"no sliders, as the viewer cannot open: {reason}" if reason else "no sliders: they need the viewer")
+    typer.echo(f"{file}: each joint moves in turn; open it with: rerun {file}")
 
 
 @app.command()
