@@ -168,15 +168,9 @@ def shape_of(node: Node, geometry: Node, values: dict[str, Any], kind: type[Shap
         return node.configured(kind, values)
     mesh = geometry.child("mesh") or geometry
     key = "uri" if mesh.child("uri") else "filename"
-    return MeshRow(
-        file=values["file"],
-        pose=values["pose"],
-        scale=values.get("scale", ONE),
-        name=values.get("name"),
-        color=values.get("color"),
-        place=mesh.place,
-        key=f"{mesh.path} / {key}",
-    )
+    given: dict[str, Any] = {"scale": ONE, "name": None, "color": None} | values
+    del given["type"]
+    return MeshRow(place=mesh.place, key=f"{mesh.path} / {key}", **given)
 
 
 def _visual_color(node: Node, around: Surroundings) -> Color | None:
@@ -206,9 +200,8 @@ def _shape(node: Node, geometry: Node) -> dict[str, Any] | None:
         if shape.attribute("scale") is not None:
             values["scale"] = _scale(shape)
     else:
-        values["radius"] = shape.number("radius", above=0)
-        if shape.tag != "sphere":
-            values["length"] = shape.number("length", above=0)
+        lengths = ("radius",) if shape.tag == "sphere" else ("radius", "length")
+        values |= {key: shape.number(key, above=0) for key in lengths}
     return None if len(geometry.findings.problems) > known else values | shape_name(node)
 
 
@@ -246,17 +239,8 @@ def read_joint(node: Node, links: Collection[str]) -> Joint:
     axis = _axis(node, kind)
     kind, limits = freed(kind, _limits(node, kind))
     rest = min(max(0.0, limits.lower), limits.upper) if limits and kind in BOUNDED else 0.0
-    return Joint(
-        name=name,
-        type=kind,
-        parent=parent,
-        child=child,
-        pose=read_pose(node),
-        axis=axis,
-        limits=limits,
-        place=node.place,
-        rest=rest,
-    )
+    pose, place = read_pose(node), node.place
+    return Joint(name, kind, parent, child, pose, axis=axis, limits=limits, place=place, rest=rest)
 
 
 def root_of(links: Mapping[str, Link], joints: Mapping[str, Joint], findings: Findings) -> str:
