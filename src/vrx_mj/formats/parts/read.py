@@ -181,13 +181,10 @@ def _suspicious_values(instance: Instance) -> Iterator[tuple[str, str]]:
         parameter = part_types()[instance.type].parameter(key)
         if parameter is None or parameter.unit != "rad":
             continue
-        for angle in map(float, str(value).split()):
-            if abs(angle) > FULL_TURN:
-                yield (
-                    key,
-                    f"{angle:g} exceeds a full turn, {FULL_TURN:.4f}; angles are in radians: ${{radians({angle:g})}}",
-                )
-                break
+        angle = max(map(float, str(value).split()), key=abs)
+        if abs(angle) > FULL_TURN:
+            hint = f"angles are in radians: ${{radians({angle:g})}}"
+            yield key, f"{angle:g} exceeds a full turn, {FULL_TURN:.4f}; {hint}"
     yield from _post(instance)
     kind = instance.parameters.get("type", LIDAR_TYPES[0])
     if instance.type == "lidar" and kind not in LIDAR_TYPES:
@@ -205,11 +202,8 @@ def _post(instance: Instance) -> Iterator[tuple[str, str]]:
     height, foot = (float(instance.parameters.get(key, part.default(key) or 0.0)) for key in ("z", "post_z_from"))
     length = height - foot - part.drop
     if length < -1e-9:  # rounding may leave a little of zero
-        least = foot + part.drop
-        yield (
-            "z",
-            f"at {height:g} m its post is {length:.4g} m long, with a negative mass; it needs {least:g} m or more",
-        )
+        needed = f"it needs {foot + part.drop:g} m or more"
+        yield "z", f"at {height:g} m its post is {length:.4g} m long, with a negative mass; {needed}"
 
 
 FILES = {"components": "component file", "thrusters": "thruster file"}
