@@ -23,7 +23,7 @@ from vrx_mj.config.robots import Arguments, RobotConfig
 from vrx_mj.config.shapes import Factor
 from vrx_mj.config.tasks import TASKS, Gate, Task
 from vrx_mj.config.world import Sensors, WorldConfig
-from vrx_mj.formats.parts.catalogue import TYPES, PartType
+from vrx_mj.formats.parts.catalogue import PartType, part_types
 from vrx_mj.formats.parts.compliance import load_rules
 from vrx_mj.formats.series.macros import REQUIRED, macros
 
@@ -276,7 +276,7 @@ def parts_page() -> str:
     text = begin("parts")
     for kind in ("thrusters", "components"):
         text += f"## {kind.capitalize()}\n\n"
-        for part in TYPES.values():
+        for part in part_types().values():
             if part.kind == kind:
                 allowed = rules.of(kind).types.get(part.name)
                 text += part_section(part, allowed.most if allowed else 0, allowed.parameters if allowed else ())

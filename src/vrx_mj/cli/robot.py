@@ -169,15 +169,16 @@ def parts(
     """
     from rich.console import Console
 
-    from vrx_mj.formats.parts.catalogue import TYPES
+    from vrx_mj.formats.parts.catalogue import part_types
     from vrx_mj.formats.parts.compliance import load_rules
 
-    if type_ is not None and type_ not in TYPES:
-        raise UnknownNameError("type of part", type_, TYPES)
+    types = part_types()
+    if type_ is not None and type_ not in types:
+        raise UnknownNameError("type of part", type_, types)
     book, out = load_rules(rules), Console()
-    for name in [type_] if type_ else TYPES:
-        out.print(_type_table(TYPES[name], book), "")
-        for line in _limits(TYPES[name], book):
+    for name in [type_] if type_ else types:
+        out.print(_type_table(types[name], book), "")
+        for line in _limits(types[name], book):
             out.print(line, markup=False, highlight=False, soft_wrap=True)
         out.print()
 
@@ -188,11 +189,16 @@ def show(
     arguments: Annotated[
         list[str] | None, typer.Argument(metavar="[NAME:=VALUE]...", help="Arguments of the robot's xacro.")
     ] = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(help="Write a recording for rerun (.rrd) instead; without a display: NAME_joints.rrd."),
+    ] = None,
     package_path: Packages = None,
 ) -> None:
-    """Show a robot in MuJoCo's viewer, its joints as sliders under 'Control' on the right. It needs a display.
+    """Show a robot in MuJoCo's viewer, its joints as sliders under 'Control' on the right.
 
-    Any robot will do, not only a boat: nothing weighs or touches anything, and the root link is held.
+    Any robot will do, not only a boat: nothing weighs or touches anything, and the root link is held. Sliders need a
+    display: without one a recording is written, in which each joint in turn goes to both of its limits.
 
     Example: vrx-mj robot show wamv
     """
@@ -205,9 +211,16 @@ def show(
     found = robot_of(Order(robot=robot, arguments=tuple(named_values(arguments).items())))
     model = jointed_model(found)
     typer.echo(f"{found.name}: {len(found.links)} links, {model.njnt} of {len(found.joints)} joints move")
-    if reason := no_window():
-        raise CommandError(f"the viewer cannot open: {reason}")
-    show_joints(model)
+    reason = None if record else no_window()
+    if record is None and reason is None:
+        show_joints(model)
+        return
+    from vrx_mj.recording.robot_file import save_joints
+
+    file = record or Path(f"{Path(robot).name.partition('.')[0] or 'robot'}_joints.rrd")
+    save_joints(model, found.name, file)
+    typer.echo(f"no sliders, as the viewer cannot open: {reason}" if reason else "no sliders: they need the viewer")
+    typer.echo(f"{file}: each joint moves in turn; open it with: rerun {file}")
 
 
 @app.command()

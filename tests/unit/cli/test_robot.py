@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ET
 import mujoco
 import pytest
 
-from vrx_mj.formats.parts.catalogue import TYPES
+from vrx_mj.formats.parts.catalogue import part_types
 from vrx_mj.formats.parts.compliance import rule_sets
 from vrx_mj.packages import needs_extra
 
@@ -130,7 +130,7 @@ def test_a_picture_that_cannot_be_written(cli):
 def test_parts_shows_every_type_with_its_parameters_and_boxes(cli):
     said = cli("robot", "parts")
     assert (said.code, said.err) == (0, "")
-    for part in TYPES.values():
+    for part in part_types().values():
         assert f"{part.name}: {part.meaning}" in said.out
     assert "at most 3 by the rules of VRX classic, 1.6.1 and later\n" in said.out
     assert "  in component_compliance_for: x 0.3 to 1.3, y -0.5 to 0.5, z 1.3 to 2.3 m; any number\n" in said.out
@@ -143,7 +143,7 @@ def test_parts_shows_one_type(cli):
     assert rows[0][:4] == ["name", "gps", "", "yes"]
     assert rows[1][:4] == ["x", "0.3", "m", "yes"]
     assert rows[-1][:4] == ["update_rate", "15", "Hz", "no"]
-    assert [row[0] for row in rows] == [each.name for each in TYPES["wamv_gps"].parameters]
+    assert [row[0] for row in rows] == [each.name for each in part_types()["wamv_gps"].parameters]
 
 
 def test_parts_by_other_rules(cli):

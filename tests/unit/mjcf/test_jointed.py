@@ -6,13 +6,14 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from rerun.chunk import RrdReader
 from typer.testing import CliRunner
 
 from sdf_boats import BOATS
 from urdf_boats import joint, link, robot
 from vrx_mj.cli.robot import app
 from vrx_mj.config.fleet import Order
-from vrx_mj.errors import CommandError, VrxWarning
+from vrx_mj.errors import RecordError, VrxWarning
 from vrx_mj.frames import compose, quaternion
 from vrx_mj.mjcf.build import robot_of
 from vrx_mj.mjcf.jointed import jointed_model
@@ -69,9 +70,60 @@ def test_at_rest_links_are_where_the_robots_table_has_them(name):
     assert model.nu == model.njnt == sum(one.type != "fixed" and not one.locked for one in found.joints.values())
 
 
-def test_without_a_display_it_says_so(monkeypatch):
+@pytest.fixture
+def no_display(monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
+
+
+def poses(file):
+    """Times [s], positions and quaternions (w, x, y, z) of what moves in a recording, by its entity."""
+    found = {}
+    for chunk in RrdReader(file).stream().filter(content="/robot/**", is_static=False):
+        rows = chunk.to_record_batch().to_pydict()
+        times = [time.total_seconds() for time in rows["sim_time"]]
+        turns = np.squeeze(rows["Transform3D:quaternion"])[:, [3, 0, 1, 2]]
+        found[chunk.entity_path] = times, np.squeeze(rows["Transform3D:translation"]), turns
+    return found
+
+
+def test_without_a_display_each_joint_moves_in_its_turn_in_a_recording(no_display):
     result = CliRunner().invoke(app, ["show", "arm.urdf"])
-    assert result.output == "boat: 4 links, 3 of 3 joints move\n"
-    assert isinstance(result.exception, CommandError)
+    assert result.output == (
+        "boat: 4 links, 3 of 3 joints move\n"
+        "no sliders, as the viewer cannot open: no display: neither DISPLAY nor WAYLAND_DISPLAY is set\n"
+        "arm_joints.rrd: each joint moves in turn; open it with: rerun arm_joints.rrd\n"
+    )
+    _, model = shown("arm.urdf")
+    recorded, data = poses("arm_joints.rrd"), mujoco.MjData(model)
+    assert list(recorded) == ["/robot/base_link/a", "/robot/base_link/a/b", "/robot/base_link/a/b/c"]
+    for joint_id, (times, places, turns) in enumerate(recorded.values()):
+        body = int(model.jnt_bodyid[joint_id])
+        assert (times[0], times[1], times[-1]) == (0.0, 2.0 * joint_id, 2.0 * joint_id + 2.0)
+        low, high = model.actuator_ctrlrange[joint_id]
+        rest = model.qpos0[joint_id]
+        share = (np.array(times) - times[1]) / 2.0
+        share[0] = 0.0
+        values = np.interp(share, [0.0, 0.25, 0.75, 1.0], [rest, high, low, rest])
+        for value, place, turn in zip(values, places, turns, strict=True):
+            data.qpos[:] = model.qpos0
+            data.qpos[joint_id] = value
+            mujoco.mj_kinematics(model, data)
+            outer, inner = data.body(model.body_parentid[body]), data.body(body)
+            relative, back = np.zeros(4), np.zeros(4)
+            mujoco.mju_negQuat(back, outer.xquat)
+            mujoco.mju_mulQuat(relative, back, inner.xquat)
+            assert place == pytest.approx(outer.xmat.reshape(3, 3).T @ (inner.xpos - outer.xpos), abs=1e-6)
+            assert abs(relative @ turn) == pytest.approx(1.0, abs=1e-6)  # the file has float32
+
+
+def test_a_recording_is_written_where_it_is_asked_for():
+    result = CliRunner().invoke(app, ["show", "arm.urdf", "--record", "there.rrd"])
+    assert result.output.splitlines()[1:] == [
+        "no sliders: they need the viewer",
+        "there.rrd: each joint moves in turn; open it with: rerun there.rrd",
+    ]
+    assert Path("there.rrd").stat().st_size > 1000
+    refused = CliRunner().invoke(app, ["show", "arm.urdf", "--record", "missing/there.rrd"])
+    assert isinstance(refused.exception, RecordError)
+    assert str(refused.exception).startswith("cannot write the recording 'missing/there.rrd': ")

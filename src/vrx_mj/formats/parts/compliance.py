@@ -22,7 +22,7 @@ from vrx_mj.config.tree import File
 from vrx_mj.config.wording import ALLOWED, is_ros_name, shown
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import UnknownNameError
-from vrx_mj.formats.parts.catalogue import TYPES, Instance, Kind, PartsFile, Release
+from vrx_mj.formats.parts.catalogue import Instance, Kind, PartsFile, Release, part_types
 from vrx_mj.formats.parts.read import name_of, place_of
 from vrx_mj.resources import root
 
@@ -219,7 +219,7 @@ def _end(file: PartsFile, book: Rules) -> tuple[bool, bool]:
 
 def _permitted(instance: Instance, book: Rules) -> bool:
     """Whether each parameter is a piece of the list of permitted ones, which is one text there."""
-    rules = book.of(TYPES[instance.type].kind).types.get(instance.type)
+    rules = book.of(part_types()[instance.type].kind).types.get(instance.type)
     return rules is None or all(key in " ".join(rules.parameters) for key in instance.parameters)
 
 
@@ -323,7 +323,7 @@ def _legal_places(points: list[Point], boxes: Sequence[Box]) -> list[Spot | None
 
 def _against_type(instance: Instance, book: Rules) -> Iterator[Breach]:
     """What a part breaks whatever its place."""
-    part, name = TYPES[instance.type], name_of(instance)
+    part, name = part_types()[instance.type], name_of(instance)
     if name and not is_ros_name(name):
         yield Breach("name", f"ROS refuses the name {shown(name)}: {ALLOWED} are allowed")
     rules = book.of(part.kind).types.get(instance.type)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from vrx_mj.config.base import MAX_COORDINATE
+from vrx_mj.config.base import MAX_COORDINATE, switched
 from vrx_mj.config.kinds import MARKS, other_kind, wrong_kind
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import File, Items, Loc, Place, Section, key_path
@@ -16,27 +16,22 @@ from vrx_mj.config.wording import shown, unknown_key
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning, shortened
 from vrx_mj.formats.parts.catalogue import (
-    ELSEWHERE,
-    FIXED,
     HULL_LINKS,
     JAZZY_NAMES,
-    MISNAMED,
-    TYPES,
     Instance,
     Kind,
     Parameter,
     PartsFile,
     PartType,
+    catalogue,
+    part_types,
 )
+from vrx_mj.formats.urdf.elements import truth
 from vrx_mj.formats.urdf.expressions import Result, evaluated
 
 _NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_-]{0,63}")
 _WORD = re.compile(r"[A-Za-z0-9_./-]{1,64}")
-_SWITCHES = {
-    "true": True, "yes": True, "on": True, "1": True,
-    "false": False, "no": False, "off": False, "0": False,
-}  # fmt: skip
 _EXPRESSION = re.compile(r"\$\{([^}]*)\}")
 LONGEST = 2000
 """Characters of a text with an expression in it."""
@@ -66,7 +61,7 @@ def number(value: Any, unit: str = "") -> float:
     text = _substituted(value).strip() if isinstance(value, str) else repr(value)
     if isinstance(value, str) and not _NUMBER.fullmatch(text):
         raise ValueError(f"expected a number, got {shown(value)}{_result(value, text)}")
-    found, most = float(text) if isinstance(value, str) else _float(value), LARGEST.get(unit, MAX_COORDINATE)
+    found, most = float(text), LARGEST.get(unit, MAX_COORDINATE)
     if not math.isfinite(found):
         raise ValueError(f"must be finite, got {shown(value)}")
     if unit == "Hz" and not 0.0 < found <= most:
@@ -79,7 +74,7 @@ def number(value: Any, unit: str = "") -> float:
 def switch(value: object) -> bool:
     """True or false, as YAML has it, as a word, or as an expression."""
     text = _substituted(value) if isinstance(value, str) else repr(value)
-    found = _SWITCHES.get(text.strip().lower())
+    found = truth(str(switched(text.strip())))
     if found is None:
         raise ValueError(f"expected true or false, got {shown(value)}{_result(value, text)}")
     return found
@@ -146,20 +141,13 @@ def _result(value: object, text: str) -> str:
     return f", which is {shown(text)}" if has_expression(value) else ""
 
 
-def _float(value: float) -> float:
-    try:
-        return float(value)
-    except OverflowError:
-        return math.inf
-
-
 def _written(value: float) -> str:
     return repr(value).removesuffix(".0")
 
 
 def name_key(instance: Instance) -> str:
     """The parameter that names a part."""
-    if TYPES[instance.type].kind == "thrusters":
+    if part_types()[instance.type].kind == "thrusters":
         return "prefix"
     return "sensor_name" if JAZZY_NAMES & instance.parameters.keys() else "name"
 
@@ -167,12 +155,12 @@ def name_key(instance: Instance) -> str:
 def name_of(instance: Instance) -> str:
     """What a part is called; empty where its file owes it a name."""
     key = name_key(instance)
-    return str(instance.parameters.get(key) or TYPES[instance.type].default(key) or "")
+    return str(instance.parameters.get(key) or part_types()[instance.type].default(key) or "")
 
 
 def place_of(instance: Instance) -> tuple[float, float, float] | None:
     """Where a part is in base_link [m]; None for a type without coordinates, which no box limits."""
-    part, given = TYPES[instance.type], instance.parameters
+    part, given = part_types()[instance.type], instance.parameters
     if part.kind == "thrusters":
         return triple_of(str(given["position"]))
     if part.parameter("z") is None:
@@ -190,16 +178,13 @@ FULL_TURN = 2.0 * math.pi
 def _suspicious_values(instance: Instance) -> Iterator[tuple[str, str]]:
     """Warnings of parameters of a valid part that VRX accepts and that are hardly meant."""
     for key, value in instance.parameters.items():
-        parameter = TYPES[instance.type].parameter(key)
+        parameter = part_types()[instance.type].parameter(key)
         if parameter is None or parameter.unit != "rad":
             continue
-        for angle in map(float, str(value).split()):
-            if abs(angle) > FULL_TURN:
-                yield (
-                    key,
-                    f"{angle:g} exceeds a full turn, {FULL_TURN:.4f}; angles are in radians: ${{radians({angle:g})}}",
-                )
-                break
+        angle = max(map(float, str(value).split()), key=abs)
+        if abs(angle) > FULL_TURN:
+            hint = f"angles are in radians: ${{radians({angle:g})}}"
+            yield key, f"{angle:g} exceeds a full turn, {FULL_TURN:.4f}; {hint}"
     yield from _post(instance)
     kind = instance.parameters.get("type", LIDAR_TYPES[0])
     if instance.type == "lidar" and kind not in LIDAR_TYPES:
@@ -211,17 +196,14 @@ def _suspicious_values(instance: Instance) -> Iterator[tuple[str, str]]:
 
 def _post(instance: Instance) -> Iterator[tuple[str, str]]:
     """A post's length is what is left of the height of what it carries."""
-    part = TYPES[instance.type]
+    part = part_types()[instance.type]
     if part.drop is None:
         return
     height, foot = (float(instance.parameters.get(key, part.default(key) or 0.0)) for key in ("z", "post_z_from"))
     length = height - foot - part.drop
     if length < -1e-9:  # rounding may leave a little of zero
-        least = foot + part.drop
-        yield (
-            "z",
-            f"at {height:g} m its post is {length:.4g} m long, with a negative mass; it needs {least:g} m or more",
-        )
+        needed = f"it needs {foot + part.drop:g} m or more"
+        yield "z", f"at {height:g} m its post is {length:.4g} m long, with a negative mass; {needed}"
 
 
 FILES = {"components": "component file", "thrusters": "thruster file"}
@@ -312,16 +294,16 @@ def _evaluated(section: Section) -> Section:
 def _read_type(reading: _Reading, section: Section, key: str) -> None:
     """The instances of one key, whose stars at either end only tell it from others of the same type."""
     name, place = key.strip("*"), section.entries[key].key
-    meaning = MISNAMED.get(name, name)
-    if name not in TYPES or TYPES[name].kind != reading.kind:
+    meaning = catalogue().misnamed.get(name, name)
+    if name not in part_types() or part_types()[name].kind != reading.kind:
         reading.wrong(place, (key,), _unknown_type(name, reading.kind))
-    if meaning not in TYPES or TYPES[meaning].kind != reading.kind:
+    if meaning not in part_types() or part_types()[meaning].kind != reading.kind:
         return
     if name != key:
         reading.stop(place, (key,), "a key with '*'")
     for loc, value, where in _instances(reading, section, key):
         if isinstance(value, Section):
-            _read_instance(reading, TYPES[meaning], value, loc)
+            _read_instance(reading, part_types()[meaning], value, loc)
         else:
             message = f"expected parameters, got {shown(value)}"
             hint = "; {} takes every default" if value is None else ""
@@ -343,12 +325,12 @@ def _instances(reading: _Reading, section: Section, key: str) -> Iterator[tuple[
 
 
 def _unknown_type(name: str, kind: Kind) -> str:
-    known = [each for each, part in TYPES.items() if part.kind == kind]
-    found = MISNAMED.get(name, name)
-    if name in ELSEWHERE:
-        return ELSEWHERE[name]
-    if found in TYPES and TYPES[found].kind != kind:
-        return f"'{found}' belongs in the {FILES[TYPES[found].kind]}; this is the {FILES[kind]}"
+    known = [each for each, part in part_types().items() if part.kind == kind]
+    found = catalogue().misnamed.get(name, name)
+    if name in catalogue().elsewhere:
+        return catalogue().elsewhere[name]
+    if found in part_types() and part_types()[found].kind != kind:
+        return f"'{found}' belongs in the {FILES[part_types()[found].kind]}; this is the {FILES[kind]}"
     if found in known:
         return f"no type named '{name}'; did you mean '{found}'?"
     return str(UnknownNameError("type", name, known))
@@ -378,7 +360,7 @@ def _read_instance(reading: _Reading, part: PartType, section: Section, loc: Loc
 
 
 def _unknown_parameter(part: PartType, key: str) -> str:
-    if key in FIXED.get(part.name, ()):
+    if key in catalogue().fixed.get(part.name, ()):
         return f"no parameter '{key}'; VRX fixes it for every {part.name}"
     return unknown_key(key, [each.name for each in part.parameters])
 

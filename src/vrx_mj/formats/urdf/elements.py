@@ -51,6 +51,26 @@ def truth(text: str) -> bool | None:
     return SWITCHES.get(text.strip().lower())
 
 
+@dataclass(frozen=True)
+class Tag:
+    """A value that files write as the text of an element: a row of the tables of plugins and sensors."""
+
+    path: str
+    """Names of elements with '/' between, each in the one before; of such with '|' between, the first that is there."""
+    default: Any = 0.0
+    """What a missing or empty element means, and by its type the form: a number, an int for a count, a switch, a text,
+    or several numbers."""
+    unit: str = ""
+    above: float = -math.inf
+    low: float = -math.inf
+    high: float = math.inf
+    labels: str = ""
+    """What the numbers are called in messages, where that is not `x y z` or the element's own name."""
+
+
+_LABELS = {3: "x y z", 6: "x y z roll pitch yaw"}
+
+
 @dataclass
 class Findings:
     """What is wrong with a file, and what is odd in it."""
@@ -117,12 +137,15 @@ class Node:
             found.append(Node(element, " / ".join(filter(None, (self.path, f"{tag}{name}"))), self.findings))
         return found
 
-    def child(self, *tags: str) -> "Node | None":
-        """The first child of this name; of several names, the first child down that path."""
-        node: Node | None = self
-        for tag in tags:
-            node = next(iter(node.children(tag)), None) if node else None
-        return node
+    def child(self, *path: str) -> "Node | None":
+        """The first child of this name; of several names, the first child down that path; or as in `Tag.path`."""
+        for way in "/".join(path).split("|"):
+            node: Node | None = self
+            for tag in way.split("/"):
+                node = next(iter(node.children(tag)), None) if node else None
+            if node is not None:
+                return node
+        return None
 
     def needed(self, tag: str) -> "Node | None":
         """A child that must be there."""
@@ -164,27 +187,36 @@ class Node:
             return instead
         return self._parsed(value, attribute, labels, **limits) or instead
 
-    def text(self, tag: str, default: str = "") -> str:
+    def text(self, path: str, default: str = "") -> str:
         """The text of a child, without blanks around it."""
-        node = self.child(tag)
-        found = None if node is None else " ".join(str(node.element.xpath("string()")).split())
-        return found or default
+        return str(self.read(Tag(path, default)))
 
-    def value(self, tag: str, default: float, **limits: float) -> float:
+    def value(self, path: str, default: float, **limits: Any) -> float:
         """A child whose text is a number; VRX leaves some empty, which means the default."""
-        return self.values(tag, tag, (default,), **limits)[0]
+        return float(self.read(Tag(path, float(default), **limits)))
 
-    def values(self, tag: str, labels: str, default: Sequence[float], **limits: float) -> tuple[float, ...]:
+    def values(self, path: str, labels: str, default: Sequence[float], **limits: Any) -> tuple[float, ...]:
         """A child whose text is one number for each of the labels."""
-        node, text = self.child(tag), self.text(tag)
-        if node is None or not text:
-            return tuple(default)
-        return node._parsed(text, "", labels, **limits) or tuple(default)
+        return tuple(self.read(Tag(path, tuple(default), labels=labels, **limits)))
 
-    def flag(self, tag: str, default: bool) -> bool:
+    def flag(self, path: str, default: bool) -> bool:
         """A child that is true or false."""
-        node, text = self.child(tag), self.text(tag)
-        return default if node is None or not text else node._switch(text, "", default)
+        return bool(self.read(Tag(path, default)))
+
+    def read(self, tag: Tag) -> Any:
+        """What a tag below this element says."""
+        node, default = self.child(tag.path), tag.default
+        text = "" if node is None else " ".join(str(node.element.xpath("string()")).split())
+        if node is None or not text or isinstance(default, str):
+            return text or default
+        if isinstance(default, bool):
+            return node._switch(text, "", default)
+        several = isinstance(default, tuple)
+        labels = tag.labels or (_LABELS[len(default)] if several else node.tag)
+        found = node._parsed(text, "", labels, above=tag.above, low=tag.low, high=tag.high)
+        if found is None or several:
+            return found or default
+        return round(found[0]) if isinstance(default, int) else found[0]
 
     def attribute_flag(self, name: str) -> bool:
         """An attribute that is true or false; not where it is missing or empty."""
@@ -196,6 +228,10 @@ class Node:
         if found is None:
             self.fault(choice(text, ["true", "false"]), key)
         return default if found is None else found
+
+    def fields(self, rows: Mapping[str, Tag]) -> dict[str, Any]:
+        """What rows say: a value for each name."""
+        return {name: self.read(tag) for name, tag in rows.items()}
 
     def configured(self, model: type[ConfigT], values: Mapping[str, object]) -> ConfigT | None:
         """A model of these values; what is wrong with them is a problem of this element."""

@@ -1,9 +1,10 @@
-"""Sensors in Gazebo's tags of a URDF."""
+"""Sensors in Gazebo's tags of a URDF: tables of their tags, and what reads them."""
 
 import math
 import re
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 from vrx_mj.config.base import Config
@@ -17,7 +18,7 @@ from vrx_mj.config.sensors import (
     PingerConfig,
 )
 from vrx_mj.errors import UnknownNameError
-from vrx_mj.formats.urdf.elements import Findings, Node
+from vrx_mj.formats.urdf.elements import Findings, Node, Tag
 from vrx_mj.formats.urdf.model import ZERO, Urdf, chained
 from vrx_mj.frames import Pose
 
@@ -54,32 +55,48 @@ class Scope:
         """Notes that something the file asks for is not done."""
         self.warnings.append(f"{node.place}: {node.path}: {message}")
 
+    def warn_plugin(self, plugin: Node) -> None:
+        """Notes that a plugin does nothing here."""
+        self.warn(plugin, f"the plugin {plugin.attribute('filename') or 'without a filename'} is not simulated")
+
+    def check(self, node: Node | None, rows: Iterable[tuple[Tag, str]]) -> None:
+        """Notes what is not done, once for each message of tags that are not as by default; `{}` is the tag's name."""
+        if node:
+            for message in dict.fromkeys(
+                words.format(tag.path) for tag, words in rows if node.read(tag) != tag.default
+            ):
+                self.warn(node, message)
+
     def link(self, node: Node, tag: str) -> str:
         """The link that a child names, as the file calls it; empty if it names none, or one that is not there."""
-        name, child = node.text(tag), node.child(tag)
-        for known in (name, f"{self.urdf.namespace}/{name}", self._renamed(name), _nested(name, self.urdf.links)):
-            if known in self.urdf.links:
-                return known
-        if child and name:
-            child.fault(str(UnknownNameError("link", name, self.urdf.links)))
-        else:
-            node.fault("required, but missing", tag)
-        return ""
+        if not node.text(tag):
+            node.fault("required, but missing", tag.partition("|")[0])
+        return self._known(node, tag, "link", self.urdf.links)
 
     def joint(self, node: Node, tag: str) -> str | None:
         """The joint that a child names; None if it names none."""
+        return self._known(node, tag, "joint", self.urdf.joints) or None
+
+    def _known(self, node: Node, tag: str, kind: str, known: Iterable[str]) -> str:
         name, child = node.text(tag), node.child(tag)
-        for known in (name, f"{self.urdf.namespace}/{name}", self._renamed(name), _nested(name, self.urdf.joints)):
-            if known in self.urdf.joints:
-                return known
-        if child and name:
-            child.fault(str(UnknownNameError("joint", name, self.urdf.joints)))
-        return None
+        found = self.found(name, known)
+        if child and name and not found:
+            child.fault(str(UnknownNameError(kind, name, known)))
+        return found
+
+    def found(self, name: str, known: Iterable[str]) -> str:
+        """The link or joint of this name; empty without one.
+
+        It may be in the robot's namespace, where VRX hard-codes another, or the only one in a model in the model.
+        """
+        nested = [one for one in known if one.endswith(f"::{name}")] if name else []
+        renamed = f"{self.urdf.namespace}/{self.local(name, hard_coded=True)}"
+        names = (name, f"{self.urdf.namespace}/{name}", renamed, *(nested if len(nested) == 1 else ()))
+        return next((one for one in names if one in set(known)), "")
 
     def pose(self, link: str, node: Node | None = None) -> Pose:
         """Of a link, or of a sensor with a `<pose>` in it, in the root link's frame [m, rad]."""
-        inside = node.values("pose", "x y z roll pitch yaw", ZERO) if node else ZERO
-        return chained(self.urdf.places.get(link, ZERO), inside)  # type: ignore[arg-type]
+        return chained(self.urdf.places.get(link, ZERO), node.read(Tag("pose", ZERO, "m, rad")) if node else ZERO)
 
     def local(self, name: str, *, hard_coded: bool = False) -> str:
         """A frame's or link's name without slash in front and namespace, nor one that VRX hard-codes."""
@@ -88,13 +105,13 @@ class Scope:
             name = name.removeprefix(prefix)
         return name
 
-    def stem(self, topic: str, *ends: str, instead: str) -> str:
+    def stem(self, topic: str, ends: Iterable[str], instead: str) -> str:
         """A topic without the namespace and without the last part that all of its kind have."""
         topic = self.local("/".join(filter(None, topic.split("/"))))
         last = next((end for end in ends if topic.endswith(f"/{end}")), "")
         return (topic.removesuffix(f"/{last}") if last else topic) or instead
 
-    def name(self, node: Node, link: str, own: str = "") -> str:
+    def name(self, node: Node, link: str, own: str) -> str:
         """What a sensor is called: as its link, or by its own name on the root link and on a link with several."""
         wanted = self.local(link).removesuffix("_link") if link and link != self.urdf.root else own
         taken = {sensor.name for sensor in self.sensors}
@@ -106,395 +123,333 @@ class Scope:
         self.warn(node, f"duplicate name '{wanted}'; this sensor is renamed to '{wanted}_{number}'")
         return f"{wanted}_{number}"
 
-    def rate(self, node: Node, tag: str, default: float = 0.0) -> float:
+    def rate(self, node: Node, tag: Tag) -> float:
         """Readings per second; without a rate, or with 0, Gazebo would read at every step."""
-        rate = node.value(tag, default, low=0)
+        child = node.child(tag.path)
+        rate: float = node.read(tag)
         if rate == 0:
-            self.warn(node, f"has no {tag}; it is read at {USUAL_RATE:g} Hz, not at every step")
+            name = child.tag if child else tag.path.rpartition("|")[2]
+            self.warn(node, f"has no {name}; it is read at {USUAL_RATE:g} Hz, not at every step")
         return rate or USUAL_RATE
 
-    def add(self, node: Node, model: type[Config], values: Mapping[str, object]) -> None:
-        """Keeps a sensor, if its values are such as there are."""
-        if not node.findings.problems:
-            sensor = node.configured(model, {"type": model.model_fields["type"].default, **values})
-            if sensor is not None:
-                self.sensors.append(sensor)
 
-    def _renamed(self, name: str) -> str:
-        """The name with the robot's namespace in place of one that VRX hard-codes."""
-        return f"{self.urdf.namespace}/{self.local(name, hard_coded=True)}"
-
-
-def _nested(name: str, known: Iterable[str]) -> str:
-    """The one link or joint of this name in a model in the model; empty without one, or with several."""
-    found = [one for one in known if one.endswith(f"::{name}")] if name else []
-    return found[0] if len(found) == 1 else ""
-
-
+Values = dict[str, Any]
+Rows = Mapping[str, Tag]
+"""Tags by the fields that they fill, or by what these are made of."""
 HOUR = 1 / 3600
 """Reciprocal of the drift's time constant [1/s] that Hector's plugins take by default: sensor_model.h."""
 STEPS = {"ball_shooter_plugin": 0.001, "BallShooterPlugin": 0.004}
 """Duration [s] of a physics step, for which VRX's launchers push a ball, by plugin."""
-Values = dict[str, Any]
-Rows = Mapping[str, tuple[str, float, dict[str, float]]]
-"""Of a sensor's fields: the tag, below others with slashes, its default, and what is allowed."""
-POSITIVE, NOT_NEGATIVE, COUNT = {"above": 0.0}, {"low": 0.0}, {"low": 1.0}
-NOISE: Rows = {"noise": ("gaussianNoise", 0.0, NOT_NEGATIVE)}
-ODOMETRY: Rows = {"noise": ("gaussian_noise", 0.0, NOT_NEGATIVE)}
+NOISE: Rows = {"noise": Tag("gaussianNoise|gaussian_noise", 0.0, low=0)}
 CAMERA: Rows = {
-    "width": ("image/width", 320.0, COUNT),
-    "height": ("image/height", 240.0, COUNT),
-    "horizontal_fov": ("horizontal_fov", 1.047, POSITIVE),
-    "near": ("clip/near", 0.1, POSITIVE),
-    "far": ("clip/far", 100.0, POSITIVE),
+    "width": Tag("image/width", 320, "pixel", low=1),
+    "height": Tag("image/height", 240, "pixel", low=1),
+    "horizontal_fov": Tag("horizontal_fov", 1.047, "rad", above=0),
+    "near": Tag("clip/near", 0.1, "m", above=0),
+    "far": Tag("clip/far", 100.0, "m", above=0),
 }
 """SDF's values for what a camera leaves out."""
-SHOTS: Rows = {
-    "shots": ("num_shots", 1000.0, {"low": 0.0, "high": 1000.0}),
-    "impulse": ("shot_force", 250.0, NOT_NEGATIVE),
+CAMERA_PLUGIN: Rows = {"baseline": Tag("hackBaseline", 0.0, "m"), "info": Tag("info", "vrx")}
+LIDAR: Rows = {
+    "rings": Tag("scan/vertical/samples", 1, low=1),
+    "samples": Tag("scan/horizontal/samples", 640.0, low=1),
+    "density": Tag("scan/horizontal/resolution", 1.0, above=0),
+    "first": Tag("scan/horizontal/min_angle", 0.0, "rad"),
+    "last": Tag("scan/horizontal/max_angle", 0.0, "rad"),
+    "lowest": Tag("scan/vertical/min_angle", 0.0, "rad"),
+    "highest": Tag("scan/vertical/max_angle", 0.0, "rad"),
+    "near": Tag("range/min", 0.0, "m", low=0),
+    "far": Tag("range/max", 100.0, "m", above=0),
+    "resolution": Tag("range/resolution", 0.0, "m", low=0),
+}
+LIDAR_PLUGIN: Rows = {
+    "nearest": Tag("min_range", -math.inf, "m"),
+    "farthest": Tag("max_range", math.inf, "m"),
+    "more_noise": Tag("gaussianNoise", 0.0, "m"),
+    "sea_returns": Tag("sea_returns", False),
+}
+BIAS: Rows = {
+    "offset": Tag("bias_mean"),
+    "deviation": Tag("dynamic_bias_stddev", 0.0, low=0),
+    "time": Tag("dynamic_bias_correlation_time", 0.0, "s", low=0),
+}
+"""Errors of an axis of SDF's inertial units besides its noise, in the unit of the measurement."""
+PINGER: Rows = {
+    "range_noise": Tag("rangeNoise/noise/stddev|range_noise/noise/stddev", 0.0, "m", low=0),
+    "bearing_noise": Tag("bearingNoise/noise/stddev|bearing_noise/noise/stddev", 0.0, "rad", low=0),
+    "elevation_noise": Tag("elevationNoise/noise/stddev|elevation_noise/noise/stddev", 0.0, "rad", low=0),
+}
+SHOOTER: Rows = {
+    "shots": Tag("num_shots", 1000, low=0, high=1000),
+    "impulse": Tag("shot_force", 250.0, "N", low=0),
+    "muzzle": Tag("projectile/pose", ZERO, "m, rad"),
 }
 HECTOR = {
-    "offset": ("Offset", 0.0),
-    "drift": ("Drift", 0.0),
-    "drift_frequency": ("DriftFrequency", HOUR),
-    "noise": ("GaussianNoise", 0.0),
+    "offset": Tag("Offset", 0.0),
+    "drift": Tag("Drift", 0.0),
+    "drift_frequency": Tag("DriftFrequency", HOUR, "1/s"),
+    "noise": Tag("GaussianNoise", 0.0),
 }
 """The error model of Hector's plugins: tags such as accelGaussianNoise, each of one number or three."""
-HECTORS = {
-    "gps": {"position": "", "velocity": "velocity"},
-    "imu": {"acceleration": "accel", "angular_velocity": "rate", "heading": "yaw", "tilt": "tilt"},
-}
-"""What Hector's tags begin with, by the sensor and its field."""
-IGNORED = {
-    "imu": ("rpyOffsets",),
-    "p3d": ("xyzOffset", "rpyOffset", "xyzOffsets", "rpyOffsets"),
-}
-"""Tags of three numbers that are not simulated."""
-PINGER = {"range_noise": "rangeNoise", "bearing_noise": "bearingNoise", "elevation_noise": "elevationNoise"}
-"""Tags of a receiver's noise in VRX classic; newer VRX calls them as we do."""
+HECTOR_GPS = {"position": "", "velocity": "velocity"}
+HECTOR_IMU = {"acceleration": "accel", "angular_velocity": "rate", "heading": "yaw", "tilt": "tilt"}
+"""What Hector's tags begin with, by the sensor's field."""
+Ignored = tuple[tuple[Tag, str], ...]
+"""Tags that are not simulated, and what is said of them."""
+_OFFSETS = "rpyOffsets", "xyzOffsets", "rpyOffset", "xyzOffset"
+LENS: Ignored = tuple(
+    (Tag(f"distortion{key}"), "lens distortion is not simulated") for key in ("K1", "K2", "K3", "T1", "T2")
+)
+OFFSETS: Ignored = tuple((Tag(tag, (0.0, 0.0, 0.0), "m, rad"), "{} is ignored") for tag in _OFFSETS)
 
 
-def _fields(node: Node, rows: Rows) -> Values:
-    """The values of rows in an element."""
+LINK, TOPIC = "bodyName|robot_base_frame", "topicName|topic|odom_topic|cameraName"
+FRAME = "frameId|frameName|frame_id|odom_frame|projectile/frame"
+"""Tags of what all plugins of sensors have, whoever makes them."""
+SENSOR_RATE = Tag("update_rate", 0.0, "Hz", low=0)
+PLUGIN_RATE = replace(SENSOR_RATE, path="updateRateHZ|updateRate")
+PINGER_RATE = replace(SENSOR_RATE, path="updateRate|update_rate", default=1.0)
+ODOMETRY_RATE = replace(SENSOR_RATE, path="odom_publish_frequency", default=50.0)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of sensor: what all sensors have, as far as kinds differ in it, and what reads the rest."""
+
+    config: type[Config]
+    values: Callable[[Node, Node | None, Scope, str], Values]
+    """Reads what others have not, from its element, the plugin in it, and the link that it is on."""
+    instead: str
+    """Topic where the file gives none; `{}` is the sensor's own name."""
+    ends: tuple[str, ...] = ()
+    """Last parts of topics that are left out."""
+    own: str = ""
+    """The sensor's own name; empty: as its topic ends."""
+    frame: str = ""
+    """Frame of its readings where the file gives none; empty: the link."""
+    rate: Tag | None = PLUGIN_RATE
+    """None for what is not read."""
+    links: tuple[str, ...] = ()
+    """Links that it is on where the file names none, by its own name and its frame; without any it has to name one."""
+    by_link: bool = True
+    """Whether it is called as its link is."""
+    ignored: Ignored = ()
+    plugins: tuple[str, ...] = ()
+    """Those in a `<sensor>` that publish its readings."""
+
+
+def _fields(node: Node | None, rows: Rows) -> Values:
+    return node.fields(rows) if node else {name: tag.default for name, tag in rows.items()}
+
+
+def _hector(prefixes: Mapping[str, str], node: Node, *_: object) -> Values:
     found: Values = {}
-    for field_name, (path, default, limits) in rows.items():
-        *outer, tag = path.split("/")
-        holder = node.child(*outer)
-        found[field_name] = holder.value(tag, default, **limits) if holder else default
+    for key, prefix in prefixes.items():
+        found[key] = {}
+        for name, tag in HECTOR.items():
+            path = f"{prefix}{tag.path}" if prefix else f"{tag.path[0].lower()}{tag.path[1:]}"
+            several = len(node.text(path).split()) > 1
+            value = node.read(Tag(path, (tag.default,) * 3 if several else tag.default))
+            found[key][name] = value if several else (value,) * 3
     return found
 
 
-def _mounted(
-    node: Node, scope: Scope, link: str | None, name: str, frame: str, topic: tuple[str, ...], instead: str,
-    rate: tuple[str, float] | None, *, posed: bool = False,
-) -> Values:  # fmt: skip
-    """What all sensors have in common; `topic` comes with the ends that are left out, `rate` with its default."""
-    return {
-        "name": name,
-        "link": scope.local(link or scope.urdf.root),
-        "frame": scope.local(frame),
-        "pose": scope.pose(link or "", node if posed else None),
-        "topic": scope.stem(*topic, instead=instead),
-        **({"rate": scope.rate(node, *rate)} if rate else {}),
-    }
+def _plain_imu(node: Node, *_: object) -> Values:
+    """Gazebo's own ROS plugin has one noise for everything."""
+    noise = {"noise": (node.read(NOISE["noise"]),) * 3}
+    return {"acceleration": noise, "angular_velocity": noise}
 
 
-def _ignored(node: Node, scope: Scope, kind: str) -> None:
-    for tag in IGNORED.get(kind, ()):
-        if any(node.values(tag, "x y z", (0.0, 0.0, 0.0))):
-            scope.warn(node, f"{tag} is ignored")
-
-
-def _on_link(node: Node, scope: Scope, own: str, end: str) -> Values:
-    """What the sensors of a link have in common."""
-    link = scope.link(node, "bodyName")
-    if not link:
-        return {}
-    frame = node.text("frameId") or node.text("frameName") or link
-    tag = "updateRateHZ" if node.child("updateRateHZ") else "updateRate"
-    topic, name = (node.text("topicName"), end), scope.name(node, link, own)
-    return _mounted(node, scope, link, name, frame, topic, f"sensors/{own}/{own}", (tag, 0.0))
-
-
-def _gps_plugin(node: Node, scope: Scope) -> None:
-    values = _on_link(node, scope, "gps", "fix")
-    scope.add(node, GpsConfig, values | {key: _hector(node, prefix) for key, prefix in HECTORS["gps"].items()})
-
-
-def _imu_plugin(node: Node, scope: Scope) -> None:
-    values = _on_link(node, scope, "imu", "data")
-    _ignored(node, scope, "imu")
-    scope.add(node, ImuConfig, values | {key: _hector(node, prefix) for key, prefix in HECTORS["imu"].items()})
-
-
-def _plain_imu(node: Node, scope: Scope) -> None:
-    """Gazebo's own ROS plugin, with one noise for everything."""
-    values = _on_link(node, scope, "imu", "data")
-    noise = {"noise": (_fields(node, NOISE)["noise"],) * 3}
-    scope.add(node, ImuConfig, values | {"acceleration": noise, "angular_velocity": noise})
-
-
-def _hector(node: Node, prefix: str) -> Mapping[str, tuple[float, ...]]:
-    found = {}
-    for key, (word, default) in HECTOR.items():
-        tag = f"{prefix}{word}" if prefix else f"{word[0].lower()}{word[1:]}"
-        several = len(node.text(tag).split()) > 1
-        found[key] = node.values(tag, "x y z", (default,) * 3) if several else (node.value(tag, default),) * 3
-    return found
-
-
-def _p3d(node: Node, scope: Scope) -> None:
-    link, topic = scope.link(node, "bodyName"), node.text("topicName")
-    _ignored(node, scope, "p3d")
-    own = topic.rpartition("/")[2] or (node.attribute("name") or "").removeprefix("p3d_plugin_")
-    frame, name, instead = node.text("frameName", "map"), scope.name(node, "", own), f"sensors/position/{own}"
-    values = _mounted(node, scope, link, name, frame, (topic,), instead, ("updateRate", 0.0))
-    scope.add(node, P3dConfig, values | _fields(node, NOISE))
-
-
-def _odometry(node: Node, scope: Scope) -> None:
-    """The newer Gazebo's odometry; VRX passes it on under a fixed name."""
-    link = scope.link(node, "robot_base_frame") if node.text("robot_base_frame") else scope.urdf.root
-    own = "ground_truth_odometry"
-    frame, topic, rate = node.text("odom_frame", "odom"), (node.text("odom_topic"),), ("odom_publish_frequency", 50.0)
-    values = _mounted(node, scope, link, scope.name(node, "", own), frame, topic, f"sensors/position/{own}", rate)
-    scope.add(node, P3dConfig, values | _fields(node, ODOMETRY))
-
-
-def _pinger(node: Node, scope: Scope) -> None:
-    """A receiver, which the plugin does not tie to a link: it is on the one that its topic is named after."""
-    topic = node.text("topicName") or node.text("topic"), "range_bearing"
-    own = scope.stem(*topic, instead="sensors/pingers/pinger").rpartition("/")[2]
-    frame = scope.local(node.text("frameId") or node.text("frame_id") or "pinger", hard_coded=True)
-    link, tag = (
-        _first_link(scope, own, f"{own}_link", frame),
-        "updateRate" if node.child("updateRate") else "update_rate",
-    )
-    name = scope.name(node, link or "", own)
-    values = _mounted(node, scope, link, name, frame, topic, "sensors/pingers/pinger", (tag, 1.0))
-    noises = {key: node.child(tag, "noise") or node.child(key, "noise") for key, tag in PINGER.items()}
-    deviations = {key: noise.value("stddev", 0.0, low=0) if noise else 0.0 for key, noise in noises.items()}
-    scope.add(node, PingerConfig, values | deviations)
-
-
-def _shooter(node: Node, scope: Scope) -> None:
-    """A launcher: by its topic's name, because VRX's files give every one the frame of the boat `wamv`."""
-    projectile, topic = node.child("projectile"), (node.text("topic"), "fire")
-    own = scope.stem(*topic, instead="shooters/ball_shooter").rpartition("/")[2]
-    frame = scope.local(projectile.text("frame") if projectile else "", hard_coded=True)
-    link = _first_link(scope, f"{own}_launcher_link", frame)
-    if link is None:
-        scope.warn(node, f"no link named '{own}_launcher_link' to launch from; the root link is used")
-    muzzle = projectile.values("pose", "x y z roll pitch yaw", ZERO) if projectile else ZERO
-    if any(muzzle[3:]):
+def _shooter(node: Node, _: Node | None, scope: Scope, link: str) -> Values:
+    found = node.fields(SHOOTER)
+    if any(found["muzzle"][3:]):
         scope.warn(node, "the angles of the projectile's pose are ignored")
-    found, link = _fields(node, SHOTS), link or scope.urdf.root
-    values = _mounted(node, scope, link, scope.name(node, "", own), link, topic, "shooters/ball_shooter", None)
-    shots, impulse = round(found["shots"]), found["impulse"] * STEPS[plugin_kind(node)]
-    scope.add(node, BallShooterConfig, values | {"shots": shots, "impulse": impulse, "muzzle": muzzle[:3]})
+    impulse, muzzle = found["impulse"] * STEPS[plugin_kind(node)], found["muzzle"][:3]
+    return found | {"impulse": impulse, "muzzle": muzzle, "frame": scope.local(link)}
 
 
-def _first_link(scope: Scope, *names: str) -> str | None:
-    """The first of these links that the robot has, with or without the namespace."""
-    prefix = f"{scope.urdf.namespace}/" if scope.urdf.namespace else ""
-    return next((f"{start}{name}" for name in names for start in (prefix, "")
-                 if f"{start}{name}" in scope.urdf.links), None)  # fmt: skip
+def _noise_alone(node: Node, *_: object) -> Values:
+    return node.fields(NOISE)
 
 
+_P3D = Kind(P3dConfig, _noise_alone, "sensors/position/{}", frame="map", by_link=False, ignored=OFFSETS)
+_PINGER = Kind(
+    PingerConfig, lambda node, *_: node.fields(PINGER), "sensors/pingers/pinger", ("range_bearing",),
+    frame="pinger", rate=PINGER_RATE, links=("{own}", "{own}_link", "{frame}"),
+)  # fmt: skip
+"""A receiver, which the plugin does not tie to a link: it is on the one that its topic is named after."""
+_SHOOTER = Kind(
+    BallShooterConfig, _shooter, "shooters/ball_shooter", ("fire",),
+    rate=None, links=("{own}_launcher_link", "{frame}"), by_link=False,
+)  # fmt: skip
+"""A launcher, by its topic's name, because VRX's files give every one the frame of the boat `wamv`."""
 INSTRUMENTS = {
-    "hector_gazebo_ros_gps": _gps_plugin,
-    "hector_gazebo_ros_imu": _imu_plugin,
-    "gazebo_ros_imu": _plain_imu,
-    "gazebo_ros_p3d": _p3d,
-    "gz-sim-odometry-publisher-system": _odometry,
-    "usv_gazebo_acoustic_pinger_plugin": _pinger,
-    "usv_gazebo_pinger_plugin": _pinger,
-    "acoustic_pinger_plugin": _pinger,
-    "AcousticPingerPlugin": _pinger,
-    "ball_shooter_plugin": _shooter,
-    "BallShooterPlugin": _shooter,
+    "hector_gazebo_ros_gps": Kind(GpsConfig, partial(_hector, HECTOR_GPS), "sensors/gps/gps", ("fix",), "gps"),
+    "hector_gazebo_ros_imu": Kind(
+        ImuConfig, partial(_hector, HECTOR_IMU), "sensors/imu/imu", ("data",), "imu", ignored=OFFSETS[:1]
+    ),
+    "gazebo_ros_imu": Kind(ImuConfig, _plain_imu, "sensors/imu/imu", ("data",), "imu"),
+    "gazebo_ros_p3d": _P3D,
+    "gz-sim-odometry-publisher-system": replace(
+        _P3D, own="ground_truth_odometry", frame="odom", rate=ODOMETRY_RATE, links=("{root}",), ignored=()
+    ),
+    "usv_gazebo_acoustic_pinger_plugin": _PINGER,
+    "usv_gazebo_pinger_plugin": _PINGER,
+    "acoustic_pinger_plugin": _PINGER,
+    "AcousticPingerPlugin": _PINGER,
+    "ball_shooter_plugin": _SHOOTER,
+    "BallShooterPlugin": _SHOOTER,
 }
-"""Readers by the kind of plugin."""
+"""Plugins that are sensors."""
 
 
-QUIET_SENSORS = ("contact", "force_torque")
-"""What VRX measures for its scores, or for nothing; contacts are found without them."""
+def read_instrument(node: Node, scope: Scope) -> None:
+    """A plugin that is a sensor."""
+    kind = INSTRUMENTS[plugin_kind(node)]
+    instead = kind.instead.format(kind.own or (node.attribute("name") or "").removeprefix("p3d_plugin_"))
+    topic = scope.stem(node.text(TOPIC), kind.ends, instead)
+    own, link = kind.own or topic.rpartition("/")[2], ""
+    frame = scope.local(node.text(FRAME, kind.frame), hard_coded=bool(kind.links))
+    if kind.links and not node.text(LINK):
+        names = [name.format(own=own, frame=frame, root=scope.urdf.root) for name in kind.links]
+        link = next(filter(None, (scope.found(name, scope.urdf.links) for name in names)), "")
+        if not link and kind.rate is None:
+            scope.warn(node, f"no link named '{names[0]}' to launch from; the root link is used")
+        link = link or scope.urdf.root
+    link = link or scope.link(node, LINK)
+    scope.check(node, kind.ignored)
+    _add(node, None, kind, scope, link, frame, topic, scope.name(node, link if kind.by_link else "", own))
 
-SCANS = ("gazebo_ros_laser", "gazebo_ros_gpu_laser", "gazebo_ros_head_hokuyo")
-POINTS = ("gazebo_ros_velodyne_laser", "gazebo_ros_velodyne_gpu_laser", "gazebo_ros_block_laser")
-DISTORTION = ("distortionK1", "distortionK2", "distortionK3", "distortionT1", "distortionT2")
+
+def _add(
+    node: Node, plugin: Node | None, kind: Kind, scope: Scope, link: str, frame: str, topic: str, name: str
+) -> None:  # fmt: skip
+    """Keeps a sensor, if its values are such as there are."""
+    own, rate = node.tag == "sensor", SENSOR_RATE if node.tag == "sensor" else kind.rate
+    values = {
+        "type": kind.config.model_fields["type"].default,
+        "name": name,
+        "link": scope.local(link),
+        "frame": scope.local(frame or link),
+        "pose": scope.pose(link, node if own else None),
+        "topic": topic,
+        **({"rate": scope.rate(node, rate)} if rate else {}),
+        **kind.values(node, plugin, scope, link),
+    }
+    sensor = None if node.findings.problems else node.configured(kind.config, values)
+    if sensor is not None:
+        scope.sensors.append(sensor)
 
 
-def read_sensor(node: Node, link: str, scope: Scope) -> None:
-    """A `<sensor>` on a link, which is as the file calls it."""
-    kind = node.attribute("type") or ""
-    if kind in SENSORS:
-        SENSORS[kind](node, link, scope)
-    elif kind not in QUIET_SENSORS:
-        scope.warn(node, f"sensors of type '{kind}' are not simulated")
-
-
-def _camera(node: Node, link: str, scope: Scope) -> None:
-    camera, plugin = node.child("camera"), _plugin(node, scope, "gazebo_ros_camera")
+def _camera(node: Node, plugin: Node | None, scope: Scope, link: str) -> Values:
+    camera = node.child("camera")
     if camera is None:
         node.fault("required, but missing", "camera")
-        return
-    if plugin and any(plugin.value(tag, 0.0) for tag in DISTORTION):
-        scope.warn(plugin, "lens distortion is not simulated")
-    frame = plugin.text("frameName") if plugin else ""
+        return {}
+    scope.check(plugin, LENS)
     optical = next((end for end in (f"{link}_optical", f"{link}_optical_frame") if end in scope.urdf.links), link)
-    topic = plugin.text("cameraName") if plugin else node.text("topic")
-    values = _of_sensor(node, scope, link, frame or optical, (topic, "image_raw"), "cameras") | _fields(camera, CAMERA)
-    values |= {
-        "width": round(values["width"]),
-        "height": round(values["height"]),
-        "noise": _noise(camera.child("noise"), scope),
-        "baseline": plugin.value("hackBaseline", 0.0) if plugin else 0.0,
-        "info": (plugin.text("info") if plugin else "") or "vrx",
-    }
-    scope.add(node, CameraConfig, values)
+    frame = plugin.text("frameName", optical) if plugin else optical
+    noise = {"noise": _noise(camera.child("noise"), scope), "frame": scope.local(frame)}
+    return camera.fields(CAMERA) | _fields(plugin, CAMERA_PLUGIN) | noise
 
 
-def _of_sensor(
-    node: Node, scope: Scope, link: str, frame: str, topic: tuple[str, ...], kind: str, own: str = ""
-) -> Values:  # fmt: skip
-    """What all `<sensor>`s have in common."""
-    name = scope.name(node, link, _own(node, scope))
-    instead = f"sensors/{kind}/{own or _own(node, scope) or name}"
-    return _mounted(node, scope, link, name, frame, topic, instead, ("update_rate", 0.0), posed=True)
-
-
-def _lidar(node: Node, link: str, scope: Scope) -> None:
-    ray, plugin = node.child("ray") or node.child("lidar"), _plugin(node, scope, *SCANS, *POINTS)
-    across = ray.child("scan", "horizontal") if ray else None
-    if ray is None or across is None:
+def _lidar(node: Node, plugin: Node | None, scope: Scope, _: str) -> Values:
+    ray = node.child("ray|lidar")
+    if ray is None or ray.child("scan/horizontal") is None:
         node.fault("required, but missing", "ray / scan / horizontal")
-        return
-    up, reach = ray.child("scan", "vertical"), ray.child("range")
-    rings = _whole(up, "samples", 1.0)
+        return {}
+    found, reach = ray.fields(LIDAR) | _fields(plugin, LIDAR_PLUGIN), ray.child("range")
+    rings, low, high = found["rings"], found["lowest"], found["highest"]
     scan = plugin_kind(plugin) in SCANS if plugin else rings == 1
     if scan and rings > 1:
         scope.warn(node, f"a scan has one ring; the other {rings - 1} are ignored")
-    topic = plugin.text("topicName") if plugin else node.text("topic")
-    frame = (plugin.text("frameName") if plugin else "") or link
-    values = _of_sensor(node, scope, link, frame, (topic, "points", "scan"), "lidars") | {
-        "output": "scan" if scan else "points",
-        "rings": 1 if scan else rings,
-        "samples": max(round(across.value("samples", 640.0, low=1) * across.value("resolution", 1.0, above=0)), 1),
-        "azimuth": (across.value("min_angle", 0.0), across.value("max_angle", 0.0)),
-        "elevation": _elevation(up) if up and not scan else (0.0, 0.0),
-        "range": _range(reach, plugin),
-        "resolution": reach.value("resolution", 0.0, low=0) if reach and scan else 0.0,
-        "noise": math.hypot(_noise(ray.child("noise"), scope), plugin.value("gaussianNoise", 0.0) if plugin else 0.0),
-        "sea_returns": plugin.flag("sea_returns", False) if plugin else False,
-    }  # fmt: skip
-    scope.add(node, LidarConfig, values)
-
-
-def _elevation(up: Node) -> tuple[float, float]:
-    """Lowest and highest ring [rad]; a single one looks along the middle."""
-    low, high = up.value("min_angle", 0.0), up.value("max_angle", 0.0)
-    return (low, high) if _whole(up, "samples", 1.0) > 1 else ((low + high) / 2, (low + high) / 2)
-
-
-def _range(reach: Node | None, plugin: Node | None) -> tuple[float, float]:
-    """Nearest and farthest return [m]: of the sensor, narrowed by its plugin."""
-    near, far = (reach.value("min", 0.0, low=0), reach.value("max", 100.0, above=0)) if reach else (0.0, 100.0)
-    if plugin:
-        near, far = max(near, plugin.value("min_range", near)), min(far, plugin.value("max_range", far))
+    near, far = max(found["near"], found["nearest"]), min(found["far"], found["farthest"])
     if reach and near >= far:
         reach.fault(f"invalid range from {near:g} m to {far:g} m: the nearest return must be below the farthest")
-    return near, far
-
-
-def _gps(node: Node, link: str, scope: Scope) -> None:
-    """Gazebo's own receiver, `navsat` or `gps`; SDF gives it horizontal and vertical noise."""
-    _plugin(node, scope, "gazebo_ros_gps_sensor")
-    body = node.child("navsat") or node.child("gps")
-    topic = node.text("topic"), "fix", "navsat"
-    values = _of_sensor(node, scope, link, link, topic, "gps", "gps") | {
-        "position": {"noise": _sensing(body, "position_sensing", scope)},
-        "velocity": {"noise": _sensing(body, "velocity_sensing", scope)},
+    return {
+        "output": "scan" if scan else "points",
+        "rings": 1 if scan else rings,
+        "samples": max(round(found["samples"] * found["density"]), 1),
+        "azimuth": (found["first"], found["last"]),
+        "elevation": (0.0, 0.0) if scan else (low, high) if rings > 1 else ((low + high) / 2,) * 2,
+        "range": (near, far),
+        "resolution": found["resolution"] if scan else 0.0,
+        "noise": math.hypot(_noise(ray.child("noise"), scope), found["more_noise"]),
+        "sea_returns": found["sea_returns"],
     }
-    scope.add(node, GpsConfig, values)
 
 
-def _sensing(body: Node | None, tag: str, scope: Scope) -> tuple[float, float, float]:
-    sensing = body.child(tag) if body else None
-    across, up = (_noise(sensing.child(way, "noise") if sensing else None, scope) for way in ("horizontal", "vertical"))
-    return (across, across, up)
+def _gps(node: Node, _: Node | None, scope: Scope, __: str) -> Values:
+    """SDF gives its receiver, `navsat` or `gps`, horizontal and vertical noise."""
+    found: Values = {}
+    for key in ("position", "velocity"):
+        body = node.child(f"navsat/{key}_sensing|gps/{key}_sensing")
+        across, up = (_noise(body and body.child(way, "noise"), scope) for way in ("horizontal", "vertical"))
+        found[key] = {"noise": (across, across, up)}
+    return found
 
 
-def _imu(node: Node, link: str, scope: Scope) -> None:
-    """Gazebo's own inertial unit, with or without the ROS plugin."""
-    plugin = _plugin(node, scope, "gazebo_ros_imu_sensor")
-    imu = node.child("imu")
-    topic = plugin.text("topicName") if plugin else node.text("topic")
-    frame = (plugin.text("frameName") if plugin else "") or link
-    values = _of_sensor(node, scope, link, frame, (topic, "data", "imu"), "imu", "imu") | {
-        "acceleration": _errors(imu, "linear_acceleration", scope),
-        "angular_velocity": _errors(imu, "angular_velocity", scope),
-    }  # fmt: skip
-    scope.add(node, ImuConfig, values)
+def _imu(node: Node, _: Node | None, scope: Scope, __: str) -> Values:
+    tags = {"acceleration": "linear_acceleration", "angular_velocity": "angular_velocity"}
+    return {key: _errors(node, tag, scope) for key, tag in tags.items()}
 
 
-def _errors(imu: Node | None, tag: str, scope: Scope) -> dict[str, tuple[float, ...]]:
+def _errors(node: Node, tag: str, scope: Scope) -> Values:
     """SDF's noise of three axes; its dynamic bias wanders with a stationary deviation of s sqrt(tau / 2).
 
     Reference: gz-sensors, GaussianNoiseModel.cc: b' = -b / tau + s w.
     """
-    axes = [imu.child(tag, axis, "noise") if imu else None for axis in "xyz"]
-    offset, drift, frequency, noise = [], [], [], []
-    for axis in axes:
-        time = axis.value("dynamic_bias_correlation_time", 0.0, low=0) if axis else 0.0
-        offset.append(axis.value("bias_mean", 0.0) if axis else 0.0)
-        drift.append(axis.value("dynamic_bias_stddev", 0.0, low=0) * math.sqrt(time / 2) if axis else 0.0)
-        frequency.append(1 / time if time > 0 else 0.0)
-        noise.append(_noise(axis, scope))
-    if any(axis and axis.value("bias_stddev", 0.0) for axis in axes) and imu:
+    axes = [node.child("imu", tag, axis, "noise") for axis in "xyz"]
+    rows = [_fields(axis, BIAS) for axis in axes]
+    imu = node.child("imu")
+    if imu and any(axis and axis.value("bias_stddev", 0.0) for axis in axes):
         scope.warn(imu, f"the bias of its {tag} is bias_mean; it is not drawn anew for each run")
-    return {"offset": tuple(offset), "drift": tuple(drift), "drift_frequency": tuple(frequency), "noise": tuple(noise)}
+    return {
+        "offset": tuple(row["offset"] for row in rows),
+        "drift": tuple(row["deviation"] * math.sqrt(row["time"] / 2) for row in rows),
+        "drift_frequency": tuple(1 / row["time"] if row["time"] > 0 else 0.0 for row in rows),
+        "noise": tuple(_noise(axis, scope) for axis in axes),
+    }
 
 
 def _noise(node: Node | None, scope: Scope) -> float:
     """Standard deviation of a `<noise>`."""
     if node is None or "none" in {node.text("type"), node.attribute("type")}:
         return 0.0
-    if node.value("mean", 0.0):
-        scope.warn(node, "a mean other than 0 is ignored")
+    scope.check(node, [(Tag("mean"), "a mean other than 0 is ignored")])
     return node.value("stddev", 0.0, low=0)
 
 
-def _plugin(node: Node, scope: Scope, *kinds: str) -> Node | None:
-    """The plugin that publishes a sensor's readings, if it is one of these; others are not simulated."""
-    found = None
-    for plugin in node.children("plugin"):
-        if plugin_kind(plugin) in kinds and found is None:
-            found = plugin
-        else:
-            scope.warn(plugin, f"the plugin {plugin.attribute('filename') or 'without a filename'} is not simulated")
-    return found
+QUIET_SENSORS = ("contact", "force_torque")
+"""What VRX measures for its scores, or for nothing; contacts are found without them."""
+SCANS = ("gazebo_ros_laser", "gazebo_ros_gpu_laser", "gazebo_ros_head_hokuyo")
+POINTS = ("gazebo_ros_velodyne_laser", "gazebo_ros_velodyne_gpu_laser", "gazebo_ros_block_laser")
+_CAMERA = Kind(CameraConfig, _camera, "sensors/cameras/{}", ("image_raw",), plugins=("gazebo_ros_camera",))
+_LIDAR = Kind(LidarConfig, _lidar, "sensors/lidars/{}", ("points", "scan"), plugins=(*SCANS, *POINTS))
+_GPS = Kind(GpsConfig, _gps, "sensors/gps/gps", ("fix", "navsat"), plugins=("gazebo_ros_gps_sensor",))
+_IMU = Kind(ImuConfig, _imu, "sensors/imu/imu", ("data", "imu"), plugins=("gazebo_ros_imu_sensor",))
+SENSORS = (
+    dict.fromkeys(("camera", "rgbd_camera"), _CAMERA)
+    | dict.fromkeys(("ray", "gpu_ray", "lidar", "gpu_lidar"), _LIDAR)
+    | dict.fromkeys(("gps", "navsat"), _GPS)
+    | {"imu": _IMU}
+)
+"""Gazebo's own sensors by their type."""
 
 
-def _own(node: Node, scope: Scope) -> str:
-    """A sensor's own name, without the namespace and what VRX adds to it."""
-    return scope.local((node.attribute("name") or "").removesuffix("_sensor"))
-
-
-def _whole(node: Node | None, tag: str, default: float) -> int:
-    """A count, which xacro may write as 1875.0."""
-    return round(node.value(tag, default, low=1)) if node else round(default)
-
-
-SENSORS = {
-    "camera": _camera,
-    "ray": _lidar,
-    "gpu_ray": _lidar,
-    "lidar": _lidar,
-    "gpu_lidar": _lidar,
-    "rgbd_camera": _camera,
-    "gps": _gps,
-    "navsat": _gps,
-    "imu": _imu,
-}
-"""Readers by the type of sensor."""
+def read_sensor(node: Node, link: str, scope: Scope) -> None:
+    """A `<sensor>` on a link, which is as the file calls it; its plugin, if it has one, gives topic and frame."""
+    kind = SENSORS.get(node.attribute("type") or "")
+    if kind is None:
+        if node.attribute("type") not in QUIET_SENSORS:
+            scope.warn(node, f"sensors of type '{node.attribute('type') or ''}' are not simulated")
+        return
+    plugin = next((one for one in node.children("plugin") if plugin_kind(one) in kind.plugins), None)
+    for one in node.children("plugin"):
+        if plugin is None or one.element is not plugin.element:
+            scope.warn_plugin(one)
+    own = scope.local((node.attribute("name") or "").removesuffix("_sensor"))
+    name = scope.name(node, link, own)
+    topic, frame = (plugin.text(TOPIC), plugin.text(FRAME)) if plugin else ("", "")
+    topic = scope.stem(topic or node.text("topic"), kind.ends, kind.instead.format(own or name))
+    _add(node, plugin, kind, scope, link, frame, topic, name)

@@ -1,25 +1,23 @@
 """Plugins of gz-sim and of ArduPilot that push boats: Hydrodynamics, Buoyancy, ArduPilotPlugin."""
 
-import itertools
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from vrx_mj.config.wording import choice
-from vrx_mj.formats.urdf.elements import Node
+from vrx_mj.formats.urdf.elements import Node, Tag
 from vrx_mj.formats.urdf.gazebo_sensors import Scope
 from vrx_mj.formats.urdf.model import UrdfThruster
 
 AXES = ("xU", "yV", "zW", "kP", "mQ", "nR")
 """Coefficients along the axes of motion: surge, sway, heave, roll, pitch, yaw."""
-CROSSED = frozenset(
-    f"{force}{form}{speed}{again}"
-    for force, speed in itertools.product("xyzkmn", "UVWPQR")
-    for form in ("", "Dot")
-    for again in ("", "U", "V", "W", "P", "Q", "R")
-) | frozenset(f"{a}{b}abs{c}" for a, b, c in itertools.product("xyzkmn", "UVWPQR", "UVWPQR"))
-"""All coefficients that the plugin has."""
+FOSSEN = {axis: (f"{axis[0]}Dot{axis[1]}", axis, f"{axis}abs{axis[1]}", f"{axis}{axis[1]}") for axis in AXES}
+"""Tags of added mass [kg, kg m2], linear [N s/m, N m s] and quadratic drag, the last by its newer and older name."""
+CURRENT = Tag("default_current", (0.0, 0.0, 0.0), "m/s"), "{} is ignored: the water has no current here"
 TYPES = ("COMMAND", "EFFORT", "POSITION", "VELOCITY")
+
+_COEFFICIENT = re.compile(r"[xyzkmn](Dot)?[UVWPQR][UVWPQR]?|[xyzkmn][UVWPQR]abs[UVWPQR]")
 
 Known = dict[str, Any]
 """Fields of `HydrodynamicsConfig` that a file gives; in a six None is what it does not."""
@@ -30,53 +28,43 @@ def read_fossen(node: Node, scope: Scope) -> Known:
 
     Fossen's derivatives are negative where they resist; the plugin takes its water for still.
     """
-    used = {name for axis in AXES for name in _names(axis)}
-    positive = [name for name in used if node.child(name) and node.value(name, 0.0) > 0.0]
+    used = {tag for tags in FOSSEN.values() for tag in tags}
+    positive = [tag for tag in used if node.value(tag, 0.0) > 0.0]
     if positive:
         names = ", ".join(sorted(positive))
         scope.warn(node, f"positive coefficients push in gz-sim, here they resist as negative ones do: {names}")
-    crossed = [str(one.tag) for one in node.element if one.tag in CROSSED - used and node.value(str(one.tag), 0.0)]
+    tags = dict.fromkeys(str(child.tag) for child in node.element)
+    crossed = [tag for tag in tags if _COEFFICIENT.fullmatch(tag) and tag not in used and node.value(tag, 0.0)]
     if crossed:
-        scope.warn(node, f"coefficients off the diagonal are ignored: {', '.join(dict.fromkeys(crossed))}")
-    if any(node.values("default_current", "x y z", (0.0, 0.0, 0.0))):
-        scope.warn(node, "default_current is ignored: the water has no current here")
-    mass = tuple(_size(node, f"{axis[0]}Dot{axis[1]}") for axis in AXES)
-    if node.flag("disable_added_mass", False):
-        mass = (0.0,) * 6
-    linear = tuple(_drag(node, axis, axis) for axis in AXES)
-    quadratic = tuple(_drag(node, axis, *_names(axis)[2:]) for axis in AXES)
-    known: Known = {"added_mass": mass, "drag_linear": linear, "drag_quadratic": quadratic}
-    for tag in ("waterDensity", "water_density"):
-        if node.child(tag):
-            known["water_density"] = node.value(tag, 1000.0, above=0)
-    return known
+        scope.warn(node, f"coefficients off the diagonal are ignored: {', '.join(crossed)}")
+    scope.check(node, [CURRENT])
+    found = [
+        [_size(node, path) for path in (mass, drag, f"{newer}|{older}")] for mass, drag, newer, older in FOSSEN.values()
+    ]
+    known: Known = {
+        "added_mass": (0.0,) * 6 if node.flag("disable_added_mass", False) else tuple(mass for mass, *_ in found),
+        "drag_linear": tuple(_drag(linear, quadratic) for _, linear, quadratic in found),
+        "drag_quadratic": tuple(_drag(quadratic, linear) for _, linear, quadratic in found),
+    }
+    density = "water_density|waterDensity"
+    return known | ({"water_density": node.value(density, 1000.0, above=0)} if node.child(density) else {})
 
 
-def _names(axis: str) -> tuple[str, ...]:
-    """Added mass, linear and quadratic drag along an axis, the last by its newer and older name."""
-    force, speed = axis[0], axis[1]
-    return f"{force}Dot{speed}", axis, f"{axis}abs{speed}", f"{axis}{speed}"
+def _size(node: Node, path: str) -> float | None:
+    """A coefficient without its sign."""
+    return abs(node.value(path, 0.0)) if node.child(path) else None
 
 
-def _size(node: Node, *names: str) -> float | None:
-    """A coefficient without its sign, by the first of these names that the file has."""
-    name = next((name for name in names if node.child(name)), None)
-    return None if name is None else abs(node.value(name, 0.0))
-
-
-def _drag(node: Node, axis: str, *names: str) -> float | None:
+def _drag(own: float | None, other: float | None) -> float | None:
     """A drag along an axis: 0 where the file has only the other one, linear or quadratic."""
-    found = _size(node, *names)
-    given = any(node.child(name) for name in _names(axis)[1:])
-    return 0.0 if found is None and given else found
+    return 0.0 if own is None and other is not None else own
 
 
 def read_buoyancy(node: Node) -> Known:
     """The density of the water; what lifts are the shapes, which gz-sim too takes."""
-    if node.child("uniform_fluid_density"):
-        return {"water_density": node.value("uniform_fluid_density", 1000.0, above=0)}
-    graded = node.child("graded_buoyancy")
-    return {"water_density": graded.value("default_density", 1000.0, above=0)} if graded else {}
+    if node.child("uniform_fluid_density|graded_buoyancy") is None:
+        return {}
+    return {"water_density": node.value("uniform_fluid_density|graded_buoyancy/default_density", 1000.0, above=0)}
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,9 @@
 """The meshes of a robot's links, found and checked; VRX's, which are not ours to ship, have stand-ins."""
 
-import math
-from collections.abc import Iterator
+import json
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import cache
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -11,38 +12,18 @@ from vrx_mj.config.wording import one_of, shown
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.urdf.elements import Findings
 from vrx_mj.formats.urdf.meshes import MeshFiles, MissingMeshError, check_mesh
-from vrx_mj.formats.urdf.model import ZERO, Color, Link, LinkRow, MeshRow, Scale, chained
+from vrx_mj.formats.urdf.model import Color, Link, LinkRow, MeshRow, Scale, chained
 from vrx_mj.frames import Pose, inverse
 from vrx_mj.resources import root
 
-STAND_INS: dict[str, tuple[Pose, dict[str, Color]]] = {
-    "WAM-V-Base.dae": (
-        ZERO,
-        {
-            "hulls": (0.74, 0.75, 0.76, 1.0),
-            "trim": (0.23, 0.25, 0.28, 1.0),
-            "arches": (0.11, 0.12, 0.13, 1.0),
-            "deck": (0.60, 0.62, 0.64, 1.0),
-        },
-    ),
-    "engine.dae": (ZERO, {"engine": (0.16, 0.17, 0.19, 1.0)}),
-    "propeller.dae": (ZERO, {"propeller": (0.78, 0.33, 0.12, 1.0)}),
-    "battery.dae": ((0, -1.03, -0.45, 0, 0, 0), {"battery": (0.36, 0.38, 0.41, 1.0)}),
-    "cpu_cases.dae": (
-        (0.073, 0, -1.53, 0, 0, 0),
-        {"cpu_cases": (0.17, 0.18, 0.19, 1.0), "cpu_fittings": (0.62, 0.64, 0.66, 1.0)},
-    ),
-    "gps.dae": (ZERO, {"gps": (0.86, 0.87, 0.85, 1.0)}),
-    "3d_lidar.dae": ((0, 0, -0.035, 0, 0, 0), {"lidar": (0.27, 0.28, 0.30, 1.0)}),
-    "mono_camera.dae": ((-0.033, 0, 0, 0, 0, math.pi / 2), {"camera": (0.13, 0.14, 0.15, 1.0)}),
-    "sensor_post_arm.dae": (
-        (-0.038, 0, -0.003, math.radians(-60), 0, -math.pi / 2),
-        {"post_arm": (0.06, 0.06, 0.07, 1.0)},
-    ),
-    "ball_shooter_base.dae": (ZERO, {"shooter_base": (0.35, 0.37, 0.40, 1.0)}),
-    "ball_shooter_launcher.dae": ((0, 0, 0, 0, 0.261799, 0), {"shooter_launcher": (0.85, 0.48, 0.10, 1.0)}),
-}
-"""Place of each of VRX's meshes in its link, and our meshes for it with their colours, by the name of VRX's file."""
+_FOLDER = root() / "assets" / "robots" / "wamv"
+
+
+@cache
+def stand_ins() -> Mapping[str, Mapping[str, Any]]:
+    """Place of each of VRX's meshes in its link, and our meshes for it with their colours, by the file's name."""
+    table: Mapping[str, Mapping[str, Any]] = json.loads((_FOLDER / "stand_ins.json").read_bytes())
+    return table
 
 
 def stand_in(name: str, pose: Pose, color: Color | None, scale: Scale = (1.0, 1.0, 1.0)) -> tuple[Visual, ...]:
@@ -51,16 +32,14 @@ def stand_in(name: str, pose: Pose, color: Color | None, scale: Scale = (1.0, 1.
     `pose` is where the URDF draws the mesh in its link, `scale` how large; `color` is what it asks for, if it does.
     A scale that is not the same along all axes is only right for a mesh that VRX draws unturned.
     """
-    file = PurePosixPath(name).name
-    if file not in STAND_INS:
+    own = stand_ins().get(PurePosixPath(name).name)
+    if own is None:
         return ()
-    drawn, meshes = STAND_INS[file]
-    x, y, z, *turn = inverse(drawn)
+    x, y, z, *turn = inverse(own["pose"])
     place = chained(pose, (x * scale[0], y * scale[1], z * scale[2], *turn))  # type: ignore[arg-type]
-    folder = root() / "assets" / "robots" / "wamv"
     return tuple(
-        Visual(folder=folder, type="mesh", file=f"meshes/{mesh}.obj", pose=place, scale=scale, color=color or own)
-        for mesh, own in meshes.items()
+        Visual(folder=_FOLDER, type="mesh", file=f"meshes/{mesh}.obj", pose=place, scale=scale, color=color or rgba)
+        for mesh, rgba in own["meshes"].items()
     )
 
 

@@ -4,7 +4,10 @@ import math
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from graphlib import CycleError, TopologicalSorter
 from typing import Any, TypeVar
+
+import numpy as np
 
 from vrx_mj.config.base import COLORS
 from vrx_mj.config.shapes import Shape, Visual
@@ -130,7 +133,8 @@ def _inertial(node: Node, name: str, around: Surroundings) -> Inertial | None:
 def check_inertia(node: Node, name: str, values: tuple[float, ...], around: Surroundings) -> None:
     """No principal moment is negative, and none exceeds the sum of the others, in any body that exists."""
     mass, *tensor = values
-    low, middle, high = moments = _principal(tensor)
+    xx, yy, zz, xy, xz, yz = tensor
+    low, middle, high = moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).tolist()
     words = ", ".join(f"{moment:.6g}" for moment in moments)
     if low < -ROUNDED * mass:
         around.impossible.append((node, name, low < -max(1e-9 * high, THIN * mass), f"{words} kg m2"))
@@ -138,15 +142,6 @@ def check_inertia(node: Node, name: str, values: tuple[float, ...], around: Surr
         far = high - low - middle > max((SLIGHT - 1.0) * (low + middle), THIN * mass)
         more = "and the largest is more than the sum of the other two"
         around.impossible.append((node, name, far, f"{words} kg m2, {more}"))
-
-
-def _principal(tensor: list[float]) -> list[float]:
-    xx, yy, zz, xy, xz, yz = tensor
-    if xy == xz == yz == 0:
-        return sorted((xx, yy, zz))
-    import numpy as np
-
-    return sorted(float(value) for value in np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
 
 
 def _collision(node: Node) -> Shape | MeshRow | None:
@@ -173,15 +168,9 @@ def shape_of(node: Node, geometry: Node, values: dict[str, Any], kind: type[Shap
         return node.configured(kind, values)
     mesh = geometry.child("mesh") or geometry
     key = "uri" if mesh.child("uri") else "filename"
-    return MeshRow(
-        file=values["file"],
-        pose=values["pose"],
-        scale=values.get("scale", ONE),
-        name=values.get("name"),
-        color=values.get("color"),
-        place=mesh.place,
-        key=f"{mesh.path} / {key}",
-    )
+    given: dict[str, Any] = {"scale": ONE, "name": None, "color": None} | values
+    del given["type"]
+    return MeshRow(place=mesh.place, key=f"{mesh.path} / {key}", **given)
 
 
 def _visual_color(node: Node, around: Surroundings) -> Color | None:
@@ -211,9 +200,8 @@ def _shape(node: Node, geometry: Node) -> dict[str, Any] | None:
         if shape.attribute("scale") is not None:
             values["scale"] = _scale(shape)
     else:
-        values["radius"] = shape.number("radius", above=0)
-        if shape.tag != "sphere":
-            values["length"] = shape.number("length", above=0)
+        lengths = ("radius",) if shape.tag == "sphere" else ("radius", "length")
+        values |= {key: shape.number(key, above=0) for key in lengths}
     return None if len(geometry.findings.problems) > known else values | shape_name(node)
 
 
@@ -251,17 +239,8 @@ def read_joint(node: Node, links: Collection[str]) -> Joint:
     axis = _axis(node, kind)
     kind, limits = freed(kind, _limits(node, kind))
     rest = min(max(0.0, limits.lower), limits.upper) if limits and kind in BOUNDED else 0.0
-    return Joint(
-        name=name,
-        type=kind,
-        parent=parent,
-        child=child,
-        pose=read_pose(node),
-        axis=axis,
-        limits=limits,
-        place=node.place,
-        rest=rest,
-    )
+    pose, place = read_pose(node), node.place
+    return Joint(name, kind, parent, child, pose, axis=axis, limits=limits, place=place, rest=rest)
 
 
 def root_of(links: Mapping[str, Link], joints: Mapping[str, Joint], findings: Findings) -> str:
@@ -278,27 +257,13 @@ def root_of(links: Mapping[str, Link], joints: Mapping[str, Joint], findings: Fi
         names = ", ".join(f"'{name}'" for name in roots[:8]) + (f" and {len(roots) - 8} more" if len(roots) > 8 else "")
         message = f"{len(roots)} links are not a joint's child: {names}; there must be one, the root"
         findings.problems.append(links[roots[1]].place.problem(f"link '{roots[1]}'", message))
-    loop = _loop(links, above)
-    if loop:
-        message = "the joints form a loop: " + " > ".join(f"'{name}'" for name in (*loop, loop[0]))
-        joint = above[loop[0]]
-        findings.problems.append(joint.place.problem(f"joint '{joint.name}'", message))
+    try:
+        TopologicalSorter({name: (joint.parent,) for name, joint in above.items()}).prepare()
+    except CycleError as error:
+        loop: list[str] = error.args[1]
+        message = "the joints form a loop: " + " > ".join(f"'{name}'" for name in loop)
+        findings.problems.append(above[loop[0]].place.problem(f"joint '{above[loop[0]].name}'", message))
     return roots[0] if roots else ""
-
-
-def _loop(links: Collection[str], above: Mapping[str, Joint]) -> list[str]:
-    """Links, parents first, that are each other's ancestors; empty if there are none."""
-    safe: set[str] = set()
-    for start in links:
-        link, path = start, dict[str, None]()
-        while link in above and link not in safe and link not in path:
-            path[link] = None
-            link = above[link].parent
-        if link in path:
-            names = list(path)
-            return names[names.index(link) :][::-1]
-        safe.update(path)
-    return []
 
 
 def _end(node: Node, tag: str, links: Collection[str]) -> str:

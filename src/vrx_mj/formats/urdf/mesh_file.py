@@ -6,14 +6,13 @@ import logging
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import collada  # noqa: F401 - trimesh imports it with the first Collada file, when nothing else may be read
 import numpy as np
 import PIL.Image
 import trimesh
 
-from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.urdf.meshes import Color, MeshData
 
@@ -56,11 +55,11 @@ def mesh(path: str, name: str) -> MeshData:
         parts = _parts(name, _COLORS.sub(b"", content), suffix)
     if not parts:
         raise VrxError(f"mesh {name} is empty: it has no triangles")
-    count = sum(len(part.faces) for part in parts)
+    count = sum(len(part.triangles) for part in parts)
     if count > MOST_TRIANGLES:
         raise VrxError(f"mesh {name} has {count:,} triangles; at most {MOST_TRIANGLES:,} are allowed: simplify it, for "
                        "example with Blender's Decimate")  # fmt: skip
-    if any(part.faces.min() < 0 or part.faces.max() >= len(part.points) for part in parts):
+    if any(part.triangles.min() < 0 or part.triangles.max() >= len(part.points) for part in parts):
         raise VrxError(f"mesh {name} is broken: a triangle refers to a point that the file does not have")
     return _checked(name, _merged(parts, unit))
 
@@ -76,20 +75,8 @@ def glb(path: str, name: str) -> bytes:
     return bytes(trimesh.Trimesh(upright, found.triangles).export(file_type="glb"))
 
 
-class _Part(NamedTuple):
-    """A mesh of a file, at one of its places."""
-
-    points: FloatArray
-    """(n, 3), in its own frame"""
-    faces: IntArray
-    """(m, 3), rows of `points`"""
-    matrix: FloatArray
-    """(4, 4), puts it there"""
-    color: Color | None
-
-
-def _parts(name: str, content: bytes, suffix: str) -> list[_Part]:
-    """Every mesh of the file that has triangles, once for each place."""
+def _parts(name: str, content: bytes, suffix: str) -> list[MeshData]:
+    """Every mesh of the file that has triangles, once for each place, in the file's unit."""
     if suffix == "ply":
         content = content.replace(b"element edge ", b"element unread ", 1)
     given = {"process": False, "resolver": None, "skip_materials": suffix == "obj"}
@@ -102,13 +89,15 @@ def _parts(name: str, content: bytes, suffix: str) -> list[_Part]:
         raise VrxError(f"mesh {name} cannot be read: it is not a {suffix.upper()} file, or is damaged") from None
 
 
-def _placed(scene: Any) -> Iterator[_Part]:
+def _placed(scene: Any) -> Iterator[MeshData]:
     for matrix, key in map(scene.graph.get, scene.graph.nodes_geometry):
         geometry = scene.geometry[key]
         if len(getattr(geometry, "faces", ())):
-            points, faces = np.asarray(geometry.vertices, dtype=float), np.asarray(geometry.faces, dtype=np.int64)
-            placed = np.asarray(matrix, dtype=float)
-            yield _Part(points.reshape(-1, 3), faces.reshape(-1, 3), placed, _color(geometry))
+            points = np.asarray(geometry.vertices, dtype=float).reshape(-1, 3)
+            faces = np.asarray(geometry.faces, dtype=np.int64).reshape(-1, 3)
+            turn, shift = np.asarray(matrix, dtype=float)[:3, :3], np.asarray(matrix, dtype=float)[:3, 3]
+            mirrored = np.linalg.det(turn) < 0
+            yield MeshData(points @ turn.T + shift, faces[:, ::-1] if mirrored else faces, _color(geometry))
 
 
 def _color(geometry: Any) -> Color | None:
@@ -121,22 +110,19 @@ def _color(geometry: Any) -> Color | None:
     return (red, green, blue, alpha or 1.0)
 
 
-def _merged(parts: Sequence[_Part], unit: float) -> MeshData:
-    points, triangles, areas = [], [], dict[Color, float]()
-    start = 0
+def _merged(parts: Sequence[MeshData], unit: float) -> MeshData:
+    """One mesh of several [m], in the colour of most of its area."""
+    areas = dict[Color, float]()
+    starts = np.cumsum([0, *(len(part.points) for part in parts)])
     with np.errstate(all="ignore"):
         for part in parts:
-            placed = part.points @ part.matrix[:3, :3].T + part.matrix[:3, 3]
-            faces = part.faces[:, ::-1] if np.linalg.det(part.matrix[:3, :3]) < 0 else part.faces
-            points.append(placed * unit)
-            triangles.append(faces + start)
-            start += len(placed)
             if part.color is not None:
-                corners = placed[faces]
+                corners = part.points[part.triangles]
                 across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
                 areas[part.color] = areas.get(part.color, 0.0) + float(np.linalg.norm(across, axis=1).sum())
-    most = max(areas, key=lambda color: areas[color]) if areas else None
-    return MeshData(np.concatenate(points), np.concatenate(triangles), most)
+        points = np.concatenate([part.points for part in parts]) * unit
+    triangles = [part.triangles + start for part, start in zip(parts, starts, strict=False)]
+    return MeshData(points, np.concatenate(triangles), max(areas, key=lambda color: areas[color], default=None))
 
 
 def _checked(name: str, found: MeshData) -> MeshData:

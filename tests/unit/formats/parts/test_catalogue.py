@@ -4,11 +4,12 @@ import re
 
 import pytest
 
-from vrx_mj.formats.parts.catalogue import ELSEWHERE, FIXED, MISNAMED, TYPES
+from vrx_mj.formats.parts.catalogue import catalogue, part_types
 from vrx_mj.formats.parts.compliance import judge, load_rules, rule_sets
 from vrx_mj.formats.parts.read import load_parts
 from vrx_mj.resources import root
 
+TYPES = part_types()
 START = root() / "assets" / "start"
 POSE = {"R": 0.0, "P": 0.0, "Y": 0.0}
 DEFAULTS = {
@@ -41,8 +42,8 @@ def test_parameters_and_defaults_are_those_of_vrx(name):
 
 def test_there_are_no_other_types():
     assert set(TYPES) == set(DEFAULTS)
-    assert not set(ELSEWHERE) & set(TYPES)
-    assert set(MISNAMED.values()) | set(FIXED) <= set(TYPES)
+    assert not set(catalogue().elsewhere) & set(TYPES)
+    assert set(catalogue().misnamed.values()) | set(catalogue().fixed) <= set(TYPES)
 
 
 @pytest.mark.parametrize("name", TYPES)

@@ -7,11 +7,15 @@ import pytest
 from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.formats.parts.catalogue import Instance, PartsFile
-from vrx_mj.formats.parts.generate import ARGUMENTS, FLAGS, LAYOUTS, example_file, wamv_urdf, xacro_text
+from vrx_mj.formats.parts.generate import LAYOUTS, arguments_of_wamv, example_file, wamv_urdf, xacro_text
 from vrx_mj.formats.parts.read import load_parts
 from vrx_mj.formats.urdf.expand import expand
 from vrx_mj.resources import root
 
+FLAGS = tuple(
+    f"{what}_enabled"
+    for what in ("vrx_sensors", "camera", "gps", "imu", "lidar", "ground_truth", "pinger", "ball_shooter")
+)
 MAIN = root() / "assets" / "robots" / "wamv" / "wamv_gazebo" / "urdf" / "wamv_gazebo.urdf.xacro"
 
 
@@ -184,9 +188,11 @@ def test_sensor_files_of_earlier_releases_still_expand(tmp_path):
     assert not any("camera" in name for name in made)
 
 
-def test_every_argument_is_one_of_the_file():
-    text = MAIN.read_text(encoding="utf-8")
-    assert all(f'<xacro:arg name="{name}"' in text for name in ARGUMENTS)
+def test_arguments_are_those_of_the_file_but_for_what_has_parameters_of_its_own():
+    spaces = ("thruster", "camera", "sensor", "pinger", "shooter")
+    assert list(arguments_of_wamv()) == [
+        "thruster_config", *FLAGS, "sensor_errors", "camera_info", *(f"{space}_namespace" for space in spaces),
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("layout", ["Q", "h", "", "HT"])

@@ -8,8 +8,19 @@ import pytest
 from pydantic import TypeAdapter
 
 from urdf_boats import assemble, joint, link
-from vrx_mj.config.dynamics import HydrodynamicsConfig, ThrusterConfig
-from vrx_mj.config.sensors import CameraConfig, GpsConfig, LidarConfig, P3dConfig, PingerConfig, SensorConfig
+from vrx_mj.config.dynamics import HullConfig, HydrodynamicsConfig, ThrusterConfig
+from vrx_mj.config.sensors import (
+    BallShooterConfig,
+    CameraConfig,
+    ErrorModel,
+    GpsConfig,
+    LidarConfig,
+    P3dConfig,
+    PingerConfig,
+    SensorConfig,
+)
+from vrx_mj.formats.urdf import gazebo as plugins
+from vrx_mj.formats.urdf import gazebo_sensors
 from vrx_mj.formats.urdf.reader import read_urdf
 from vrx_mj.frames import apply, rotation
 
@@ -498,3 +509,44 @@ def test_a_thruster_of_freefloating_pushes_against_its_z_axis_and_steers_on_its_
 )
 def test_what_a_file_does_not_say_is_said(filename, content, note):
     assert any(note in line for line in boat_with(filename, content).warnings)
+
+
+TABLES = {
+    CameraConfig: (gazebo_sensors.CAMERA, gazebo_sensors.CAMERA_PLUGIN),
+    PingerConfig: (gazebo_sensors.PINGER,),
+    BallShooterConfig: (gazebo_sensors.SHOOTER,),
+    P3dConfig: (gazebo_sensors.NOISE,),
+    ErrorModel: (gazebo_sensors.HECTOR,),
+    ThrusterConfig: (plugins.THRUSTER, plugins.NEWER_THRUSTER),
+    HydrodynamicsConfig: (plugins.HYDRODYNAMICS, plugins.WATER),
+    HullConfig: (plugins.HULL,),
+}
+"""Tables whose tags fill fields as they are."""
+
+
+@pytest.mark.parametrize("model", TABLES, ids=lambda model: model.__name__)
+def test_every_row_fills_a_field_and_its_default_is_within_its_limits(model):
+    for field, tag in (row for table in TABLES[model] for row in table.items()):
+        assert field in model.model_fields
+        if isinstance(tag.default, int | float):
+            assert tag.above < tag.default
+            assert tag.low <= tag.default <= tag.high
+
+
+@pytest.mark.parametrize("name", gazebo_sensors.INSTRUMENTS)
+def test_a_plugin_of_which_only_the_link_is_known_is_a_sensor(name):
+    (found,) = gazebo(plugin(f"lib{name}.so", "<bodyName>base_link</bodyName>")).sensors
+    assert (type(found), found.link) == (gazebo_sensors.INSTRUMENTS[name].config, "base_link")
+
+
+@pytest.mark.parametrize("name", gazebo_sensors.SENSORS)
+def test_a_sensor_of_which_nothing_is_said_is_gazebos(name):
+    inside = "<camera/><ray><scan><horizontal/></scan></ray>"
+    (found,) = gazebo(sensor(name, inside), "eye_link").sensors
+    assert (type(found), found.link, found.name) == (gazebo_sensors.SENSORS[name].config, "eye_link", "eye")
+
+
+def test_a_sensors_own_topic_counts_where_its_plugin_names_none():
+    content = '<topic>seen</topic><camera/><plugin name="p" filename="libgazebo_ros_camera.so"/>'
+    (found,) = gazebo(sensor("camera", content), "eye_link").sensors
+    assert found.topic == "seen"

@@ -7,7 +7,7 @@ import pytest
 
 from urdf_boats import link, robot
 from vrx_mj.errors import ConfigError
-from vrx_mj.formats.urdf.link_meshes import STAND_INS
+from vrx_mj.formats.urdf.link_meshes import stand_ins
 from vrx_mj.formats.urdf.reader import read_urdf
 from vrx_mj.frames import apply, compose, inverse, rotation
 
@@ -29,9 +29,9 @@ def drawn(pose, point):
     return [a + b for a, b in zip(pose[:3], apply(rotation(*pose[3:]), point), strict=True)]
 
 
-@pytest.mark.parametrize("mesh", STAND_INS)
+@pytest.mark.parametrize("mesh", stand_ins())
 def test_where_vrx_draws_its_mesh_ours_is_drawn_in_the_links_own_frame(mesh):
-    x, y, z, *rpy = STAND_INS[mesh][0]
+    x, y, z, *rpy = stand_ins()[mesh]["pose"]
     for visual in seen(mesh, xyz=f"{x} {y} {z}", rpy=" ".join(map(str, rpy))):
         assert visual.pose[:3] == pytest.approx((0, 0, 0), abs=1e-12)
         for row, unit in zip(rotation(*visual.pose[3:]), ((1, 0, 0), (0, 1, 0), (0, 0, 1)), strict=True):
@@ -50,7 +50,7 @@ def test_where_vrx_draws_its_mesh_ours_is_drawn_in_the_links_own_frame(mesh):
 )
 def test_a_scaled_mesh_has_a_scaled_stand_in(mesh, attributes, factors):
     pose = (1, 2, 3, 0, 0, 0.5)
-    theirs = inverse(STAND_INS[mesh][0])  # from our mesh's frame, the link's, to that of VRX's mesh
+    theirs = inverse(stand_ins()[mesh]["pose"])  # from our mesh's frame, the link's, to that of VRX's mesh
     expected = drawn(pose, scaled(drawn(theirs, POINT), factors))
     for visual in seen(mesh, attributes, "1 2 3", "0 0 0.5"):
         assert visual.scale == pytest.approx(factors)

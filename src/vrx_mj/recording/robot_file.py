@@ -1,0 +1,76 @@
+"""A robot that stands still as a rerun file, in which its joints move one after the other."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Iterator
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import rerun as rr
+from rerun.archetypes import RecordingInfo
+from rerun.chunk import Chunk, LazyChunkStream
+
+from vrx_mj.errors import RecordError
+from vrx_mj.outputs import written
+from vrx_mj.recording.motion_chunks import part_poses, transforms
+from vrx_mj.recording.record_scene import RecordedJoint, RecordedPart
+from vrx_mj.recording.shapes import geom_surface
+from vrx_mj.recording.static_chunks import part_chunks
+from vrx_mj.recording.timeline import static
+
+APPLICATION = "vrx_mj robot"
+ROOT = "/robot"
+SWEEP, ROWS = 2.0, 40
+"""Time [s] in which a joint goes to its upper limit, to its lower one and back, and the rows in it."""
+
+
+def save_joints(model: mujoco.MjModel, name: str, path: Path) -> None:
+    """Write a recording of this name, of a robot whose joints sweep the ranges of their controls, each in its turn.
+
+    Raises:
+        RecordError: the file cannot be written.
+    """
+    stream = LazyChunkStream.from_iter(list(_chunks(model, name)))
+    with written(path, "the recording", RecordError) as draft:
+        try:
+            stream.write_rrd(draft, application_id=APPLICATION, recording_id=str(uuid.uuid4()))
+        except RuntimeError as error:  # of a place or a disk, as rerun raises it
+            raise OSError(str(error)) from error
+
+
+def _chunks(model: mujoco.MjModel, name: str) -> Iterator[Chunk]:
+    yield Chunk.from_property("RecordingInfo", RecordingInfo(name=name))
+    yield static(ROOT, rr.ViewCoordinates.RIGHT_HAND_Z_UP)
+    paths = [ROOT]
+    for body in range(1, model.nbody):
+        own = rr.escape_entity_path_part(model.body(body).name)
+        paths.append(f"{paths[model.body_parentid[body]]}/{own}")
+        joints = range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])
+        part = RecordedPart(
+            path=paths[body],
+            position=tuple(model.body_pos[body].tolist()),
+            quaternion=tuple(model.body_quat[body].tolist()),
+            joints=tuple(_joint(model, joint) for joint in joints),
+            surfaces=tuple(geom_surface(model, geom) for geom in np.flatnonzero(model.geom_bodyid == body).tolist()),
+        )
+        yield from part_chunks(part, None)
+        for joint in joints:
+            yield _sweep(model, joint, part)
+
+
+def _joint(model: mujoco.MjModel, joint: int) -> RecordedJoint:
+    x, y, z = model.jnt_axis[joint].tolist()
+    hinge = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
+    return RecordedJoint("hinge" if hinge else "slide", (0.0, 0.0, 0.0), (x, y, z), int(model.jnt_qposadr[joint]))
+
+
+def _sweep(model: mujoco.MjModel, joint: int, part: RecordedPart) -> Chunk:
+    """The poses of what a joint moves, at the start and while it is its turn; `part` is at rest with 0."""
+    share, (low, high), rest = np.linspace(0.0, 1.0, ROWS), model.actuator_ctrlrange[joint], model.qpos0[joint]
+    qpos = np.zeros((1 + ROWS, model.nq))
+    qpos[1:, joint] = np.interp(share, [0.0, 0.25, 0.75, 1.0], [rest, high, low, rest]) - rest
+    position, quaternion = part_poses(part, qpos)
+    time = np.concatenate([[0.0], (joint + share) * SWEEP])
+    return transforms(part.path, time, position, quaternion[:, [1, 2, 3, 0]])
