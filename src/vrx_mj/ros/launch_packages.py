@@ -22,12 +22,11 @@ NODES = {
         for name in (
             SERVING,
             "generate_wamv",
-            "generate_worlds",
+            "generate_worlds.py",
             "keydrive",
             "joydrive",
             "playback",
             "missing",
-            "twist2thrust.py",
             "key2thrust_angle.py",
             "pinger_visualization.py",
             "spawn_wamv.bash",
