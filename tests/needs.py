@@ -97,6 +97,17 @@ ROS1_MESSAGES = Need(
 )
 ROSBAG = Need("rosbag", "apt-get install -y python3-rosbag", lambda: Path("/usr/bin/rosbag").exists())
 CATKIN = Need("catkin_pkg", "apt-get install -y python3-catkin-pkg", _debian_package("catkin_pkg"))
+CATKIN_MAKE = Need(
+    "catkin_make and roscpp",
+    "apt-get install -y --no-install-recommends catkin g++ make libroscpp-dev libgeometry-msgs-dev libsensor-msgs-dev "
+    "ros-message-generation",
+    lambda: all(
+        map(
+            Path.exists,
+            (Path("/usr/bin/catkin_make"), Path("/usr/share/roscpp/cmake"), Path("/usr/share/sensor_msgs/cmake")),
+        )
+    ),
+)
 RCLPY = Need(
     "rclpy",
     f"{shlex.quote(sys.executable)} -m venv {ROS2_HOME} && {ROS2_HOME}/bin/pip install {_ROS2_WHEELS}",

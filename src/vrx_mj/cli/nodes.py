@@ -88,9 +88,15 @@ def _generate_wamv(words: Sequence[str], folder: Path) -> list[Words]:
 
 
 def _generate_worlds(words: Sequence[str], folder: Path) -> list[Words]:
-    """The worlds of an axes file."""
-    given = {key: _absolute(value, folder) for key, value in _given(words).items()}
-    return [["worlds", "generate", given["requested"], "-o", given["world_target"]]]
+    """The worlds of an axes file; what is not among the arguments is in parameters, as for VRX's node."""
+    from vrx_mj.ros.ros1.client import Client
+
+    given = _given(words)
+    file, target = (
+        _absolute(given.get(name) or str(Client("world_gen").parameter(name)), folder)
+        for name in ("requested", "world_target")
+    )
+    return [["worlds", "generate", file, "-o", target]]
 
 
 def _keydrive(words: Sequence[str], _: Path) -> list[Words]:
@@ -121,7 +127,7 @@ def _idle(_: Sequence[str], __: Path) -> int:
     """A node of VRX for what `vrx-mj serve` does itself."""
     from vrx_mj.cli.spawn_model import await_end
 
-    show("nothing to do: vrx-mj serve takes cmd_vel and shows the beacon, and vrx-mj teleop sets thrust and angles")
+    show("nothing to do: vrx-mj serve shows the beacon, and vrx-mj teleop sets thrust and angles")
     await_end()
     return 0
 
@@ -205,7 +211,7 @@ COMMANDS: Mapping[str, Callable[[Sequence[str], Path], list[Words]]] = {
     "vrx_mj_serve": _serve,
     "gzserver": _gzserver,
     "generate_wamv": _generate_wamv,
-    "generate_worlds": _generate_worlds,
+    "generate_worlds.py": _generate_worlds,
     "keydrive": _keydrive,
     "teleop_twist_keyboard.py": _twist_keyboard,
     "joydrive": _joydrive,
@@ -230,7 +236,6 @@ def _spawn_wamv(words: Sequence[str], folder: Path) -> int:
 PROGRAMS: Mapping[str, Callable[[Sequence[str], Path], int]] = {
     "missing": _missing,
     "spawn_wamv.bash": _spawn_wamv,
-    "twist2thrust.py": _idle,
     "pinger_visualization.py": _idle,
     "key2thrust_angle.py": _idle,
     "spawn_model": _spawn_model,

@@ -59,7 +59,8 @@ def packages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder
 
     The packages are vrx_gazebo, vrx_2019, wave_gazebo, vorc_gazebo, wamv_gazebo, wamv_description, gazebo_ros,
     teleop_twist_keyboard and xacro. With the line, roslaunch vrx_gazebo sandisland.launch and your own launch files
-    work, with VRX's names and arguments. The scripts run the Python of this vrx-mj: write them again when it has moved.
+    work, with VRX's names and arguments. In the src of a catkin workspace catkin_make builds them with your packages.
+    The scripts run the Python of this vrx-mj: write them again when it has moved.
 
     In bash, eval "$(vrx-mj ros packages -o FOLDER)" sets it in the current shell.
 

@@ -12,7 +12,7 @@ from vrx_mj.formats.gazebo.launch import SERVING
 from vrx_mj.formats.gazebo.stock import PACKAGES, StockLaunch, stock_launches
 from vrx_mj.resources import root
 from vrx_mj.ros.messages import DEFINITIONS
-from vrx_mj.ros.packages import listed_files, put_files
+from vrx_mj.ros.packages import catkin_files, hide_twins, listed_files, put_files
 
 LIST = "vrx_mj_packages.json"
 """In the folder: its files that are ours, each with its sha256."""
@@ -22,12 +22,11 @@ NODES = {
         for name in (
             SERVING,
             "generate_wamv",
-            "generate_worlds",
+            "generate_worlds.py",
             "keydrive",
             "joydrive",
             "playback",
             "missing",
-            "twist2thrust.py",
             "key2thrust_angle.py",
             "pinger_visualization.py",
             "spawn_wamv.bash",
@@ -66,6 +65,7 @@ def write_launch_packages(folder: str | Path) -> tuple[str, ...]:
     if ":" in str(top):
         raise VrxError(f"invalid folder of packages '{top}': ':' in a path separates entries of a list")
     put_files(launch_packages(), top, listed_files(top / LIST, PACKAGE_NAMES), LIST)
+    hide_twins(top)
     return PACKAGE_NAMES
 
 
@@ -74,15 +74,10 @@ def launch_packages() -> dict[str, bytes]:
     own = root() / "assets"
     texts: dict[str, str] = {}
     for name in PACKAGE_NAMES:
-        texts[f"{name}/package.xml"] = f"""<?xml version="1.0"?>
-<package format="2">
-  <name>{name}</name>
-  <version>0.1.0</version>
-  <description>The launch files of {name} for vrx_mj, written by `vrx-mj ros packages`.</description>
-  <maintainer email="nobody@example.org">vrx_mj</maintainer>
-  <license>Apache-2.0</license>
-</package>
-"""
+        what = f"The launch files of {name} for vrx_mj, written by `vrx-mj ros packages`."
+        definitions = [*_files(DEFINITIONS / name)]
+        texts |= {f"{name}/{file}": text for file, text in catkin_files(name, what, definitions).items()}
+        texts |= {f"{name}/{file.suffix[1:]}/{file.name}": file.read_text("utf-8") for file in definitions}
         texts[f"{name}/{BUILT_IN}"] = "Files of vrx_mj never look in here: its own are used.\n"
         for node, script in NODES.get(name, {}).items():
             # the Python that wrote it runs it: a shell's variables have no say
@@ -95,15 +90,13 @@ exec {quote(python)} -E -P -m vrx_mj.cli.nodes {node} "$@"
             texts[f"{package}/launch/{launch.name}"] = launch_text(launch)
     files = {name: text.encode() for name, text in texts.items()}
     for name, place in (
-        *((name, own / "ros" / name) for name in ("vrx_gazebo", "wamv_gazebo", "gazebo_ros")),
+        *((name, own / "ros" / name) for name in ("vrx_gazebo", "wamv_gazebo", "gazebo_ros", "xacro")),
         *((f"{name}/urdf", own / "robots/wamv" / name / "urdf") for name in ("wamv_gazebo", "wamv_description")),
     ):
         files |= {f"{name}/{file.relative_to(place).as_posix()}": file.read_bytes() for file in _files(place)}
     for kind in ("thruster", "component"):
         file = own / f"robots/wamv/config/{kind}_config.yaml"
         files[f"vrx_gazebo/config/wamv_config/example_{kind}_config.yaml"] = file.read_bytes()
-    for file in _files(DEFINITIONS / "vrx_gazebo"):
-        files[f"vrx_gazebo/{file.suffix[1:]}/{file.name}"] = file.read_bytes()
     return files
 
 

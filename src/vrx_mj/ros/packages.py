@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from vrx_mj.config.search import ReadingError, read_limited
+from vrx_mj.config.search import DEEPEST, SOURCES, ReadingError, is_built_in, read_limited
 from vrx_mj.errors import NetworkError, VrxError
 from vrx_mj.outputs import Content, check_inside, write_files, writing
 from vrx_mj.ros.messages import DEFINITIONS, definition
@@ -27,6 +27,9 @@ DIVIDER = "=" * 80
 """Between the definitions of a type and of those that it uses."""
 WHAT = "the packages"
 """What is written, for messages."""
+BY_MESSAGES = "written by `vrx-mj ros messages`"
+IGNORED = "CATKIN_IGNORE"
+"""A file that hides a package from catkin and ROS."""
 LARGEST_LIST = 1_000_000
 """Bytes of a list."""
 LONGEST = 60.0
@@ -91,13 +94,14 @@ def write_packages(folder: str | Path) -> Written:
         _generate(python, packages, used, Path(scratch))
         made = Path(scratch) / "made"
         put_files({file.relative_to(made).as_posix(): file.read_bytes() for file in _files(made)}, top, before, LIST)
+    hide_twins(top)
     return Written(
         packages,
         {package: has[package] for package in named if package in has},
         tuple(package for package in others if package not in has),
-        tuple(
-            f"export {name}={shlex.quote(str(top / part))}${{{name}:+:${name}}}"
-            for name, part in (("PYTHONPATH", "python"), ("ROS_PACKAGE_PATH", "share"))
+        (
+            f"export PYTHONPATH={shlex.quote(str(top / 'python'))}${{PYTHONPATH:+:$PYTHONPATH}}",
+            f"export ROS_PACKAGE_PATH=${{ROS_PACKAGE_PATH:+$ROS_PACKAGE_PATH:}}{shlex.quote(str(top / 'share'))}",
         ),
     )
 
@@ -150,12 +154,12 @@ def _generate(python: str, packages: Sequence[str], used: Mapping[str, Mapping[s
     (made / "share").mkdir(parents=True)
     others.mkdir()
     for package in packages:
-        for file in sorted((DEFINITIONS / package).iterdir()):
+        definitions = sorted((DEFINITIONS / package).iterdir())
+        for file in definitions:
             _write(made / "share" / package / file.suffix[1:] / file.name, file.read_bytes())
-        depends = sorted({kind.partition("/")[0] for kind in used[package]})
-        share = made / "share" / package
-        _write(share / "package.xml", _manifest(package, depends).encode())
-        _write(share / "CMakeLists.txt", _build(share, depends).encode())
+        what = f"The interfaces of {package} that vrx_mj uses, {BY_MESSAGES}."
+        for name, text in catkin_files(package, what, definitions).items():
+            _write(made / "share" / package / name, text.encode())
         for kind, text in used[package].items():
             name, _, stem = kind.partition("/")
             _write(others / name / "msg" / f"{stem}.msg", text.encode())
@@ -164,37 +168,42 @@ def _generate(python: str, packages: Sequence[str], used: Mapping[str, Mapping[s
         raise NetworkError(f"{python}: genpy failed: {done.stderr.strip() if done is not None else 'no such program'}")
 
 
-def _manifest(package: str, depends: Sequence[str]) -> str:
-    """A package.xml."""
-    uses = "".join(f"  <depend>{name}</depend>\n" for name in depends)
-    return f"""<?xml version="1.0"?>
+def catkin_files(package: str, description: str, definitions: Sequence[Path] = ()) -> dict[str, str]:
+    """The package.xml and CMakeLists.txt of a package, by which catkin installs what lies in it.
+
+    Of its definitions, which lie in its folders `msg` and `srv`, catkin makes classes and C++ headers. What its folder
+    `cmake` holds is there for packages that find it.
+    """
+    depends = sorted({kind.partition("/")[0] for kind in _used(package)}) if definitions else []
+    uses = " ".join(depends)
+    adds = "".join(
+        f"add_{kind}_files(FILES {' '.join(names)})\n"
+        for kind, suffix in (("message", ".msg"), ("service", ".srv"))
+        if (names := [file.name for file in definitions if file.suffix == suffix])
+    )
+    needs = [("buildtool_depend", "catkin"), *(("depend", name) for name in depends)]
+    components = generates = runtime = ""
+    if definitions:
+        needs[1:1] = [("build_depend", "message_generation"), ("exec_depend", "message_runtime")]
+        components, runtime = f" COMPONENTS message_generation {uses}", f" CATKIN_DEPENDS message_runtime {uses}"
+        generates = f"{adds}generate_messages(DEPENDENCIES {uses})\n"
+    manifest = f"""<?xml version="1.0"?>
 <package format="2">
   <name>{package}</name>
   <version>0.1.0</version>
-  <description>The interfaces of {package} that vrx_mj uses, written by `vrx-mj ros messages`.</description>
+  <description>{description}</description>
   <maintainer email="nobody@example.org">vrx_mj</maintainer>
   <license>Apache-2.0</license>
-  <buildtool_depend>catkin</buildtool_depend>
-  <build_depend>message_generation</build_depend>
-  <exec_depend>message_runtime</exec_depend>
-{uses}</package>
+{"".join(f"  <{kind}>{name}</{kind}>{chr(10)}" for kind, name in needs)}</package>
 """
-
-
-def _build(share: Path, depends: Sequence[str]) -> str:
-    """A CMakeLists.txt, by which catkin makes C++ headers of a package's definitions."""
-    uses = " ".join(depends)
-    adds = [
-        f"add_{kind}_files(FILES {' '.join(file.name for file in files)})\n"
-        for kind, suffix in (("message", "msg"), ("service", "srv"))
-        if (files := sorted(share.glob(f"{suffix}/*.{suffix}")))
-    ]
-    return f"""cmake_minimum_required(VERSION 3.5)
-project({share.name})
-find_package(catkin REQUIRED COMPONENTS message_generation {uses})
-{"".join(adds)}generate_messages(DEPENDENCIES {uses})
-catkin_package(CATKIN_DEPENDS message_runtime {uses})
+    build = f"""cmake_minimum_required(VERSION 3.5)
+project({package})
+find_package(catkin REQUIRED{components})
+{generates}file(GLOB extras RELATIVE ${{CMAKE_CURRENT_SOURCE_DIR}}/cmake cmake/*.cmake)
+catkin_package(CFG_EXTRAS ${{extras}}{runtime})
+install(DIRECTORY ./ DESTINATION ${{CATKIN_PACKAGE_SHARE_DESTINATION}} USE_SOURCE_PERMISSIONS)
 """
+    return {"package.xml": manifest, "CMakeLists.txt": build}
 
 
 def _files(folder: Path) -> Iterator[Path]:
@@ -234,6 +243,26 @@ def put_files(made: Mapping[str, bytes], top: Path, before: Mapping[str, str], l
             (top / name).unlink()
         for name in (name for name, raw in made.items() if raw.startswith(b"#!")):
             (top / name).chmod(0o755)
+
+
+def hide_twins(top: Path) -> None:
+    """Hide the messages of vrx_gazebo from catkin where its launch files, which have them too, are in the workspace.
+
+    catkin and ROS take one package of a name. What an earlier call hid is there again without the other.
+
+    Raises:
+        VrxError: a package cannot be hidden.
+    """
+    space = next((folder for folder in (top, *top.parents) if folder.name == SOURCES), None)
+    files = [file for depth in range(DEEPEST) for file in (space or top).glob("*/" * depth + "vrx_gazebo/package.xml")]
+    whole = any(is_built_in(file.parent) for file in files)
+    for file in files:
+        if BY_MESSAGES in file.read_text("utf-8", errors="replace"):
+            with writing(WHAT, file.parent):
+                if whole:
+                    (file.parent / IGNORED).write_text("its messages are those of the other vrx_gazebo\n", "utf-8")
+                else:
+                    (file.parent / IGNORED).unlink(missing_ok=True)
 
 
 def listed_files(file: Path, folders: Collection[str]) -> Mapping[str, str]:

@@ -102,7 +102,7 @@ def test_a_boat_that_breaks_a_rule_ends_as_cleanly_as_with_vrx(tmp_path, x, code
 @pytest.mark.parametrize(
     ("node", "words", "line"),
     [
-        ("generate_worlds", ["requested:=a.yaml", "world_target:=out"],
+        ("generate_worlds.py", ["requested:=a.yaml", "world_target:=out"],
          ["worlds", "generate", "/home/team/a.yaml", "-o", "/home/team/out"]),
         ("keydrive", ["namespace:=cat", "url:=ws://x:1"], ["teleop", "--boat", "cat", "--url", "ws://x:1"]),
         ("joydrive", ["namespace:=cat", "url:=ws://x:1", "port:=8"],
@@ -121,8 +121,8 @@ def test_keys_of_a_namespace_drive_its_boat(monkeypatch, namespace, words):
 
 
 def test_what_is_not_supported_says_what_to_do(capsys):
-    assert PROGRAMS["missing"](["pinger.launch", "publish it yourself"], HOME) == 1
-    assert capsys.readouterr().err == "pinger.launch is not supported: publish it yourself\n"
+    assert PROGRAMS["missing"](["rviz.launch", "type it yourself"], HOME) == 1
+    assert capsys.readouterr().err == "rviz.launch is not supported: type it yourself\n"
 
 
 XACRO = """<robot name="cat" xmlns:xacro="http://ros.org/wiki/xacro">

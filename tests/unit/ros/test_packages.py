@@ -96,6 +96,13 @@ def test_debians_tools_find_them(written, command, answer):
     assert told(command, environment).startswith(answer)
 
 
+def test_packages_that_were_found_before_are_found_first(written):
+    """VRX's own vrx_gazebo, or that of `ros packages`, has launch files; that of the messages has none."""
+    exports = write_packages(written[0]).exports
+    script = f"export ROS_PACKAGE_PATH=/theirs\n{exports[1]}\necho $ROS_PACKAGE_PATH"
+    assert told(["bash", "-c", script], {}) == f"/theirs:{written[0]}/share\n"
+
+
 def test_the_pasted_lines_leave_vrx_mj_itself_importable(written):
     _, environment = written
     done = told([sys.executable, "-c", "import vrx_mj.errors as e; print(e.__file__)"], environment)
@@ -122,7 +129,7 @@ def test_catkin_is_told_to_build_every_definition_and_what_it_needs(written, nam
     assert f"find_package(catkin REQUIRED COMPONENTS message_generation {' '.join(uses)})" in text
     assert f"project({name})" in text
     assert f"generate_messages(DEPENDENCIES {' '.join(uses)})" in text
-    assert f"catkin_package(CATKIN_DEPENDS message_runtime {' '.join(uses)})" in text
+    assert f"catkin_package(CFG_EXTRAS ${{extras}} CATKIN_DEPENDS message_runtime {' '.join(uses)})" in text
 
 
 def test_writing_again_changes_nothing_and_what_we_no_longer_write_goes(written, tmp_path):

@@ -291,16 +291,16 @@ class BoatFrames:
             if sensor.frame not in {link, WORLD_FRAME}:  # a ground truth is in the world's
                 optical = (0.5, -0.5, 0.5, -0.5) if sensor.config.type == "camera" else (1.0, 0.0, 0.0, 0.0)
                 frames[sensor.frame] = transform(0.0, link, sensor.frame, (0.0, 0.0, 0.0), optical)
-        moving = {
-            joint.child
-            for thruster in self._thruster_joints
-            for joint in (thruster.engine, thruster.shaft)
-            if joint is not None
-        }
         for joint in self._joints:
-            if joint.child not in frames and joint.child not in moving:
+            if joint.child not in frames and joint.child not in self._moving:
                 frames[joint.child] = transform(0.0, joint.parent, joint.child, joint.position, joint.quaternion)
         return list(frames.values())
+
+    def prefixed(self) -> list[Message]:
+        """Names of VRX 3 for all its frames: `wamv/wamv/base_link` is where `wamv/base_link` is."""
+        names = [f"{self.boat}/{BASE}", *(frame.child_frame_id for frame in self.still()), *self._moving]
+        here = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
+        return [transform(0.0, name, f"{self.boat}/{name}", *here) for name in names]
 
     def moving(self) -> list[Message]:
         """Of its engines, as steered, and its propellers; and of the boat in `map`, if true poses are published."""
@@ -333,6 +333,12 @@ class BoatFrames:
         """The joints that are where the thrusters are."""
         moving = [joint for joint in self._joints if joint.moves]
         return [_joints_of(row, moving) for row in self._rows]
+
+    @cached_property
+    def _moving(self) -> Sequence[str]:
+        """Frames of engines and propellers."""
+        pairs = ((thruster.engine, thruster.shaft) for thruster in self._thruster_joints)
+        return [joint.child for pair in pairs for joint in pair if joint is not None]
 
     @cached_property
     def _drives(self) -> Mapping[str, Propeller]:

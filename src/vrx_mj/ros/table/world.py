@@ -14,7 +14,7 @@ from vrx_mj.draw.colors import hex_color
 from vrx_mj.draw.map_scene import ground_of, map_of, object_color
 from vrx_mj.drive.pilot import engines_of
 from vrx_mj.ros.cdr import kind
-from vrx_mj.ros.interface import BOTH, VRX3, Input, Output, Service
+from vrx_mj.ros.interface import BOTH, VRX, VRX3, Input, Output, Service
 from vrx_mj.ros.messages import Message, new, stamp
 from vrx_mj.ros.table.boats import WORLD_FRAME, BoatFrames, transform
 from vrx_mj.ros.table.host import Host, collision_name, header, vector
@@ -100,10 +100,16 @@ def world_outputs(host: Host, boat_frames: Sequence[BoatFrames], clock_rate: flo
         near = transform(0.0, WORLD_FRAME, START, host.scenery.start, (1.0, 0.0, 0.0, 0.0))
         return new("tf2_msgs/TFMessage", transforms=[near, *(frame for one in boat_frames for frame in one.still())])
 
+    @cache
+    def vrx3_still() -> Message:
+        more = [frame for one in boat_frames for frame in one.prefixed()]
+        return new("tf2_msgs/TFMessage", transforms=[*still().transforms, *more])
+
     rows = partial(Output, dialects=BOTH, recorded="rows")
     yield rows(CLOCK, "rosgraph_msgs/Clock", clock, clock_rate, latched=waits)
     yield rows("/tf", "tf2_msgs/TFMessage", moving, TF_RATE)
-    yield rows("/tf_static", "tf2_msgs/TFMessage", still, latched=True)
+    for dialects, frames in ((VRX, still), (VRX3, vrx3_still)):
+        yield rows("/tf_static", "tf2_msgs/TFMessage", frames, latched=True, dialects=dialects)
     yield chart_output(host)
     if os.environ.get("VRX_DEBUG") != "false":
         yield from _wind(host)

@@ -72,6 +72,12 @@ class Fake:
         self.sent += batch
 
 
+class Vrx(Fake):
+    """The same on ROS 1."""
+
+    dialect = "vrx"
+
+
 def server(sim, *transports):
     lines = []
     inbox = Inbox()
@@ -284,6 +290,25 @@ def test_camera_topics_differ_in_the_frame(table):
     stem = "/wamv/sensors/cameras/front_left_camera_sensor"
     assert table.outputs[f"{stem}/camera_info"].blind().header.frame_id == "wamv/front_left_camera_link"
     assert table.outputs[f"{stem}/optical/camera_info"].blind().header.frame_id == "wamv/front_left_camera_link_optical"
+
+
+def test_every_frame_has_vrx3s_name_too(table):
+    """VRX 3's launch file puts `wamv/` before `wamv/base_link`: its programs ask for `wamv/wamv/base_link`."""
+    frames = {topic: table.outputs[topic].make().transforms for topic in ("/tf", "/tf_static")}
+    parents = {one.child_frame_id: one for moving_or_not in frames.values() for one in moving_or_not}
+    plain = {name for name in parents if name.startswith("wamv/") and not name.startswith("wamv/wamv/")}
+    assert {"wamv/gps_wamv_link", "wamv/left_engine_link", "wamv/left_propeller_link"} <= plain
+    for name in plain | {"wamv/base_link"}:
+        prefixed = parents[f"wamv/{name}"]
+        assert prefixed.header.frame_id == name
+        assert prefixed.transform == new("geometry_msgs/Transform", rotation={"w": 1.0})
+    assert not any(name.startswith("wamv/wamv/wamv/") for name in parents)
+
+
+def test_ros1_has_no_names_of_vrx3(world):
+    with contextlib.closing(server(Simulation(world), Vrx()).server) as one:
+        still = one.table.outputs["/tf_static"].make().transforms
+    assert not [frame for frame in still if frame.child_frame_id.startswith("wamv/wamv/")]
 
 
 def test_imu_has_the_same_content(table):
