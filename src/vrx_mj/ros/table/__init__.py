@@ -31,10 +31,8 @@ def make_tables(
     VRX 3 has no services and no parameters.
     """
     boats = host.sim.boats
-    boat_frames = [
-        BoatFrames(host, boat, localized[boat].frames) if boat in localized else BoatFrames(host, boat)
-        for boat in boats
-    ]
+    located = {boat: one.frames for boat, one in localized.items()}
+    boat_frames = [BoatFrames(host, boat, located.get(boat, list)) for boat in boats]
     outputs = [
         *world_outputs(host, boat_frames, clock_rate, waits=waits),
         marker_output(host),
