@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import re
+import shutil
 import subprocess
 from dataclasses import astuple
 
@@ -14,12 +15,14 @@ from typer.testing import CliRunner
 from integration.sailing import GUSTY, ROUGH
 from integration.sensing import SYDNEY
 from needs import ROSBAG, needs
+from ros1_served import Served, free_port, small_table, tools
 from vrx_mj.cli.program import app
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.recording import read_record, record
 from vrx_mj.ros.bags import bagged
 from vrx_mj.ros.convert import convert
 from vrx_mj.ros.messages import encode
+from vrx_mj.ros.packages import write_packages
 from vrx_mj.ros.table.boats import command_topic
 from vrx_mj.runtime.run import run
 from vrx_mj.runtime.simulation import Simulation
@@ -178,6 +181,29 @@ def test_rosbag_tells_what_is_in_them(sailed, name):
     )  # fmt: skip
     assert re.search(r"vrx_gazebo/Task +\[8b3267cadc02a4d8846adeb79baa09a1\]", done.stdout)
     assert re.search(r"/gazebo/model_states +\d+ msgs +: gazebo_msgs/ModelStates", done.stdout)
+
+
+@pytest.mark.slow
+@needs(ROSBAG)
+@pytest.mark.parametrize("name", ["run.bag", "converted.bag"])
+def test_rosbag_checks_indexes_filters_and_plays_them(sailed, tmp_path, name):
+    """`check` compares comments of definitions too, which ours have none of: it knows the way for each type."""
+    shutil.copy(sailed[0] / name, tmp_path / "run.bag")
+    write_packages(tmp_path / "messages")
+    paths = f"export PYTHONPATH={tmp_path}/messages/python ROS_PACKAGE_PATH={tmp_path}/messages/share\n"
+    port = free_port()
+    checked = tools(f"{paths} rosbag check run.bag", port, tmp_path)
+    assert checked.endswith("All rules defined.  Bag is ready to be migrated\n"), checked
+    assert "missing" not in checked
+    filtered = "rosbag filter run.bag some.bag \"topic == '/clock'\" && rosbag info -y -k messages some.bag"
+    count = int(tools(f"{paths} rosbag info -y -k messages run.bag", port, tmp_path))
+    assert 0 < int(tools(f"{paths} {filtered}", port, tmp_path).split()[-1]) < count
+    indexed = tools(f"{paths} rosbag reindex -q run.bag && rosbag info -y -k messages run.bag", port, tmp_path)
+    assert int(indexed) == count
+    with Served(port, small_table()):
+        played = tools(f"{paths} rosbag play -q -r 10 run.bag; echo $?", port, tmp_path)
+    assert played.endswith("Done.\n0\n"), played
+    assert not re.search("warn|error", played, re.I), played
 
 
 def test_boats_that_come_and_go_are_in_a_converted_bag_while_they_are_there(tmp_path, world):

@@ -70,6 +70,8 @@ ENDS = (".launch", ".launch.py", ".world", ".xacro", ".sdf", ".yaml", ".yml")
 """How the files of a folder end that a command line may name."""
 PORTS = {"--rosbridge": DEFAULT_PORT, "--web": DEFAULT_WEB_PORT, "--foxglove": "8765"}
 """Options whose port may be left out."""
+LOCALIZATION, SOURCES = "--localization", ("navigator", "truth")
+"""An option whose value may be left out, and its values, the default first."""
 
 
 def opened_by(world: str, words: Sequence[str] | None) -> tuple[str, dict[str, str]]:
@@ -100,11 +102,14 @@ def named_values(words: Sequence[str] | None) -> dict[str, str]:
 
 
 def with_default_port(arguments: Sequence[str]) -> list[str]:
-    """The words of a command line, with a port after the options of PORTS where it is left out, but for a campaign."""
+    """The words of a command line, with the values that may be left out, but for a campaign."""
     if "campaign" in arguments[:1]:
         return list(arguments)
     words = []
     for index, word in enumerate(arguments):
-        bare = word in PORTS and not "".join(arguments[index + 1 : index + 2]).isdecimal()
+        after = "".join(arguments[index + 1 : index + 2])
+        bare = word in PORTS and not after.isdecimal()
         words.append(f"{word}={PORTS[word]}" if bare else word)
+        if word == LOCALIZATION and after not in SOURCES:
+            words[-1] = f"{word}={SOURCES[0]}"
     return words

@@ -20,14 +20,6 @@ __all__ = ["check_installed", "parse_lockstep", "parse_rate", "serve"]
 COLORS = {"WARN": "yellow", "ERROR": "red"}
 
 
-class CmdVel(Enum):
-    """What `cmd_vel` commands."""
-
-    thrust = "thrust"
-    velocity = "velocity"
-    off = "off"
-
-
 Rosbridge = Annotated[int | None, typer.Option(help="Serve rosbridge v2; the port may be left out: 9090.")]
 Foxglove = Annotated[
     int | None, typer.Option(help="Serve Foxglove and Lichtblick, to look at; the port may be left out: 8765.")
@@ -51,6 +43,15 @@ Origins = Annotated[
     ),
 ]
 Truth = Annotated[bool, typer.Option("--truth", help="Publish the true poses of the boats in /tf, in the frame map.")]
+CmdVel = Enum("CmdVel", {"thrust": "thrust", "velocity": "velocity", "off": "off"})
+Source = Enum("Source", {"truth": "truth", "navigator": "navigator"})
+Localized = Annotated[
+    Source | None,
+    typer.Option(
+        help="Publish where each boat is, as robot_localization: by its GPS and IMU, or as it really is; the value may "
+        "be left out: navigator."
+    ),
+]
 Duration = Annotated[float | None, typer.Option(help="Simulated seconds after which it ends; default: never.")]
 
 
@@ -69,6 +70,7 @@ def serve(
     clock: Annotated[float, typer.Option(help="Rate of /clock, per simulated second [Hz].")] = 100.0,
     cmd_vel: Annotated[CmdVel, typer.Option(help="What cmd_vel commands, in VRX thrust.")] = CmdVel.thrust,
     truth: Truth = False,
+    localization: Localized = None,
     paused: Annotated[bool, typer.Option("--paused", help="Start paused, as paused:=true of VRX.")] = False,
     duration: Duration = None,
     record: Record = None,
@@ -91,15 +93,12 @@ def serve(
         ros2=ros2,
         host=host,
         origins=allow_origin or (),
-        rate=parse_rate(rate),
-        duration=duration,
         lockstep=None if lockstep is None else parse_lockstep(lockstep),
         cmd_vel=cmd_vel.value,
-        truth=truth,
-        clock_rate=clock,
-        paused=paused,
-        exit_on_completion=exit_on_completion,
-    )
+        truth=truth, localization=localization and localization.value,
+        rate=parse_rate(rate), clock_rate=clock,
+        duration=duration, paused=paused, exit_on_completion=exit_on_completion,
+    )  # fmt: skip
 
 
 def _run(

@@ -38,6 +38,7 @@ from vrx_mj.ros.messages import Message, encode
 from vrx_mj.ros.table import CLOCK, make_tables
 from vrx_mj.ros.table.boats import description
 from vrx_mj.ros.table.host import Bodies, CmdVel, Scenery
+from vrx_mj.ros.table.localization import Localization, Source
 from vrx_mj.ros.table.tasks import TASK_INFO
 from vrx_mj.runtime.applied import AppliedForces
 from vrx_mj.runtime.observation import Observation
@@ -251,6 +252,7 @@ class RosServer:
         report: Report,
         cmd_vel: CmdVel = "thrust",
         truth: bool = False,
+        localization: Source | None = None,
         clock_rate: float = CLOCK_RATE,
         lockstep: Lockstep | None = None,
     ) -> None:
@@ -263,6 +265,7 @@ class RosServer:
             report: is given lines for people.
             cmd_vel: what `cmd_vel` commands.
             truth: whether `/tf` has the true poses of boats.
+            localization: what boats are localized by, as by robot_localization; None: they are not.
             clock_rate: of `/clock`, per simulated second.
             lockstep: which topics time waits for; None: it does not wait.
 
@@ -284,6 +287,7 @@ class RosServer:
         self._autopilot, self._initial_poses, self._held = Autopilot(sim, report), InitialPoses(sim), HeldThrust(sim)
         self._joined: dict[str, Newcomer] = {}
         self._left: set[str] = set()
+        self._localization, self._localized = localization, dict[str, Localization]()
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._seen: tuple[float, Observation] | None = None
         dialects = dict.fromkeys(dialect_of(transport) for transport in transports) or {"vrx": None}
@@ -391,10 +395,14 @@ class RosServer:
             response = service.answer(call.request)
         except Exception as error:  # as there
             why = _told(error)
-            self._report("WARN", f"{call.service}, called by {call.caller}: {why}")
+            self.warn_once(f"{call.service} {why}", f"{call.service}, called by {call.caller}: {why}")
             call.answer(service.failure(why) if service.failure else None, why)
         else:
             call.answer(response, "")
+
+    def warn_once(self, key: str, text: str) -> None:
+        """Report a line, once for a key."""
+        self.diagnosis.once(key, text)
 
     def is_published(self, thrusters: Sequence[Input], cmd_vel: str) -> bool:
         """Whether somebody publishes one of a boat's thrusters' topics; told once, as its `cmd_vel` is left alone."""
@@ -552,13 +560,26 @@ class RosServer:
         self.announce()  # what is latched, even while time does not advance
 
     def _offer(self) -> None:
-        tables = make_tables(self, clock_rate=self._clock_rate, waits=self.lockstep is not None)
+        waits, localized = self.lockstep is not None, self._localize()
+        tables = make_tables(self, clock_rate=self._clock_rate, waits=waits, localized=localized)
         self._services = tables["vrx"].services
         self._tables: dict[Dialect, RosInterface] = {dialect: tables[dialect] for dialect in self._publishers}
         for transport in self._transports:
             transport.offer(self._tables[dialect_of(transport)])
         for dialect, post in self._publishers.items():
             post.offer(self._tables[dialect])
+
+    def _localize(self) -> Mapping[str, Localization]:
+        """The localization of each boat that has one; those of boats that were there go on."""
+        known, self._localized, source = self._localized, {}, self._localization
+        if source is None:
+            return {}
+        for boat in self.sim.boats:
+            try:
+                self._localized[boat] = known.get(boat) or Localization(self, boat, source)
+            except CommandError as error:
+                self.warn_once(f"localization of {boat}", str(error))
+        return self._localized
 
     def close(self) -> None:
         """Publish the task's last info, a trial's score, and throw away what it keeps; the transports stay open."""

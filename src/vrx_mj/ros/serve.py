@@ -15,6 +15,7 @@ from vrx_mj.ros.interface import Inbox, Transport
 from vrx_mj.ros.network import Network
 from vrx_mj.ros.ros_server import CLOCK_RATE, Lockstep, Report, RosServer
 from vrx_mj.ros.table.host import CmdVel
+from vrx_mj.ros.table.localization import Source
 from vrx_mj.runtime.limits import process_memory
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.signals import handled
@@ -125,11 +126,19 @@ class Wanted:
     """Topics that time waits for; None: it does not wait."""
     cmd_vel: CmdVel = "thrust"
     truth: bool = False
+    localization: Source | None = None
     clock_rate: float = CLOCK_RATE
     paused: bool = False
     """Whether time waits for `/gazebo/unpause_physics`."""
     exit_on_completion: bool = False
     """Whether it ends with the world's task."""
+
+    def __post_init__(self) -> None:
+        """CommandError: the rate is not above 0; the boats would be placed twice."""
+        if self.rate is not None and not self.rate > 0.0:
+            raise CommandError(f"invalid --rate {self.rate:g}: a number above 0 (1 for real time) or max is needed")
+        if self.truth and self.localization is not None:
+            raise CommandError("--truth and --localization both place the boats in /tf: give one of them")
 
     @property
     def for_ros(self) -> bool:
@@ -161,11 +170,9 @@ def serve(
 
     Raises:
         NetworkError: a network cannot be opened.
-        CommandError: the rate is not above 0; no network is wanted.
+        CommandError: no network is wanted.
         DivergedError: the state became NaN or huge.
     """
-    if wanted.rate is not None and not wanted.rate > 0.0:
-        raise CommandError(f"invalid --rate {wanted.rate:g}: a number above 0 (1 for real time) or max is needed")
     sim.prepare_sensors()  # compiling holds the clock up for seconds: now, and not when somebody subscribes
     network, inbox, ending = Network(), Inbox(), threading.Event()
     try:
@@ -178,7 +185,8 @@ def serve(
                 inbox,
                 report=announcer,
                 cmd_vel=wanted.cmd_vel,
-                truth=wanted.truth or not wanted.for_ros,  # a viewer has no other way to place the boats
+                truth=wanted.truth or not (wanted.for_ros or wanted.localization),  # viewers need some place of boats
+                localization=wanted.localization,
                 clock_rate=wanted.clock_rate,
                 lockstep=None if wanted.lockstep is None else Lockstep(wanted.lockstep),
             )

@@ -41,9 +41,11 @@ def test_a_rate_is_a_number_or_max():
         (["serve", "w", "--rosbridge", "9191"], ["serve", "w", "--rosbridge", "9191"]),
         (["serve", "--rosbridge", "w"], ["serve", "--rosbridge=9090", "w"]),
         (["campaign", "--rosbridge"], ["campaign", "--rosbridge"]),
+        (["serve", "--localization", "w"], ["serve", "--localization=navigator", "w"]),
+        (["serve", "w", "--localization", "truth"], ["serve", "w", "--localization", "truth"]),
     ],
 )
-def test_a_port_may_be_left_out(words, expected):
+def test_a_value_may_be_left_out(words, expected):
     assert with_default_port(words) == expected
 
 

@@ -28,6 +28,7 @@ from vrx_mj.ros.rosbridge.protocol import (
     options,
     text,
 )
+from vrx_mj.ros.rosbridge.republisher import Republisher
 from vrx_mj.ros.rosbridge.rosapi import Rosapi
 from vrx_mj.ros.rosbridge.topics import Offered, Services, Subscription, Topics, node_name, respond
 
@@ -66,6 +67,7 @@ class Hub:
         """Show the graph to clients, and them to it."""
         self.graph.wires.append(self.topics)
         self._rosapi.provide()
+        Republisher(self.graph).open()
 
     def report_once(self, peer: str, kind: str, text: str) -> None:
         """Log a warning, once for a peer and kind of mistake."""

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from itertools import chain
+from types import MappingProxyType
 from typing import get_args
 
 from vrx_mj.ros.interface import Dialect, Input, RosInterface
@@ -10,6 +11,7 @@ from vrx_mj.ros.messages import Message
 from vrx_mj.ros.table.boats import BoatFrames, boat_inputs
 from vrx_mj.ros.table.gazebo import gazebo_inputs, gazebo_outputs, gazebo_services
 from vrx_mj.ros.table.host import Host
+from vrx_mj.ros.table.localization import Localization
 from vrx_mj.ros.table.sensing import sensor_inputs, sensor_outputs, sensor_services
 from vrx_mj.ros.table.tasks import elsewhere, task_inputs, task_outputs, task_services
 from vrx_mj.ros.table.viewers import marker_output
@@ -17,14 +19,20 @@ from vrx_mj.ros.table.world import CLOCK, world_inputs, world_outputs, world_ser
 
 __all__ = ["CLOCK", "make_tables"]
 
+NONE: Mapping[str, Localization] = MappingProxyType({})
 
-def make_tables(host: Host, *, clock_rate: float, waits: bool = False) -> Mapping[Dialect, RosInterface]:
+
+def make_tables(
+    host: Host, *, clock_rate: float, waits: bool = False, localized: Mapping[str, Localization] = NONE
+) -> Mapping[Dialect, RosInterface]:
     """The tables of a simulation with the boats that it has now; `/clock` is published at a rate [Hz].
 
-    Where time `waits` for answers, who comes late gets the last clock. VRX 3 has no services and no parameters.
+    Where time `waits` for answers, who comes late gets the last clock. `localized` has boats that say where they are.
+    VRX 3 has no services and no parameters.
     """
     boats = host.sim.boats
-    boat_frames = [BoatFrames(host, boat) for boat in boats]
+    located = {boat: one.frames for boat, one in localized.items()}
+    boat_frames = [BoatFrames(host, boat, located.get(boat, list)) for boat in boats]
     outputs = [
         *world_outputs(host, boat_frames, clock_rate, waits=waits),
         marker_output(host),
@@ -32,6 +40,7 @@ def make_tables(host: Host, *, clock_rate: float, waits: bool = False) -> Mappin
         *task_outputs(host),
         *chain.from_iterable(own.outputs() for own in boat_frames),
         *chain.from_iterable(sensor_outputs(host, boat) for boat in boats),
+        *chain.from_iterable(one.outputs() for one in localized.values()),
     ]
     inputs = [
         *world_inputs(host),
@@ -47,7 +56,10 @@ def make_tables(host: Host, *, clock_rate: float, waits: bool = False) -> Mappin
         )
         for dialect in get_args(Dialect)
     }
-    services = chain(world_services(host), gazebo_services(host), task_services(host), sensor_services(host))
+    services = chain(
+        *(world_services(host), gazebo_services(host), task_services(host), sensor_services(host)),
+        *(one.services() for one in localized.values()),
+    )
     descriptions = {f"/{own.boat}/robot_description": own.description for own in boat_frames}
     parameters = {"/use_sim_time": True} | {name: text for name, text in descriptions.items() if text is not None}
     by_name = {service.name: service for service in services}

@@ -226,8 +226,9 @@ class ThrusterJoints(NamedTuple):
 class BoatFrames:
     """The frames of a boat; a boat whose description is not here has those of its sensors and engines."""
 
-    def __init__(self, host: Host, boat: str) -> None:
-        self._host, self.boat = host, boat
+    def __init__(self, host: Host, boat: str, located: Callable[[], list[Message]] = list) -> None:
+        """`located` gives the frames in which the boat is by its localization, if there is one."""
+        self._host, self.boat, self._located = host, boat, located
         self._spins: dict[str, Spin] = {}
         self._time = host.sim.time
 
@@ -303,10 +304,10 @@ class BoatFrames:
         return [transform(0.0, name, f"{self.boat}/{name}", *here) for name in names]
 
     def moving(self) -> list[Message]:
-        """Of its engines, as steered, and its propellers; and of the boat in `map`, if true poses are published."""
+        """Of its engines, as steered, and its propellers; and of the boat in `map`, if that is published."""
         host, boat = self._host, self.boat
         spins, angles = self._spun(), host.sim.steering(boat)
-        frames = []
+        frames = self._located()
         for thruster in self._thruster_joints:
             if thruster.engine is not None:
                 frames.append(_joint_frame(host.sim.time, thruster.engine, angles[thruster.name]))

@@ -316,6 +316,9 @@ class Host(Protocol):
     def description(self, boat: str) -> str:
         """A boat's URDF; a VrxError where the files that it was made of are not here."""
 
+    def warn_once(self, key: str, text: str) -> None:
+        """Report a line, once for a key."""
+
     def is_published(self, thrusters: Sequence[Input], cmd_vel: str) -> bool:
         """Whether somebody publishes one of a boat's thrusters' topics; told once, as its `cmd_vel` is left alone."""
 
