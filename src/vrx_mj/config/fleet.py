@@ -41,6 +41,7 @@ from vrx_mj.config.profiles import CLASSIC
 from vrx_mj.config.readers import function_of
 from vrx_mj.config.robots import Arguments, load_robot
 from vrx_mj.config.search import contained, is_path
+from vrx_mj.config.tree import Loc
 from vrx_mj.config.wording import shown
 from vrx_mj.config.world import Sensors, SpawnConfig, WorldConfig, check_thrusters
 from vrx_mj.errors import ConfigError, Problem
@@ -49,9 +50,6 @@ RADIUS = 20.0
 """Default radius of a circle [m]: that of the published guide's ring."""
 SPACING = 10.0
 """Default distance between neighbours [m]: twice the length of a WAM-V."""
-
-Loc = tuple[str | int, ...]
-
 
 Controller = Annotated[
     str,

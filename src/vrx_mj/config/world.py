@@ -34,7 +34,7 @@ from vrx_mj.config.scene import MarkersConfig, SceneConfig
 from vrx_mj.config.sea import SeaConfig
 from vrx_mj.config.search import find_terrain, is_path
 from vrx_mj.config.tasks import Task
-from vrx_mj.config.tree import Section
+from vrx_mj.config.tree import Loc, Section
 from vrx_mj.config.wind import WindConfig
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP
@@ -183,7 +183,7 @@ class WorldConfig(FromFile):
             found.append((("physics", "gravity"), f"{MARINE} needs gravity, which makes its waves, got 0"))
         return found
 
-    def _of_marine(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
+    def _of_marine(self) -> Iterator[tuple[Loc, str]]:
         """What the file gives that only worlds of profile `marine` have: where, and in words."""
         for number, item in enumerate(self.objects):
             if item.mooring is not None:

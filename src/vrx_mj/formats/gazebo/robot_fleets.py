@@ -17,16 +17,10 @@ BESIDE = {"thrusters": "thruster_config.yaml", "components": "component_config.y
 """Keys of a fleet, and the files of VRX that a robot's folder may have for them."""
 
 
-def is_description(source: object) -> TypeGuard[str | Path]:
-    """Whether a source, of whatever type, is the path of a URDF or xacro, or a model of Gazebo."""
-    return isinstance(source, str | Path) and (
-        str(source).lower().endswith(XML_SUFFIXES) or is_gazebo_model(str(source))
-    )
-
-
 def is_robot_xacro(source: object) -> TypeGuard[str | Path]:
-    """Whether a source is the path of the xacro of a boat."""
-    return is_description(source) and str(source).lower().endswith(XML_SUFFIXES) and not is_gazebo_model(str(source))
+    """Whether a source, of whatever type, is the path of the URDF or xacro of a boat."""
+    text = str(source)
+    return isinstance(source, str | Path) and text.lower().endswith(XML_SUFFIXES) and not is_gazebo_model(text)
 
 
 def launch_document(source: str | Path) -> tuple[Section, str] | None:

@@ -14,7 +14,7 @@ from typing import Any
 
 from vrx_mj.config.loading import problem_at
 from vrx_mj.config.search import catalogue, display
-from vrx_mj.config.tree import File, Items, Section
+from vrx_mj.config.tree import File, Items, Loc, Section
 from vrx_mj.config.wording import shown, unknown_key
 from vrx_mj.config.yaml_text import Repeat, parse_loosely, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxWarning
@@ -24,8 +24,6 @@ MOST_WORLDS = 10_000
 KEYS = ("steps", "macros", "sequence", "yamls")
 """Keys of an axis."""
 PATCHED = "begins with '+', as in a patch file; remove the '+'"
-
-Loc = tuple[str | int, ...]
 
 
 @dataclass(frozen=True)
