@@ -4,6 +4,7 @@ Every key stands there with its type, range, unit, default and meaning, below th
 hand. tests/test_docs.py compares the pages with what this writes.
 """
 
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -26,6 +27,8 @@ from vrx_mj.config.world import Sensors, WorldConfig
 from vrx_mj.formats.parts.catalogue import PartType, part_types
 from vrx_mj.formats.parts.compliance import load_rules
 from vrx_mj.formats.series.macros import REQUIRED, macros
+from vrx_mj.formats.urdf import gazebo, gazebo_sensors, gz_sim
+from vrx_mj.formats.urdf.elements import Tag
 
 REPO = Path(__file__).resolve().parents[1]
 FOLDER = REPO / "docs" / "formats"
@@ -247,6 +250,7 @@ def pages() -> dict[str, str]:
         "robot": model_page("robot", homes, RobotConfig),
         "parts": parts_page(),
         "axes": axes_page(),
+        "gazebo": gazebo_page(),
     }
     return {f"{name}.md": text.rstrip("\n") + "\n" for name, text in written.items()}
 
@@ -310,6 +314,77 @@ def axes_page() -> str:
         blocks = ", ".join(f"`/**{block}`" for block in macro.blocks)
         text += f"| `{name}` | {macro.part} | {given} | {blocks} |\n"
     return text
+
+
+RATES = ("PLUGIN_RATE", "SENSOR_RATE", "ODOMETRY_RATE")
+RATE = "|".join(dict.fromkeys(path for name in RATES for path in getattr(gazebo_sensors, name).path.split("|")))
+TAGS = {
+    "Thrusters": {
+        "`libusv_gazebo_thrust_plugin.so`, in each `<thruster>`": gazebo.THRUSTER,
+        "`gz-sim-thruster-system`": gazebo.NEWER_THRUSTER,
+    },
+    "Water": {
+        "`libusv_gazebo_dynamics_plugin.so`": gazebo.HYDRODYNAMICS,
+        "`Surface` of VRX 3, once for each hull": gazebo.HULL | gazebo.WATER,
+    },
+    "Sensors": {
+        "all plugins of sensors; `<sensor>`s are on the link of their `<gazebo reference>`": {
+            "link": Tag(gazebo_sensors.LINK, ""),
+            "topic": Tag(gazebo_sensors.TOPIC, ""),
+            "frame": Tag(gazebo_sensors.FRAME, ""),
+            "rate": Tag(RATE, 0.0, "Hz", low=0),
+        },
+        "`<camera>`": gazebo_sensors.CAMERA,
+        "the plugin of a camera": gazebo_sensors.CAMERA_PLUGIN,
+        "`<ray>` or `<lidar>`": gazebo_sensors.LIDAR,
+        "the plugin of a lidar": gazebo_sensors.LIDAR_PLUGIN,
+        "`<noise>` of an axis of `<imu>`": gazebo_sensors.BIAS,
+        "Hector's plugins, after `accel`, `rate`, `yaw`, `tilt` or `velocity`; of a position with a small letter": (
+            gazebo_sensors.HECTOR
+        ),
+        "`libgazebo_ros_p3d.so`, `libgazebo_ros_imu.so`, `gz-sim-odometry-publisher-system`": gazebo_sensors.NOISE,
+        "pingers": gazebo_sensors.PINGER,
+        "ball shooters": gazebo_sensors.SHOOTER,
+    },
+}
+"""Tables of tags, by what they are in."""
+NOT_DONE = (gazebo.SPEEDS, gz_sim.CURRENT, *gazebo_sensors.LENS, *gazebo_sensors.OFFSETS, *gazebo.HELD)
+
+
+def gazebo_page() -> str:
+    """Tags of plugins and sensors."""
+    text = begin("gazebo")
+    for title, tables in TAGS.items():
+        text += f"## {title}\n\n"
+        for place, rows in tables.items():
+            text += f"In {place}:\n\n| tag | field | unit | default | range |\n|---|---|---|---|---|\n"
+            text += "".join(tag_row(field, tag) for field, tag in rows.items()) + "\n"
+    kinds = gazebo_sensors.INSTRUMENTS | {
+        f'<sensor type="{name}">': kind for name, kind in gazebo_sensors.SENSORS.items()
+    }
+    text += "## Which are sensors\n\n| plugin or sensor | here | topic without one |\n|---|---|---|\n"
+    for name, kind in kinds.items():
+        made = str(kind.config.model_fields["type"].default)
+        text += row((f"`{name}`", f"`{made}`", f"`{kind.instead.format(kind.own or 'NAME')}`"))
+    quiet = ", ".join(f"`{name}`" for name in sorted(gazebo.QUIET_PLUGINS))
+    text += f"\n## Read without a word\n\n{quiet}\n\n## Not simulated\n\n| tag | warning |\n|---|---|\n"
+    return text + "".join(row((f"`{tag.path}`", words.format(tag.path))) for tag, words in NOT_DONE)
+
+
+def tag_row(field: str, tag: Tag) -> str:
+    """A tag of a table."""
+    paths = " or ".join(f"`{path.replace('/', ' / ')}`" for path in tag.path.split("|"))
+    limits = ((tag.above, "above"), (tag.low, "at least"), (tag.high, "at most"))
+    allowed = ", ".join(f"{words} {number(limit)}" for limit, words in limits if math.isfinite(limit))
+    default = " ".join(map(number, tag.default)) if isinstance(tag.default, tuple) else tag_default(tag.default)
+    return row((paths, f"`{field}`", tag.unit, default, allowed))
+
+
+def tag_default(value: Any) -> str:
+    """A default that is one value; that of what narrows is none."""
+    if isinstance(value, bool | str):
+        return f"`{str(value).lower()}`" if value != "" else ""
+    return number(float(value)) if math.isfinite(value) else ""
 
 
 def parameter(key: str, value: Any) -> str:
