@@ -31,8 +31,8 @@ LACKED = {
     "msvcrt", "nt", "winreg", "winsound", "_scproxy", "_winapi",  # by Linux, and all but one by macOS
 }  # fmt: skip
 """Modules of the standard library that Linux, macOS or Windows is without."""
-ROS = {"genpy", "geometry_msgs", "nav_msgs", "rclpy", "rosgraph_msgs", "rospy", "sensor_msgs", "std_msgs",
-       "visualization_msgs"}  # fmt: skip
+ROS = {"gazebo_msgs", "genpy", "geographic_msgs", "geometry_msgs", "nav_msgs", "rclpy", "rosgraph_msgs", "rospy",
+       "sensor_msgs", "std_msgs", "std_srvs", "usv_msgs", "visualization_msgs", "vrx_gazebo"}  # fmt: skip
 """Imported by programs that tests start where ROS is installed."""
 LIGHT = "import sys, vrx_mj; print([m for m in sys.modules if m.split('.')[0] in set(sys.argv[1:])])"
 HEAVY = (

@@ -75,3 +75,20 @@ def test_a_caller_of_gazebos_services_gets_what_they_promise(tmp_path, rate):
     assert float(said["pushed to"]) > 0.2
     assert 0.5 <= float(said["time went on by"]) < 2.0
     assert 0.0 < done.task.score < 20.0
+
+
+def test_what_cannot_be_is_refused_in_words_or_told_once_and_time_goes_on(tmp_path, rate):
+    fleet = FLEET.replace("]\n", ", {name: other, pose: [-532, 172, 0.1, 0, 0, 0]}]\n", 1)
+    done = outcome(program("hostile.py"), tmp_path, rate=rate, seconds=30.0, fleet=fleet)
+    assert done.code == 0, done.text
+    said = done.text.splitlines()
+    assert [line.partition(" apply_body_wrench: ")[0] for line in said[:5]] == [
+        "ready", "force nan", "force inf", "force 1e+300", "force -1e+300",
+    ]  # fmt: skip
+    assert said[5:7] == ["lasting taken", "delete True"]
+    assert said[7].startswith("gone apply_body_wrench: no link named 'other::other/base_link'; known: ")
+    assert said[-1] == "done"
+    assert len(done.said("comes from /.* and from /.*: each message replaces the other's")) == 1
+    assert len(done.said("invalid command nan for left of wamv")) == 1
+    assert len(done.said("the force on other::other/base_link ends: it left")) == 1
+    assert len(done.said("the force would accelerate wamv::wamv/base_link by 3.86e.297")) == 1

@@ -157,7 +157,7 @@ def _edits(one: str, other: str) -> float:
 
 
 if TYPE_CHECKING:  # they need the extra ros1, and `vrx-mj doctor` does not
-    from vrx_mj.ros.interface import Command, RosInterface, UnknownTopicPublisher
+    from vrx_mj.ros.interface import Call, Command, RosInterface, UnknownTopicPublisher
 
 
 DEEP = 0.05
@@ -223,6 +223,11 @@ class Diagnosis:
     def refused(self, command: "Command", why: str) -> None:
         """A message could not be taken."""
         self.once(f"{command.topic} refused {command.sender}", f"{command.topic} from {command.sender}: {why}")
+
+    def failed(self, call: "Call", why: str) -> None:
+        """A call of a service could not be answered."""
+        text = f"{call.service}, called by {call.caller}: {why}"
+        self._once(text, text)
 
     def mixed(self, thruster: "Input", node: str, cmd_vel: str) -> None:
         """A boat's `cmd_vel` came while a node publishes one of its thrusters' topics."""

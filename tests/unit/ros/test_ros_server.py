@@ -255,6 +255,15 @@ def test_what_is_spawned_is_held_to_what_files_are(scene):
     run(scene, 0.1)
 
 
+def test_a_loop_of_calls_that_fail_is_told_once(scene):
+    before = len(scene.told)
+    for name in ("gone", "gone", "other", "gone"):
+        assert not call(scene, "/gazebo/get_model_state", "gazebo_msgs/GetModelState", model_name=name).success
+    assert [line.partition(";")[0] for line in scene.told[before:]] == [
+        f"/gazebo/get_model_state, called by /test: no model named '{name}'" for name in ("gone", "other")
+    ]
+
+
 @pytest.mark.parametrize("error", [RecursionError("too\ndeep"), KeyError("x"), MemoryError(), ValueError("a" * 900)])
 def test_whatever_a_service_or_a_topic_raises_ends_no_run(scene, monkeypatch, error):
     def fail(*_words, **_more):
