@@ -157,7 +157,7 @@ def _edits(one: str, other: str) -> float:
 
 
 if TYPE_CHECKING:  # they need the extra ros1, and `vrx-mj doctor` does not
-    from vrx_mj.ros.interface import Command, RosInterface, UnknownTopicPublisher
+    from vrx_mj.ros.interface import Call, Command, RosInterface, UnknownTopicPublisher
 
 
 DEEP = 0.05
@@ -193,7 +193,7 @@ class Diagnosis:
         self.moved()
         self.changed()
         for line in shared_frames(sim):
-            self.once(line, line)
+            self._once(line, line)
 
     def changed(self) -> None:
         """Boats came or went: see whether they have receivers that cannot work here."""
@@ -204,12 +204,12 @@ class Diagnosis:
         if owners:
             of = ", ".join(owners[:SHOWN]) + (f" and {len(owners) - SHOWN} more" if len(owners) > SHOWN else "")
             text = f"the world {world.name} has no georeference: the GPS topics of {of} are not published"
-            self.once("georeference", f"{text}; add `georeference` to the world's file")
+            self._once("georeference", f"{text}; add `georeference` to the world's file")
 
     def moved(self) -> None:
         """Something was put somewhere: report what overlaps."""
         for line in overlaps(self._sim):
-            self.once(line.partition(" by ")[0], line)
+            self._once(line.partition(" by ")[0], line)
 
     def unknown_publisher(self, unknown_publisher: "UnknownTopicPublisher", table: "RosInterface") -> None:
         """Somebody publishes on a topic without subscribers."""
@@ -218,16 +218,21 @@ class Diagnosis:
             return
         hint = self._hints(topic, unknown_publisher.type, table, self._sim.boats)
         if hint:
-            self.once(key, f"{topic} has a publisher, {unknown_publisher.sender}, but no subscriber: {hint}")
+            self._once(key, f"{topic} has a publisher, {unknown_publisher.sender}, but no subscriber: {hint}")
 
     def refused(self, command: "Command", why: str) -> None:
         """A message could not be taken."""
-        self.once(f"{command.topic} refused {command.sender}", f"{command.topic} from {command.sender}: {why}")
+        self._once(f"{command.topic} refused {command.sender}", f"{command.topic} from {command.sender}: {why}")
+
+    def failed(self, call: "Call", why: str) -> None:
+        """A call of a service could not be answered."""
+        text = f"{call.service}, called by {call.caller}: {why}"
+        self._once(text, text)
 
     def mixed(self, thruster: "Input", node: str, cmd_vel: str) -> None:
         """A boat's `cmd_vel` came while a node publishes one of its thrusters' topics."""
         boat = thruster.boat
-        self.once(f"{boat} mixed", f"{cmd_vel} does not drive {boat}: {node} publishes {thruster.name}")
+        self._once(f"{boat} mixed", f"{cmd_vel} does not drive {boat}: {node} publishes {thruster.name}")
 
     def taken(self, command: "Command") -> None:
         """A message was taken: see whether it comes often enough."""
@@ -245,7 +250,7 @@ class Diagnosis:
         gaps = sorted(later - earlier for earlier, later in zip(times, list(times)[1:], strict=False))
         if len(times) == ALIKE and 0.0 < timeout < gaps[0] * 0.99:
             share = round(100.0 * timeout / gaps[len(gaps) // 2])
-            self.once(
+            self._once(
                 f"{command.topic} slow",
                 f"{command.topic} comes every {gaps[len(gaps) // 2]:.2g} s but a thrust lasts {timeout:g} s: thrust is "
                 f"on {share} % of the time; use -r {2.0 / timeout:g} or more",
@@ -258,7 +263,7 @@ class Diagnosis:
         if now - before < IN_TURN:
             for other in (other for other, time in last.items() if other != command.sender and time >= before):
                 two = f"{command.topic} comes from {command.sender} and from {other}"
-                self.once(f"{command.topic} shared", f"{two}: each message replaces the other's")
+                self._once(f"{command.topic} shared", f"{two}: each message replaces the other's")
         if len(last) > MOST_SENDERS:
             last.clear()
         last[command.sender] = now
@@ -266,18 +271,18 @@ class Diagnosis:
     def commanded(self, boat: str, commands: Mapping[str, float]) -> None:
         """See whether commands are beyond what thrusters do, or the boat is held."""
         for name, text in clipped_commands(self._sim.world, boat, commands):
-            self.once(f"{boat} {name}", text)
+            self._once(f"{boat} {name}", text)
         task = self._sim.task
         if task is not None and task["boat"] == boat and task["state"] == "initial" and any(commands.values()):
             free = f"t = {task['ready_time']:g} s"
-            self.once(f"{boat} held", f"{boat} is held by its task until {free}: thrust has no effect before")
+            self._once(f"{boat} held", f"{boat} is held by its task until {free}: thrust has no effect before")
 
     def pushed(self, boat: str, thruster: Propeller, force: float) -> None:
         """See whether a thruster can give a force [N]."""
         least, most = -thruster.max_reverse, thruster.max_forward
         if not least - 1e-6 <= force <= most + 1e-6:
             force_text = f"{thruster.name} of {boat} is {force:.4g} N, beyond {least:.4g} to {most:.4g} N"
-            self.once(f"{boat} {thruster.name} N", f"{force_text}: it is clamped to this range")
+            self._once(f"{boat} {thruster.name} N", f"{force_text}: it is clamped to this range")
 
     def look(self) -> None:
         """See whether boats are aground, capsized or spinning, if it is time."""
@@ -299,13 +304,16 @@ class Diagnosis:
     def _state(self, key: str, holds: bool, text: str, ended: str) -> None:
         """Report something once for as long as it holds, and when it has ended."""
         if holds:
-            self.once(key, f"t = {self._sim.time:.1f} s: {text}")
+            self._once(key, f"t = {self._sim.time:.1f} s: {text}")
         elif key in self._reported:
             self._reported.discard(key)
             self._report("INFO", f"t = {self._sim.time:.1f} s: {ended}")
 
     def once(self, key: str, text: str) -> None:
         """Report a line, once for a key."""
+        self._once(key, text)
+
+    def _once(self, key: str, text: str) -> None:
         if key not in self._reported and len(self._reported) < 10_000:
             self._reported.add(key)
             self._report("WARN", text)

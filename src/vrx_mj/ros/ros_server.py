@@ -395,7 +395,7 @@ class RosServer:
             response = service.answer(call.request)
         except Exception as error:  # as there
             why = _told(error)
-            self.warn_once(f"{call.service} {why}", f"{call.service}, called by {call.caller}: {why}")
+            self.diagnosis.failed(call, why)
             call.answer(service.failure(why) if service.failure else None, why)
         else:
             call.answer(response, "")
