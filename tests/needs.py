@@ -95,6 +95,7 @@ ROS1_MESSAGES = Need(
     "python3-geometry-msgs python3-rosmsg",
     _debian_package("genpy", "std_msgs.msg", "sensor_msgs.msg", "geometry_msgs.msg"),
 )
+TF2 = Need("tf2_ros", "apt-get install -y --no-install-recommends python3-tf2-ros", _debian_package("tf2_ros"))
 ROSBAG = Need("rosbag", "apt-get install -y python3-rosbag", lambda: Path("/usr/bin/rosbag").exists())
 CATKIN = Need("catkin_pkg", "apt-get install -y python3-catkin-pkg", _debian_package("catkin_pkg"))
 CATKIN_MAKE = Need(

@@ -1,23 +1,19 @@
 """The real clients of rosbridge, roslibpy and roslibjs, each in one process that does all that users do."""
 
 import base64
-import fcntl
 import json
 import math
-import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+import roslibjs
 from bridged import COVARIANCE, PIXELS, Bridged, image, imu, publishing
-from needs import NODE, require
 from vrx_mj.ros import messages
 
 SCRIPTS = Path(__file__).parent / "rosbridge"
-NODE_FOLDER = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "vrx_mj_roslibjs"
-NPM = ["npm", "install", "--no-audit", "--no-fund", "--prefix", str(NODE_FOLDER), "roslib@2.1.0", "ws@8"]
 TIME = 60.0
 MAKE = {
     "/clock": lambda time: messages.new("rosgraph_msgs/Clock", clock=messages.stamp(time)),
@@ -94,24 +90,9 @@ def test_roslibpy_does_everything():
     assert [unknown[:2] for unknown in bridged.unknown_publishers] == [("/wamv/thruster/left", "std_msgs/Float32")]
 
 
-@pytest.fixture(scope="module")
-def roslibjs():
-    """The folder with roslibjs, installed once for this user."""
-    line = " ".join(NPM)
-    require(NODE)
-    NODE_FOLDER.mkdir(parents=True, exist_ok=True)
-    with (NODE_FOLDER / "lock").open("w", encoding="utf-8") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if not (NODE_FOLDER / "node_modules" / "ws").is_dir():
-            done = subprocess.run(NPM, capture_output=True, encoding="utf-8", timeout=120.0, check=False)
-            if done.returncode != 0:
-                pytest.skip(f"{line}: {done.stderr[-300:]}")
-    return NODE_FOLDER
-
-
 @pytest.mark.slow
-def test_roslibjs_does_everything(roslibjs):
-    seen, bridged = run(["node", SCRIPTS / "everything.mjs", roslibjs])
+def test_roslibjs_does_everything():
+    seen, bridged = run(["node", SCRIPTS / "everything.mjs", roslibjs.installed()])
     assert seen["none"]["orientation_covariance"] == seen["png"]["orientation_covariance"] == NULLED
     assert seen["cbor"]["orientation_covariance"] == ["0.5", "0", "NaN", "0", "1", "0", "0", "0", "1"]
     assert seen["cbor"]["header"]["frame_id"] == "wamv/imu_link"
