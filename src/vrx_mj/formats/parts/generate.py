@@ -128,7 +128,7 @@ def wamv_urdf(
         folder = Path(name).resolve()
         for parts in filter(None, (thrusters, components)):
             given |= _file_arguments(parts, folder)
-        return expand(main, arguments=given, package_paths=(folder, *package_paths))
+        return str(expand(main, arguments=given, package_paths=(folder, *package_paths)))  # whose file goes
 
 
 def _folder() -> Path:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
-from vrx_mj.config.tree import Place
+from vrx_mj.config.tree import File, Place
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning
 from vrx_mj.formats.gazebo.document import Element, parsed
@@ -16,7 +16,7 @@ from vrx_mj.formats.series.calls import BLOCK, Call
 from vrx_mj.formats.series.pieces import SCHEME
 from vrx_mj.formats.urdf.elements import LARGEST
 from vrx_mj.formats.urdf.expand import MACROS
-from vrx_mj.formats.urdf.xml_document import elements, parse_document, read_bytes
+from vrx_mj.formats.urdf.xml_document import read_text
 
 REQUIRED = object()
 """Marks a parameter without a default, which must be given."""
@@ -60,12 +60,11 @@ class Macro:
 @functools.cache
 def macros() -> Mapping[str, Macro]:
     """All macros by name, as our xacro file has them."""
-    document = parse_document(read_bytes(MACROS), MACROS.name, MACROS.parent)
     found = {}
-    for element in elements(document):
-        name = element.getAttribute("name")
-        if element.tagName == "xacro:macro" and not name.startswith(("vrx_mj_", "include_all")):
-            said = _PARAMETER.findall(element.getAttribute("params"))
+    for element in parsed(read_text(MACROS), File(MACROS.name, MACROS.parent)).walk():
+        name = element.attributes.get("name", "")
+        if element.tag == "xacro:macro" and not name.startswith(("vrx_mj_", "include_all")):
+            said = _PARAMETER.findall(element.attributes.get("params", ""))
             defaults = {key: _default(text) for stars, key, text in said if not stars}
             part = "base" if name in PLACES else PARTS.get(name, "task")
             found[name] = Macro(part, defaults, tuple(key for stars, key, _ in said if stars))
