@@ -28,7 +28,7 @@ TOGETHER, TEXT = 120, 1 << 30
 """What all jobs of a command may take: processor time [s], and bytes of what they are told and answer."""
 REMEMBERED = 64 << 20
 """Bytes of answers that this process keeps."""
-PACKAGES = ("lxml", "numpy", "pycollada", "pyyaml", "rerun_sdk", "scipy", "trimesh", "xacro", "yourdfpy")
+PACKAGES = ("numpy", "pycollada", "pyyaml", "rerun_sdk", "scipy", "trimesh", "xacro", "yourdfpy")
 """Whose versions an answer depends on."""
 T = TypeVar("T")
 _answers: OrderedDict[str, bytes] = OrderedDict()

@@ -142,7 +142,7 @@ def _block(call: Call, name: str) -> str:
         raise call.fault(key, f"expected XML in quotes, got {shown(value)}")
     text = _literal("" if value is None else str(value))
     try:
-        element = parsed(f"<{name}>{text}</{name}>", call.place.file)
+        element = _parsed(f"<{name}>{text}</{name}>", call.place.file.name)
     except ConfigError as error:
         raise call.fault(key, re.sub(r" of line \d+", "", error.problems[0].message)) from None
     for fault in _odd_elements(name, element):
@@ -152,6 +152,12 @@ def _block(call: Call, name: str) -> str:
         told = f"{call.place.file.name}:{call.place_of(key).line}: {stray} between the elements of {key}"
         warnings.warn(f"{told} is ignored", VrxWarning, stacklevel=2)
     return f"<{name}>{' '.join(text.split())}</{name}>"
+
+
+@functools.lru_cache(maxsize=1000)
+def _parsed(text: str, name: str) -> Element:
+    """The block of a text: worlds of a series have the same ones."""
+    return parsed(text, File(name, None))
 
 
 def _odd_elements(block: str, element: Element) -> Iterator[str]:

@@ -138,8 +138,14 @@ def _expanded(
     files = Files(file, first, paths, spare=ours)
     names = _FOUND.findall(read_bytes(file).decode("utf-8", errors="replace"))
     found = {name: str(folder) for name in names[:_MOST_PACKAGES] if (folder := files.package(name)) is not None}
+    macros = [MACROS] if libraries else []
+
+    def made_with(known: Sequence[str] | None) -> Expanded:
+        told = (given, found, known, sorted(libraries), *macros)
+        return _made(file.absolute(), *told, reads=[*files.roots, *macros])
+
     for _ in range(_MOST_PACKAGES):
-        made = _asked(file, given, found, files, None, libraries)
+        made = made_with(None)
         name = made.missing
         folder = files.package(name) if name else None
         if name is None:
@@ -147,20 +153,7 @@ def _expanded(
         if folder is None:
             break
         found[name] = str(folder)
-    return _asked(file, given, found, files, files.known(), libraries)
-
-
-def _asked(
-    file: Path,
-    arguments: Mapping[str, str],
-    packages: Mapping[str, str],
-    files: Files,
-    known: Sequence[str] | None,
-    libraries: Collection[str],
-) -> Expanded:
-    macros = [MACROS] if libraries else []
-    told = (arguments, packages, known, sorted(libraries), *macros)
-    return _made(file.absolute(), *told, reads=[*files.roots, *macros])
+    return made_with(files.known())
 
 
 def _made(file: Path, *told: object, reads: Sequence[Path]) -> Expanded:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any
 from xml.etree import ElementTree as ET
 from xml.parsers import expat
 
@@ -52,9 +52,6 @@ _TOKEN = re.compile(
     r"|(?P<ampersand>&)(?!(?:lt|gt|amp|quot|apos|#[0-9]{1,7}|#x[0-9a-fA-F]{1,6});)", re.DOTALL,
 )  # fmt: skip
 _HYPHENS = re.compile(r"-(?=-|\Z)")
-
-
-T = TypeVar("T")
 
 
 class Markup(ET.Element):
@@ -112,7 +109,8 @@ def markup(text: str, name: str) -> Markup:
     def target(here: Callable[[], Place]) -> ET.TreeBuilder:
         return ET.TreeBuilder(element_factory=lambda tag, attributes: Markup(tag, here(), attributes))
 
-    return cast("Markup", parse_xml(text, name, target).close())
+    root: Markup = parse_xml(text, name, target).close()
+    return root
 
 
 def parse_robot(text: str, name: str) -> Markup:
@@ -142,7 +140,7 @@ def table_of(root: Any) -> Table:
     return Table(tuple(rows))
 
 
-def parse_xml(text: str, name: str, target: Callable[[Callable[[], Place]], T], *, strict: bool = False) -> T:
+def parse_xml(text: str, name: str, target: Callable[[Callable[[], Place]], Any], *, strict: bool = False) -> Any:
     """Hand a text to the target that is made, which can ask for the place of the element that begins.
 
     Document types, and with them entities, are refused.
@@ -160,16 +158,14 @@ def parse_xml(text: str, name: str, target: Callable[[Callable[[], Place]], T], 
         VrxWarning: once for each kind of thing that XML does not allow.
     """
     odd = _Oddities()
-    parser = _Parser(name, None if strict else odd)
-    made = target(parser.here)
-    parser.into(made)
+    parser = _Parser(name, None if strict else odd, target)
     try:
         parser.expat.Parse((text if strict else _repaired(text, name, odd)).encode("utf-8", "replace"), True)
     except expat.ExpatError as error:
         place = Place(name, max(error.lineno, 1), error.offset + 1)
         raise _fault(place, "", parser.worded(expat.ErrorString(error.code))) from None
     odd.warn()
-    return made
+    return parser.target
 
 
 class _Oddities(dict[str, tuple[str, Place, int]]):
@@ -217,29 +213,29 @@ def _fault(place: Place, key: str, message: str) -> ConfigError:
 
 
 class _Parser:
-    """Expat, which knows places; names with a prefix are taken as they are."""
+    """Expat, which knows places and hands pieces to a target, comments and bounds of literal text if it takes them.
 
-    def __init__(self, name: str, odd: _Oddities | None) -> None:
+    Names with a prefix are taken as they are.
+    """
+
+    def __init__(self, name: str, odd: _Oddities | None, make: Callable[[Callable[[], Place]], Any]) -> None:
         self.name, self.odd = name, odd
         self.open: list[tuple[str, int]] = []
         self.nodes = 0
         self.declared = set(_PREFIXES)
         self.expat = expat.ParserCreate("utf-8")
+        self.target = make(self.here)
+        self.expat.buffer_text = True
+        self.expat.StartElementHandler, self.expat.EndElementHandler = self.start, self.end
+        self.expat.CharacterDataHandler = self.target.data
+        self.expat.StartDoctypeDeclHandler = self.refuse
+        self.expat.CommentHandler = getattr(self.target, "comment", None)
+        self.expat.StartCdataSectionHandler = getattr(self.target, "start_literal", None)
+        self.expat.EndCdataSectionHandler = getattr(self.target, "end_literal", None)
 
     def here(self) -> Place:
         """The place of what is being read."""
         return Place(self.name, self.expat.CurrentLineNumber, self.expat.CurrentColumnNumber + 1)
-
-    def into(self, target: Any) -> None:
-        """Hand pieces to a target, comments and the bounds of literal text too if it takes them."""
-        self.target = target
-        self.expat.buffer_text = True
-        self.expat.StartElementHandler, self.expat.EndElementHandler = self.start, self.end
-        self.expat.CharacterDataHandler = target.data
-        self.expat.StartDoctypeDeclHandler = self.refuse
-        self.expat.CommentHandler = getattr(target, "comment", None)
-        self.expat.StartCdataSectionHandler = getattr(target, "start_literal", None)
-        self.expat.EndCdataSectionHandler = getattr(target, "end_literal", None)
 
     def refuse(self, *_: object) -> None:
         raise _fault(self.here(), "<!DOCTYPE>", "document types and entities are not allowed; delete them")

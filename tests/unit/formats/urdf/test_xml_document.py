@@ -1,5 +1,6 @@
 """XML of others: read as tinyxml reads it, in the process without rights, with the place of each element."""
 
+import re
 import subprocess
 import sys
 import warnings
@@ -10,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lxml import etree
 
+import vrx_mj
 from sdf_boats import catamaran
 from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.formats.gazebo.document import read_document
@@ -129,6 +131,14 @@ def test_elements_of_robots_know_line_and_column():
     root = parse_robot("<robot>\n  <link name='a'/><link name='b'/></robot>", "a.urdf")
     assert [(one.place.line, one.place.column) for one in root] == [(2, 3), (2, 19)]
     assert str(markup("<a/>", "b.sdf").place) == "b.sdf:1"
+
+
+def test_there_is_one_parser_of_files_of_others():
+    parsing = re.compile(r"ParserCreate|fromstring\(|parseString|XMLParser|etree\.parse|lxml")
+    package = Path(vrx_mj.__file__).parent
+    files = [file for name in ("config", "foreign", "formats") for file in package.glob(f"{name}/**/*.py")]
+    found = [file.name for file in files if parsing.search(file.read_text(encoding="utf-8"))]
+    assert found == ["xml_document.py"]
 
 
 SAILED = """
