@@ -20,6 +20,7 @@ from fuzz.kind import Files, Kind
 from fuzz.trial import Limits, peak_memory
 from fuzz.workers import Pool
 from vrx_mj.errors import VrxError, VrxWarning
+from vrx_mj.foreign import asking
 
 
 def _input(_chance: random.Random) -> Files:
@@ -41,6 +42,11 @@ def _segfault(_folder: Path) -> None:
 def _spin(_folder: Path) -> None:
     while True:
         pass
+
+
+def _spin_in_reader(_folder: Path) -> None:
+    asking.PACKAGE = "foreign_jobs"
+    asking.ask("tricks:forever", returns=int, about="input.txt", cached=False, seconds=60)
 
 
 def _slow(_folder: Path) -> None:
@@ -136,6 +142,7 @@ KINDS: dict[str, tuple[Callable[[Path], None], str]] = {
     "exit": (_exit, "crash"),
     "segfault": (_segfault, "crash"),
     "spin": (_spin, "hang"),
+    "spin in the reader": (_spin_in_reader, "hang"),
     "slow": (_slow, "hang"),
     "wait": (_wait, "hang"),
     "eat": (_eat, "memory"),

@@ -1,5 +1,6 @@
 """Processes that try inputs, watched from outside: one that dies, hangs or grows is ended and replaced."""
 
+import contextlib
 import faulthandler
 import multiprocessing
 import os
@@ -12,6 +13,8 @@ from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 
+import psutil
+
 from fuzz.kind import Kind
 from fuzz.trial import CRASH, HANG, MEMORY, Limits, Result, Trials, peak_memory
 
@@ -23,7 +26,6 @@ GLANCE = 0.02
 """Wall time between two looks at the workers [s]."""
 RENEWED = 400
 """Inputs after which a worker is replaced, so that what they leave behind stays small."""
-TICK = os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else 100
 
 
 @dataclass
@@ -50,7 +52,7 @@ class Worker:
         pid, waited = self.process.pid or 0, time.monotonic() - self.begun
         if (peak := peak_memory(pid)) > limits.memory:
             return MEMORY, f"{peak / 1e6:.0f} MB after {waited:.1f} s; ended"
-        spent = processor_time(pid) - self.spent
+        spent = processor_time(pid) - self.spent if waited > limits.seconds else 0.0
         if spent > limits.seconds + GRACE or waited > limits.wait:
             return HANG, f"{spent:.1f} s of processor time in {waited:.1f} s; ended"
         return None
@@ -191,13 +193,15 @@ def told_place(said: str) -> str:
 
 
 def processor_time(process: int) -> float:
-    """Processor time that a process has taken [s]; 0 where it is not told.
+    """Processor time that a process and its reader of strangers' files have taken [s]; 0 where it is not told.
 
-    Its reader of strangers' files, which goes on from one input to the next, has limits of its own.
+    The reader goes on from one input to the next, and has copies of itself work: the time of those that have ended is
+    the reader's, and that of a reader which has ended is nobody's.
     """
-    try:
-        with open(f"/proc/{process}/stat", encoding="ascii", errors="replace") as file:  # noqa: PTH123
-            fields = file.read().rpartition(")")[2].split()
-    except OSError:
-        return 0.0
-    return sum(map(int, fields[11:13])) / TICK
+    spent = 0.0
+    with contextlib.suppress(psutil.Error):
+        worker = psutil.Process(process)
+        spent = sum(worker.cpu_times()[:2])
+        for reader in worker.children():
+            spent += sum(reader.cpu_times()[:4]) + sum(sum(copy.cpu_times()[:2]) for copy in reader.children())
+    return spent

@@ -24,25 +24,25 @@ from vrx_mj.foreign.reader import READER, ReaderError
 PACKAGE = "vrx_mj"
 MEMORY, SECONDS, ANSWER = 512 << 20, 10, 128 << 20
 """What a job may take unless its caller says otherwise: memory [bytes], processor time [s], bytes of the answer."""
-TOGETHER = 120
-"""Processor time that all jobs of a command may take [s]."""
+TOGETHER, TEXT = 120, 1 << 30
+"""What all jobs of a command may take: processor time [s], and bytes of what they are told and answer."""
 REMEMBERED = 64 << 20
 """Bytes of answers that this process keeps."""
-PACKAGES = ("lxml", "numpy", "pycollada", "pyyaml", "rerun_sdk", "scipy", "trimesh", "xacro", "yourdfpy")
+PACKAGES = ("numpy", "pycollada", "pyyaml", "rerun_sdk", "scipy", "trimesh", "xacro", "yourdfpy")
 """Whose versions an answer depends on."""
 T = TypeVar("T")
 _answers: OrderedDict[str, bytes] = OrderedDict()
-_begun: ContextVar[float | None] = ContextVar("begun", default=None)
-"""Processor time of all jobs before the command [s]."""
+_begun: ContextVar[tuple[float, int] | None] = ContextVar("begun", default=None)
+"""Processor time and bytes of all jobs before the command."""
 
 
 @contextlib.contextmanager
 def budget() -> Iterator[None]:
-    """Around a command: all jobs in it may take `TOGETHER` s of processor time. One inside another has its budget."""
+    """Around a command: its jobs together have limits of time and bytes. One inside another has its budget."""
     if _begun.get() is not None:
         yield
         return
-    token = _begun.set(READER.spent)
+    token = _begun.set((READER.spent, READER.handled))
     try:
         yield
     finally:
@@ -78,10 +78,19 @@ def ask(
         "reads": sorted({str(Path(each).absolute()) for each in reads}), "folder": str(Path.cwd()), "limits": limits,
     }  # fmt: skip
     key = _key(request) if cached else ""
+    _check_budget(about)
     found = _given_before(key) if cached else None
     if found is None:
         found = _new(request, key, about)
     return _outcome(found, returns, about)
+
+
+def _check_budget(about: str) -> None:
+    seconds, size = _begun.get() or (READER.spent, READER.handled)
+    if READER.spent - seconds > TOGETHER:
+        raise ReaderError(about, f"files before it have taken more than {TOGETHER} s of processor time")
+    if READER.handled - size > TEXT:
+        raise ReaderError(about, f"files before it have come to more than {TEXT >> 20} MiB")
 
 
 def _plain(value: Any) -> Any:
@@ -140,6 +149,7 @@ def _given_before(key: str) -> dict[str, Any] | None:
 
 
 def _remember(key: str, block: bytes) -> None:
+    READER.handled += len(block)
     _answers[key] = block
     _answers.move_to_end(key)
     while len(_answers) > 1 and sum(map(len, _answers.values())) > REMEMBERED:
@@ -148,9 +158,6 @@ def _remember(key: str, block: bytes) -> None:
 
 def _new(request: dict[str, Any], key: str, about: str) -> dict[str, Any]:
     """The answer of the process, which is kept if it is one of a key."""
-    begun = _begun.get()
-    if begun is not None and READER.spent - begun > TOGETHER:
-        raise ReaderError(about, f"files before it have taken more than {TOGETHER} s of processor time")
     block = READER.answer(request, about)
     try:
         found: dict[str, Any] = unpacked(block)

@@ -57,6 +57,8 @@ class Reader:
         self._process: subprocess.Popen[bytes] | None = None
         self.spent = 0.0
         """Processor time of all jobs so far [s]; those that were ended count with what they might take."""
+        self.handled = 0
+        """Bytes of all jobs so far, and of answers, those that were given before too."""
 
     def answer(self, job: Mapping[str, Any], about: str) -> bytes:
         """The answer to a job.
@@ -67,6 +69,7 @@ class Reader:
         with self._lock:
             try:
                 block = json.dumps(job).encode()
+                self.handled += len(block)
                 process = self._with_job(LENGTH.pack(len(block)) + block)
                 with self._watched(process, job["limits"]) as reasons:
                     pieces, status, seconds = received(process, job["limits"]["answer"], reasons)

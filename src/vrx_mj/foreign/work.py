@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import encodings.aliases
 import os
-import pkgutil
 import warnings
 from importlib import import_module
 from typing import Any
@@ -13,10 +11,6 @@ from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.foreign.cache import states
 from vrx_mj.foreign.confinement import confine, lock_files
 from vrx_mj.foreign.plain import packed
-
-for found in pkgutil.iter_modules(encodings.__path__):  # XML may be in any
-    if found.name.startswith(("ascii", "cp125", "idna", "iso8859", "latin", "utf_")):
-        import_module(f"encodings.{found.name}")
 
 SYSTEM = ("/lib", "/lib64", "/usr/lib", "/usr/lib64", "/etc/ld.so.cache", "/proc/self/status")
 """Where native libraries are that an import may load, and what says how much memory this process has."""

@@ -20,7 +20,7 @@ from vrx_mj.foreign import budget
 from vrx_mj.formats.gazebo.sdf_boats import read_boat
 from vrx_mj.formats.parts.generate import wamv_urdf
 from vrx_mj.formats.parts.read import load_parts
-from vrx_mj.formats.urdf.expand import check_library, expand
+from vrx_mj.formats.urdf.expand import ExpandedText, check_library, expand
 from vrx_mj.formats.urdf.meshes import MeshFiles, with_file_uris
 from vrx_mj.formats.urdf.model import Urdf
 from vrx_mj.formats.urdf.reader import in_namespace, read_urdf
@@ -89,7 +89,8 @@ def _described(order: Order, config: RobotConfig) -> tuple[Urdf, str]:
     if config.is_sdf:
         return _sdf_boat(order, config)
     text, file = robot_urdf(config, order, arguments=_equipment(order, config)[0]), config.description_file
-    label = display(file) if text == _plain_urdf(file) else f"{display(file)} (expanded)"
+    known = isinstance(text, ExpandedText) or text == _plain_urdf(file)
+    label = display(file) if known else f"{display(file)} (expanded)"
     urdf = read_urdf(text, file, packages=own_packages(), package_paths=package_paths(), label=label)
     return urdf, _with_meshes(text, file)
 

@@ -229,11 +229,6 @@ class Diagnosis:
         text = f"{call.service}, called by {call.caller}: {why}"
         self.once(text, text)
 
-    def failed(self, call: "Call", why: str) -> None:
-        """A call of a service could not be answered."""
-        text = f"{call.service}, called by {call.caller}: {why}"
-        self.once(text, text)
-
     def mixed(self, thruster: "Input", node: str, cmd_vel: str) -> None:
         """A boat's `cmd_vel` came while a node publishes one of its thrusters' topics."""
         boat = thruster.boat

@@ -101,13 +101,19 @@ def test_an_expression_in_a_comment_is_nothing_to_expand(folder):
     assert str(caught.value).startswith("boat.urdf:6: link 'left_propeller'")
 
 
-def test_problems_of_a_xacro_have_the_lines_of_what_it_expands_to(folder):
+def test_problems_of_a_xacro_have_their_lines_in_the_files_that_they_come_from(folder):
     text = BOAT.replace("<robot ", f"<robot {XACRO} ").replace('mass value="1"', 'mass value="one"')
-    write(folder, boat_xacro=text)
-    with pytest.raises(ConfigError) as caught:
-        build("boat.xacro")
-    assert str(caught.value).startswith("boat.xacro (expanded):")
-    assert str(caught.value).endswith(": link 'left_propeller' / inertial / mass / value: expected a number, got 'one'")
+    macros = f'<robot {XACRO}>\n<xacro:macro name="weight">\n\n<mass value="one"/></xacro:macro></robot>'
+    start = text.index(">") + 1
+    other = f'{text[:start]}<xacro:include filename="macros.xacro"/>{text[start:]}'
+    other = other.replace('<mass value="one"/>', "<xacro:weight/>")
+    write(folder, boat_xacro=text, other_xacro=other, macros_xacro=macros)
+    problem = "link 'left_propeller' / inertial / mass / value: expected a number, got 'one'"
+    line = text[: text.index("one")].count("\n") + 1
+    for name, place in (("boat", f"boat.xacro:{line}"), ("other", "macros.xacro:4")):
+        with pytest.raises(ConfigError) as caught:
+            build(f"{name}.xacro")
+        assert str(caught.value).splitlines()[0] == f"{place}: {problem}"
 
 
 def test_an_expression_in_a_urdf_is_expanded_as_vrxs_launch_files_do(folder):

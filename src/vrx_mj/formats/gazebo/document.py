@@ -1,26 +1,23 @@
 """An XML file of Gazebo or ROS as elements that know their places; xacro in it is expanded."""
 
 import os.path
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 from xml.sax.saxutils import escape, quoteattr
 
 from vrx_mj.config.search import display, package_paths
 from vrx_mj.config.tree import File, Place
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem
+from vrx_mj.foreign import ReaderError, ask
 from vrx_mj.formats.urdf.elements import numbers_of, truth
-from vrx_mj.formats.urdf.expand import expanded_document, expanded_lines
-from vrx_mj.formats.urdf.xml_document import parse_document, place_of, read_bytes
+from vrx_mj.formats.urdf.expand import expand, expanded_lines
+from vrx_mj.formats.urdf.xml_document import Table, read_bytes, read_text
 
 LIBRARIES = frozenset({"robotx_gazebo", "vmrc_gazebo", "vorc_gazebo", "vrx_2019", "vrx_gazebo", "wave_gazebo"})
 """Packages of VRX, whose files may be missing: macros of ours stand for theirs."""
-_PREFIXES = {"gz": "http://gazebosim.org/schema", "ignition": "http://ignitionrobotics.org/schema"}
-"""Namespaces of XML that files of Gazebo use without declaring them."""
-_ROOT = re.compile(rb"(?>[^<]+|<!--(?>.*?-->)|<\?(?>.*?\?>))*+<[A-Za-z_][\w.:-]*", re.DOTALL)
 
 Fate = Literal["taken over", "approximated", "ignored"]
 """What became of a part of a file."""
@@ -174,14 +171,14 @@ def read_document(file: Path, arguments: Mapping[str, str] | None = None) -> Ele
     Raises:
         ConfigError: it cannot be read or expanded.
     """
-    if file.name.lower().endswith(".xacro"):
-        if not is_file(file):
-            read_bytes(file)  # raises the reason
-        paths = package_paths()
-        document = expanded_document(file, arguments=arguments, package_paths=paths, libraries=LIBRARIES)
-    else:
-        document = parse_document(_declared(read_bytes(file)), display(file), file.parent)
-    return _element(document.documentElement)
+    if not file.name.lower().endswith(".xacro"):
+        return parsed(read_text(file), File(display(file), file.parent))
+    if not is_file(file):
+        read_bytes(file)  # raises the reason
+    made = expand(file, arguments=arguments, package_paths=package_paths(), libraries=LIBRARIES).made
+    sources = map(Path, made.files)
+    files = [File(display(one), one.parent, tuple(read_text(one).split("\n"))) for one in sources]
+    return _element(made.table, lambda number, line, column: Place(files[number], line, column))
 
 
 def expanded_calls(lines: Sequence[tuple[str, Place]]) -> Element:
@@ -190,30 +187,28 @@ def expanded_calls(lines: Sequence[tuple[str, Place]]) -> Element:
     Raises:
         ConfigError: it cannot be expanded.
     """
-    return _element(expanded_lines(lines).documentElement)
+    return _element(expanded_lines(lines), lambda _, line, __: lines[line - 1][1])
 
 
 def parsed(text: str, file: File) -> Element:
     """The root element of a text in a file. Raises ConfigError."""
-    data = text.encode("utf-8", errors="replace")
-    return _element(parse_document(data, file.name, file.folder or Path()).documentElement)
+    try:
+        table = ask("formats.urdf.xml_document:table", text, file.name, returns=Table, about=file.name)
+    except ReaderError as error:
+        raise ConfigError([Problem(file.name, None, None, "", error.reason)]) from None
+    whole = File(file.name, file.folder or Path(), tuple(text.split("\n")))
+    return _element(table, lambda _, line, column: Place(whole, line, column))
 
 
-def _declared(data: bytes) -> bytes:
-    """The text with the namespaces declared that Gazebo's files use undeclared; lines stay where they are."""
-    missing = [name for name in _PREFIXES if f"{name}:".encode() in data and f"xmlns:{name}".encode() not in data]
-    root = _ROOT.match(data)
-    if not missing or root is None:
-        return data
-    added = "".join(f' xmlns:{name}="{_PREFIXES[name]}"' for name in missing).encode()
-    return data[: root.end()] + added + data[root.end() :]
-
-
-def _element(node: Any) -> Element:
-    texts = (child.data for child in node.childNodes if child.nodeType in (child.TEXT_NODE, child.CDATA_SECTION_NODE))
-    children = tuple(_element(child) for child in node.childNodes if child.nodeType == child.ELEMENT_NODE)
-    attributes = {str(name): str(value) for name, value in node.attributes.items()}
-    return Element(str(node.tagName), place_of(node), attributes, "".join(texts).strip(), children)
+def _element(table: Table, place: Callable[[int, int, int], Place]) -> Element:
+    """The root element of a table, with places by the number of a file, line and column."""
+    inside: list[list[Element]] = [[] for _ in table.rows]
+    for number in range(len(table.rows) - 1, 0, -1):
+        around, file, line, column, tag, attributes, text = table.rows[number]
+        children = tuple(reversed(inside[number]))
+        inside[around].append(Element(tag, place(file, line, column), attributes, text, children))
+    _, file, line, column, tag, attributes, text = table.rows[0]
+    return Element(tag, place(file, line, column), attributes, text, tuple(reversed(inside[0])))
 
 
 def _xml(element: Element) -> str:

@@ -20,6 +20,7 @@ from vrx_mj.config.search import SCHEME, XML_SUFFIXES, display, kind_name, packa
 from vrx_mj.config.tree import File, Items, Place, Section
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, shortened
+from vrx_mj.foreign import budget
 from vrx_mj.formats.gazebo.document import Fate, Note, Report, is_file
 from vrx_mj.formats.gazebo.folders import files_below, is_folder
 from vrx_mj.formats.gazebo.launch import launch_of
@@ -81,6 +82,7 @@ class Imported:
         return "\n".join([*head, *rows, *(failed if self.failed else ()), ""])
 
 
+@budget()
 def import_files(source: Path, arguments: Mapping[str, str] | None = None) -> Imported:
     """What a file of Gazebo or ROS, or all such files of a folder, become here.
 

@@ -4,7 +4,6 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from vrx_mj.config.search import SCHEME, display, package_paths
 from vrx_mj.config.tree import File, Place
@@ -13,13 +12,15 @@ from vrx_mj.formats.gazebo.document import Element
 from vrx_mj.formats.gazebo.models import model_element, model_file, model_folder, model_name
 from vrx_mj.formats.gazebo.sdf_frames import MODEL, NESTED, Given, Scope, given_pose
 from vrx_mj.formats.gazebo.sdf_links import WORLD, Body, inside_link, read_sdf_joint, read_sdf_link
-from vrx_mj.formats.urdf.elements import FILE, Findings, Node
+from vrx_mj.formats.urdf.elements import Findings, Node
 from vrx_mj.formats.urdf.gazebo import is_thruster
 from vrx_mj.formats.urdf.links import Surroundings
 from vrx_mj.formats.urdf.meshes import MeshFiles
 from vrx_mj.formats.urdf.model import Joint, Urdf
+from vrx_mj.formats.urdf.model import Place as PlainPlace
 from vrx_mj.formats.urdf.reader import warn
 from vrx_mj.formats.urdf.writing import urdf_text
+from vrx_mj.formats.urdf.xml_document import Markup
 
 DEEPEST = 8
 """Models that may be in each other."""
@@ -27,8 +28,6 @@ MOST_INCLUDES = 100
 """Models that a boat may include altogether."""
 MOST_ELEMENTS = 50_000
 """Elements of all of them together."""
-LAST_LINE = 65_535
-"""Largest number of a line that libxml2 keeps."""
 _URI = re.compile(r"(models?|file)://([^/].*)", re.DOTALL)
 _ODD_TAG = re.compile(r"[^\w.-]")
 
@@ -64,7 +63,7 @@ class _Reader:
         self.packages: dict[str, Path] = {}
         self.elements = 0
         self.folder = file.absolute().parent
-        self.root = Node(self.tree(model, self.folder, self.findings.file), "", self.findings)
+        self.root = Node(self.tree(model, self.folder), "", self.findings)
         folders = MeshFiles(self.folder, self.packages, package_paths())
         numbers = tuple(int(part) for part in re.findall(r"\d{1,9}", version, re.ASCII))
         self.body = Body(Surroundings(self.findings), folders, numbers or (1, 6))
@@ -104,7 +103,7 @@ class _Reader:
         remarks = (*(f"{node.place}: {node.path}: {text}" for node, text in self.remarks), *self.offset(robot.root))
         return replace(robot, remarks=remarks, text=urdf_text(robot, tags))
 
-    def tree(self, model: Element, folder: Path, around: str) -> Any:
+    def tree(self, model: Element, folder: Path) -> Markup:
         """The elements of a model, with the URIs in them as a URDF has them."""
         own = model.attributes.get("name") or folder.name
         self.packages.setdefault(own, folder)
@@ -121,7 +120,7 @@ class _Reader:
             inside = "://" not in text and folder != self.folder
             return f"{SCHEME}{own}/{text}" if inside else text
 
-        return _lxml(model, around, uri)
+        return _markup(model, uri)
 
     def offset(self, top: str) -> Iterator[str]:
         """A remark where the frame of the model is not that of its root link."""
@@ -192,7 +191,7 @@ class _Reader:
         if self.elements > MOST_ELEMENTS:
             include.fault(f"more than {MOST_ELEMENTS} elements in all models that are included")
             return None
-        tree = self.tree(model, file.parent, "")
+        tree = self.tree(model, file.parent)
         tree.set("name", include.text("name") or model.attributes.get("name") or name)
         if include.attribute_flag("merge"):
             tree.set(_MERGED, "true")
@@ -214,25 +213,15 @@ class _Reader:
             if any(pose):
                 body.moved.setdefault(child, pose)
 
-    def tags(self) -> Iterator[Any]:
+    def tags(self) -> Iterator[Markup]:
         """Plugins and sensors as the `<gazebo>` elements that a URDF has."""
-        from lxml import etree
-
         for name, (node, scope) in self.body.links.items():
             found = [*node.children("sensor"), *node.children("plugin")]
             if found:
                 for part in found:
                     self.placed(part, name, scope)
-                yield self.tag(etree.Element("gazebo", reference=name), node, found)
-        yield self.tag(etree.Element("gazebo"), self.root, self.plugins)
-
-    def tag(self, made: Any, source: Node, parts: Sequence[Node]) -> Any:
-        """An element with these in it, at the line of another; each in the file that it comes from."""
-        made.sourceline = source.line
-        for part in parts:
-            part.element.set(FILE, part.file)
-            made.append(part.element)
-        return made
+                yield _gazebo(node, {"reference": name}, found)
+        yield _gazebo(self.root, {}, self.plugins)
 
     def placed(self, sensor: Node, link: str, scope: Scope) -> None:
         """Write the pose of a sensor in the frame that its link has in a URDF."""
@@ -240,9 +229,9 @@ class _Reader:
         pose = inside_link(self.body, sensor, link, scope)
         if found is None and not any(pose):
             return
-        from lxml import etree
-
-        element = etree.SubElement(sensor.element, "pose") if found is None else found.element
+        element = Markup("pose", sensor.place, {}) if found is None else found.element
+        if found is None:
+            sensor.element.append(element)
         element.attrib.clear()
         element.text = " ".join(map(repr, pose))
 
@@ -251,23 +240,24 @@ _MERGED = "{vrx_mj}merged"
 """Attribute of a model whose links are as if they were in the one that includes it."""
 
 
+def _gazebo(source: Node, attributes: dict[str, str], parts: Sequence[Node]) -> Markup:
+    made = Markup("gazebo", source.place, attributes)
+    made.extend([part.element for part in parts])
+    return made
+
+
 def _element(include: Node) -> Element:
     """An `<include>` as the reader of models takes it."""
-    place = Place(File(include.file, None), include.line)
+    place = Place(File(include.place.file, None), include.line)
     uri = Element("uri", place, {}, include.text("uri"), ())
     return Element("include", place, {}, "", (uri,))
 
 
-def _lxml(element: Element, around: str, uri: Callable[[str], str]) -> Any:
-    """An element as those of a URDF are; what it is in is of the file `around`."""
-    from lxml import etree
-
+def _markup(element: Element, uri: Callable[[str], str]) -> Markup:
+    """An element as those of a URDF are."""
+    file, line, column = element.place
     attributes = {key: value for key, value in element.attributes.items() if ":" not in key}
-    made = etree.Element(_ODD_TAG.sub("_", element.tag), attributes)
+    made = Markup(_ODD_TAG.sub("_", element.tag), PlainPlace(file.name, line, column), attributes)
     made.text = uri(element.own_text) if element.tag == "uri" else element.own_text
-    made.sourceline = min(element.place.line or 1, LAST_LINE)
-    if element.place.file.name != around:
-        made.set(FILE, element.place.file.name)
-    for child in element.children:
-        made.append(_lxml(child, element.place.file.name, uri))
+    made.extend([_markup(child, uri) for child in element.children])
     return made

@@ -88,7 +88,8 @@ def wamv_urdf(
         folder = Path(name).resolve()
         for parts in filter(None, (thrusters, components)):
             given |= _file_arguments(parts, folder)
-        return expand(file or _main_file(), arguments=given, package_paths=(folder, *package_paths))
+        made = expand(file or _main_file(), arguments=given, package_paths=(folder, *package_paths))
+    return str(made)  # without places in files that have gone
 
 
 def _folder() -> Path:

@@ -9,14 +9,14 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from vrx_mj.config.search import SCHEME
-from vrx_mj.config.tree import Place
+from vrx_mj.config.tree import File, Place
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning
 from vrx_mj.formats.gazebo.document import Element, parsed
 from vrx_mj.formats.series.calls import BLOCK, Call
 from vrx_mj.formats.urdf.elements import LARGEST
 from vrx_mj.formats.urdf.expand import MACROS
-from vrx_mj.formats.urdf.xml_document import elements, parse_document, read_bytes
+from vrx_mj.formats.urdf.xml_document import read_text
 
 REQUIRED = object()
 """Marks a parameter without a default, which must be given."""
@@ -60,12 +60,11 @@ class Macro:
 @functools.cache
 def macros() -> Mapping[str, Macro]:
     """All macros by name, as our xacro file has them."""
-    document = parse_document(read_bytes(MACROS), MACROS.name, MACROS.parent)
     found = {}
-    for element in elements(document):
-        name = element.getAttribute("name")
-        if element.tagName == "xacro:macro" and not name.startswith(("vrx_mj_", "include_all")):
-            said = _PARAMETER.findall(element.getAttribute("params"))
+    for element in parsed(read_text(MACROS), File(MACROS.name, MACROS.parent)).walk():
+        name = element.attributes.get("name", "")
+        if element.tag == "xacro:macro" and not name.startswith(("vrx_mj_", "include_all")):
+            said = _PARAMETER.findall(element.attributes.get("params", ""))
             defaults = {key: _default(text) for stars, key, text in said if not stars}
             part = "base" if name in PLACES else PARTS.get(name, "task")
             found[name] = Macro(part, defaults, tuple(key for stars, key, _ in said if stars))
@@ -143,7 +142,7 @@ def _block(call: Call, name: str) -> str:
         raise call.fault(key, f"expected XML in quotes, got {shown(value)}")
     text = _literal("" if value is None else str(value))
     try:
-        element = parsed(f"<{name}>{text}</{name}>", call.place.file)
+        element = _parsed(f"<{name}>{text}</{name}>", call.place.file.name)
     except ConfigError as error:
         raise call.fault(key, re.sub(r" of line \d+", "", error.problems[0].message)) from None
     for fault in _odd_elements(name, element):
@@ -153,6 +152,12 @@ def _block(call: Call, name: str) -> str:
         told = f"{call.place.file.name}:{call.place_of(key).line}: {stray} between the elements of {key}"
         warnings.warn(f"{told} is ignored", VrxWarning, stacklevel=2)
     return f"<{name}>{' '.join(text.split())}</{name}>"
+
+
+@functools.lru_cache(maxsize=1000)
+def _parsed(text: str, name: str) -> Element:
+    """The block of a text: worlds of a series have the same ones."""
+    return parsed(text, File(name, None))
 
 
 def _odd_elements(block: str, element: Element) -> Iterator[str]:

@@ -21,8 +21,6 @@ from vrx_mj.formats.urdf.model import Place
 ConfigT = TypeVar("ConfigT", bound=Config)
 
 SWITCHES = {"true": True, "1": True, "false": False, "0": False}
-FILE = "{vrx_mj}file"
-"""Attribute of an element that is from another file than the element around it: the name of that file."""
 LARGEST = 1e12
 """Largest number that a file may give, in any unit."""
 
@@ -98,6 +96,7 @@ class Node:
 
     def __init__(self, element: Any, path: str, findings: Findings) -> None:
         self.element = element
+        """A `Markup`."""
         self.path = path
         """Path from the root, for messages: "link 'hull' / inertial"."""
         self.findings = findings
@@ -110,19 +109,13 @@ class Node:
     @property
     def line(self) -> int | None:
         """Line of the file at which the element starts."""
-        line: int | None = self.element.sourceline
-        return line
-
-    @property
-    def file(self) -> str:
-        """Name of the file that the element is in, for messages."""
-        around = (self.element, *self.element.iterancestors())
-        return next((str(one.get(FILE)) for one in around if one.get(FILE)), self.findings.file)
+        return self.place.line
 
     @property
     def place(self) -> Place:
-        """File and line."""
-        return Place(self.file, self.line)
+        """File, line and column."""
+        place: Place = self.element.place
+        return place
 
     def fault(self, message: str, key: str = "") -> None:
         """Notes a problem with the element, or with its attribute or child `key`."""
@@ -132,7 +125,7 @@ class Node:
     def children(self, tag: str) -> list["Node"]:
         """All children of this name; those with a name of their own are called by it."""
         found = []
-        for element in self.element.iterchildren(tag):
+        for element in self.element.findall(tag):
             name = f" '{element.get('name')}'" if element.get("name") else ""
             found.append(Node(element, " / ".join(filter(None, (self.path, f"{tag}{name}"))), self.findings))
         return found
@@ -206,7 +199,7 @@ class Node:
     def read(self, tag: Tag) -> Any:
         """What a tag below this element says."""
         node, default = self.child(tag.path), tag.default
-        text = "" if node is None else " ".join(str(node.element.xpath("string()")).split())
+        text = "" if node is None else " ".join("".join(node.element.itertext()).split())
         if node is None or not text or isinstance(default, str):
             return text or default
         if isinstance(default, bool):

@@ -7,16 +7,15 @@ are one `ConfigError` with the file, line and element.
 import re
 import warnings
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from xml.dom import minidom
 
 from vrx_mj.config.search import display, is_built_in
-from vrx_mj.config.tree import File, Place
+from vrx_mj.config.tree import Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning, first_lines, first_names
 from vrx_mj.foreign import ReaderError, ask
 from vrx_mj.formats.urdf.xacro_files import Files, own_packages
-from vrx_mj.formats.urdf.xml_document import elements, parse_document, read_bytes
+from vrx_mj.formats.urdf.xml_document import Table, read_bytes, read_text
 from vrx_mj.resources import root
 
 _SHOWN_WARNINGS = 10
@@ -39,11 +38,20 @@ class Expanded:
     """Absolute paths of the files that its elements come from."""
     places: tuple[tuple[int, int, int], ...] = ()
     """Where each element of the text comes from, in the order of the text: number of the file, line and column."""
+    table: Table = field(default=Table(()))
+    """Of a world: its elements, with their places."""
     declared: tuple[str, ...] = ()
     """Arguments that the files declare."""
     warnings: tuple[str, ...] = ()
     missing: str | None = None
     """A package that the files name, and whose folder is needed: there is nothing else then."""
+
+
+class ExpandedText(str):
+    """What a xacro file expands to, which knows where its elements come from."""
+
+    __slots__ = ("made",)
+    made: Expanded
 
 
 def expand(
@@ -54,7 +62,7 @@ def expand(
     packages: Mapping[str, Path] | None = None,
     package_paths: Sequence[Path] = (),
     libraries: Collection[str] = (),
-) -> str:
+) -> ExpandedText:
     """The URDF that a `.xacro` file (or a `.urdf`, which has little to expand) makes, as XML text.
 
     `arguments` are the file's `$(arg NAME)`, of which it or the files in it must declare those that are `needed`.
@@ -67,7 +75,9 @@ def expand(
     _warn(Path(file), made)
     if unknown := next((name for name in needed if name not in made.declared), None):
         raise UnknownNameError("xacro argument", unknown, sorted(made.declared))
-    return made.text
+    text = ExpandedText(made.text)
+    text.made = made
+    return text
 
 
 def declared(file: Path, arguments: Mapping[str, str], package_paths: Sequence[Path] = ()) -> tuple[str, ...]:
@@ -75,28 +85,8 @@ def declared(file: Path, arguments: Mapping[str, str], package_paths: Sequence[P
     return _expanded(Path(file), arguments, None, package_paths).declared
 
 
-def expanded_document(
-    file: Path,
-    *,
-    arguments: Mapping[str, str] | None = None,
-    package_paths: Sequence[Path] = (),
-    libraries: Collection[str] = (),
-) -> minidom.Document:
-    """The document that a `.xacro` file makes; its elements know their places (`xml_document.place_of`).
-
-    Our own macros of worlds stand for those of `libraries`, packages of VRX. Raises ConfigError.
-    """
-    made = _expanded(Path(file), arguments or {}, None, package_paths, libraries)
-    _warn(Path(file), made)
-    document: minidom.Document = minidom.parseString(made.text)
-    files = [_source(Path(name)) for name in made.files]
-    for element, (number, line, column) in zip(elements(document), made.places, strict=True):
-        element.setUserData("place", Place(files[number], line, column), None)
-    return document
-
-
-def expanded_lines(lines: Sequence[tuple[str, Place]]) -> minidom.Document:
-    """The document that lines of xacro make with our own macros of worlds; each line has the place that it tells.
+def expanded_lines(lines: Sequence[tuple[str, Place]]) -> Table:
+    """What lines of xacro make with our own macros of worlds; each line has the place that it tells.
 
     Raises:
         ConfigError: it cannot be expanded.
@@ -104,20 +94,11 @@ def expanded_lines(lines: Sequence[tuple[str, Place]]) -> minidom.Document:
     source = lines[0][1].file
     file, text = (source.folder or Path()) / Path(source.name).name, "\n".join(line for line, _ in lines)
     try:
-        made = _made(file, {}, {}, {}, [], [], MACROS, text, reads=[MACROS])
+        return _made(file, {}, {}, {}, [], [], MACROS, text, reads=[MACROS]).table
     except ConfigError as error:
         places = ((problem, lines[(problem.line or 1) - 1][1]) for problem in error.problems)
         moved = [Problem(place.file.name, *place[1:], found.key, found.message) for found, place in places]
         raise ConfigError(moved) from None
-    document: minidom.Document = minidom.parseString(made.text)
-    for element, (_, line, _) in zip(elements(document), made.places, strict=True):
-        element.setUserData("place", lines[line - 1][1], None)
-    return document
-
-
-def _source(file: Path) -> File:
-    lines = read_bytes(file).decode("utf-8", errors="replace").split("\n")
-    return File(display(file), file.parent, tuple(lines))
 
 
 def check_library(file: Path) -> None:
@@ -131,11 +112,13 @@ def check_library(file: Path) -> None:
 
 def arguments(file: Path) -> dict[str, str]:
     """The arguments that a xacro file itself declares, with their defaults as written. Raises ConfigError."""
-    file = Path(file)
-    document = parse_document(read_bytes(file), display(file), file.parent)
+    name = display(Path(file))
+    job = "formats.urdf.xml_document:table"
+    table = ask(job, read_text(Path(file)), name, returns=Table, about=f"xacro {name}")
     found: dict[str, str] = {}
-    for node in document.getElementsByTagName("xacro:arg"):
-        found.setdefault(str(node.getAttribute("name")), str(node.getAttribute("default")))
+    for *_, tag, attributes, _ in table.rows:
+        if tag == "xacro:arg":
+            found.setdefault(attributes.get("name", ""), attributes.get("default", ""))
     return found
 
 
@@ -158,8 +141,14 @@ def _expanded(
     files = Files(file, first, paths, spare=ours)
     names = _FOUND.findall(read_bytes(file).decode("utf-8", errors="replace"))
     found = {name: str(folder) for name in names[:_MOST_PACKAGES] if (folder := files.package(name)) is not None}
+    macros, own = [MACROS] if libraries else [], {name: str(folder) for name, folder in files.spare.items()}
+
+    def made_with(known: Sequence[str] | None) -> Expanded:
+        told = (given, found, own, known, sorted(libraries), *macros)
+        return _made(file.absolute(), *told, reads=[*files.roots, *macros])
+
     for _ in range(_MOST_PACKAGES):
-        made = _asked(file, given, found, files, None, libraries)
+        made = made_with(None)
         name = made.missing
         folder = files.package(name) if name else None
         if name is None:
@@ -167,21 +156,7 @@ def _expanded(
         if folder is None:
             break
         found[name] = str(folder)
-    return _asked(file, given, found, files, files.known(), libraries)
-
-
-def _asked(
-    file: Path,
-    arguments: Mapping[str, str],
-    packages: Mapping[str, str],
-    files: Files,
-    known: Sequence[str] | None,
-    libraries: Collection[str],
-) -> Expanded:
-    macros = [MACROS] if libraries else []
-    own = {name: str(folder) for name, folder in files.spare.items()}
-    told = (arguments, packages, own, known, sorted(libraries), *macros)
-    return _made(file.absolute(), *told, reads=[*files.roots, *macros])
+    return made_with(files.known())
 
 
 def _made(file: Path, *told: object, reads: Sequence[Path]) -> Expanded:

@@ -8,7 +8,8 @@ import io
 import os.path
 import re
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -19,11 +20,11 @@ import yaml
 from xacro import substitution_args
 
 from vrx_mj.config.search import ReadingError, display, read_limited
-from vrx_mj.config.tree import Place
+from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, nearest
 from vrx_mj.formats.urdf.expand import Expanded
 from vrx_mj.formats.urdf.expressions import Result
-from vrx_mj.formats.urdf.xml_document import MAX_BYTES, Copied, Located, elements, parse_document, place_of
+from vrx_mj.formats.urdf.xml_document import MAX_BYTES, Table, decoded, markup, parse_xml, table_of
 
 _NAME = re.compile(r"[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*(:[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*)?")
 _IN_PACKAGE = re.compile(r"\s*\$\(find (\w{1,200})\)/")
@@ -32,6 +33,75 @@ _UNDEFINED = re.compile("name '(.*)' is not defined")
 _SHOWN_CALLERS = 3
 _LONGEST = 300
 """Characters of a message and of an expression in it."""
+
+
+class Located(str):
+    """Text of a file that has something to expand, with the element it is in."""
+
+    __slots__ = ("place", "tag")
+
+    place: Place
+    tag: str
+
+    @classmethod
+    def at(cls, text: str, element: Any) -> "Located":
+        """The text of an element's attribute, or in the element."""
+        located = cls(text)
+        located.place, located.tag = place_of(element), element.tagName
+        return located
+
+
+def place_of(element: Any) -> Place:
+    """The place of an element, or of what it was copied from."""
+    place: Place = element.getUserData("place")
+    return place
+
+
+class Copied:
+    """Gives a copied element its original's place."""
+
+    def handle(self, operation: int, key: str, data: Place, source: Any, copy: Any) -> None:
+        """Called by minidom."""
+        copy.setUserData(key, data, self)
+
+
+class _Dom:
+    """A document being built, whose elements know their places, and whose texts with a '$' are `Located`."""
+
+    def __init__(self, file: File, here: Callable[[], Any]) -> None:
+        self.file, self.here, self.copied = file, here, Copied()
+        self.document: Any = minidom.Document()
+        self.node: Any = self.document
+        self.make_text = self.document.createTextNode
+
+    def start(self, tag: str, attributes: Mapping[str, str]) -> None:
+        made, spot = self.document.createElement(tag), self.here()
+        made.setUserData("place", Place(self.file, spot.line, spot.column), self.copied)
+        for name, value in attributes.items():  # one of a prefix is another than that without
+            made.setAttributeNS(
+                name.rpartition(":")[0] or None, name, Located.at(value, made) if "$" in value else value
+            )
+        self.node = self.node.appendChild(made)
+
+    def end(self, _: str) -> None:
+        self.node = self.node.parentNode
+
+    def data(self, text: str) -> None:
+        self.add(self.make_text, text)
+
+    def comment(self, text: str) -> None:
+        self.add(self.document.createComment, text)
+
+    def start_literal(self) -> None:
+        self.make_text = self.document.createCDATASection
+
+    def end_literal(self) -> None:
+        self.make_text = self.document.createTextNode
+
+    def add(self, make: Callable[[str], Any], text: str) -> None:
+        self.node.appendChild(
+            make(Located.at(text, self.node) if "$" in text and self.node is not self.document else text)
+        )
 
 
 class UnknownPackageError(Exception):
@@ -159,19 +229,21 @@ class _Expansion:
             if self.macros:
                 self._preload(document)
             xacro.process_doc(document, mappings=self.arguments)
-            for element in elements(document):
+            for element in document.getElementsByTagName("*"):
                 _check_names(element)
             text = document.toprettyxml(indent="  ")
+            rows = table_of(markup(text, self.file)).rows if self.macros else ()
         except Exception as error:
             cause = _cause(error)
             if known is None and isinstance(cause, UnknownPackageError):
                 return Expanded(missing=str(cause))
             raise ConfigError([_problem(error, cause, self, known)]) from None
-        places = [place_of(element) for element in elements(document)]
+        places = [place_of(element) for element in document.getElementsByTagName("*")]
         files = {file: number for number, file in enumerate(dict.fromkeys(place.file for place in places))}
         spots = tuple((files[place.file], place.line or 1, place.column or 1) for place in places)
         paths = tuple(str((file.folder or Path()) / Path(file.name).name) for file in files)
-        return Expanded(text, paths, spots, tuple(self.arguments.declared), tuple(self.warnings))
+        table = Table(tuple((row[0], *spot, *row[4:]) for row, spot in zip(rows, spots, strict=True)) if rows else ())
+        return Expanded(text, paths, spots, table, tuple(self.arguments.declared), tuple(self.warnings))
 
     def _parse(self, _: object, filename: str) -> Any:
         try:
@@ -180,8 +252,11 @@ class _Expansion:
         except ReadingError as error:
             xacro.filestack.pop()
             raise xacro.XacroException(exc=FileNotFoundError(_unread(filename, error))) from None
-        document = parse_document(data, display(Path(filename)), Path(filename).parent)
-        for element in elements(document) if filename == self.macros else ():
+        name = display(Path(filename))
+        text = decoded(data, name)
+        file = File(name, Path(filename).parent, tuple(text.split("\n")))
+        document = parse_xml(text, name, partial(_Dom, file), strict=True).document
+        for element in document.getElementsByTagName("*") if filename == self.macros else ():
             element.setUserData("place", place_of(element), self)
         return document
 

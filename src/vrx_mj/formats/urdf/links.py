@@ -77,8 +77,9 @@ def read_pose(node: Node | None) -> Pose:
 def material_colors(root: Node) -> tuple[dict[str, Color], dict[str, Color]]:
     """Colours of materials by their name, and colours that `<gazebo>` tags give to links."""
     materials, links = dict[str, Color](), dict[str, Color]()
+    tops = root.element.findall("material")
     for element in root.element.iter("material"):
-        top = element.getparent() is root.element  # problems of others are found where they are used
+        top = element in tops  # problems of others are found where they are used
         node = Node(element, f"material '{element.get('name')}'", root.findings if top else Findings(""))
         name, color = node.attribute("name"), node.child("color")
         if name and color is not None:

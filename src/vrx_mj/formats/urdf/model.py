@@ -30,7 +30,7 @@ class Place:
 
     def problem(self, key: str, message: str) -> Problem:
         """What is wrong with the element, or with a part of it."""
-        return Problem(self.file, self.line, self.column, key, message)
+        return Problem(self.file, self.line, None, key, message)
 
 
 @dataclass(frozen=True)

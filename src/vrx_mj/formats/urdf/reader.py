@@ -11,6 +11,7 @@ from vrx_mj.config.search import display
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.foreign import ask
 from vrx_mj.formats.urdf.elements import Findings
+from vrx_mj.formats.urdf.expand import ExpandedText
 from vrx_mj.formats.urdf.link_meshes import with_shapes
 from vrx_mj.formats.urdf.meshes import MeshFiles
 from vrx_mj.formats.urdf.model import Reading, Urdf
@@ -43,7 +44,7 @@ def read_urdf(
     """The robot that a URDF's text describes; xacro is expanded before.
 
     Args:
-        text: The URDF.
+        text: The URDF; messages name the files and lines that expanded text comes from.
         file: Where it is from; messages name it, and relative paths of meshes start in its folder.
         packages: Folders of ROS packages by name, for `package://NAME/...`.
         package_paths: Folders that are packages, or that hold them.
@@ -56,7 +57,10 @@ def read_urdf(
         VrxWarning: Once for each kind of thing that is legal but suspicious.
     """
     label = label or display(file)
-    reading = ask("formats.urdf.rows:reading", text, file, label, returns=Reading, about=label)
+    source = (
+        (list(map(display, map(Path, text.made.files))), text.made.places) if isinstance(text, ExpandedText) else ()
+    )
+    reading = ask("formats.urdf.kinematics:reading", text, file, label, *source, returns=Reading, about=label)
     files = MeshFiles(file.absolute().parent, dict(packages or {}), tuple(package_paths))
     findings = Findings(label, list(reading.problems), {kind: list(things) for kind, things in reading.odd.items()})
     links = {row.link.name: with_shapes(row, files, findings) for row in reading.links}
@@ -71,7 +75,7 @@ def read_joints(text: str) -> Urdf:
     Raises:
         ConfigError: The text is no URDF, or its joints are wrong.
     """
-    return ask("formats.urdf.rows:tree", text, "robot_description", returns=Urdf, about="robot_description")
+    return ask("formats.urdf.kinematics:tree", text, "robot_description", returns=Urdf, about="robot_description")
 
 
 @lru_cache(maxsize=64)

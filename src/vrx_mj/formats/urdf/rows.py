@@ -1,22 +1,24 @@
-"""A URDF's text as rows, in the process without rights: every element checked, every problem found at once."""
+"""A URDF's text as rows: every element checked, every problem found at once."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import yourdfpy
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import nearest
+from vrx_mj.foreign import ask
 from vrx_mj.formats.urdf.elements import Findings, Node
 from vrx_mj.formats.urdf.gazebo import read_gazebo
 from vrx_mj.formats.urdf.links import Surroundings, material_colors, read_joint, read_link, root_of
 from vrx_mj.formats.urdf.model import Joint, Link, Reading, Urdf
-from vrx_mj.formats.urdf.xml_text import parse_robot
-from vrx_mj.frames import Pose, angles, rotation
+from vrx_mj.formats.urdf.xml_document import Markup
+from vrx_mj.frames import Pose, angles
 
-FIXED = "fixed"
+Row = tuple[str, str, str, str, Pose, tuple[float, float, float], float]
+"""Of a joint name, type, names of parent and child, pose in the parent at 0 [m, rad], axis, and value at rest."""
+Turns = Callable[[Sequence[str], Sequence[Row]], dict[str, FloatArray]]
 LIGHT = 0.01
 """Share of a robot's mass below which a link's impossible inertia does not matter."""
 
@@ -28,17 +30,17 @@ KNOWN = {
 """Elements that URDF has; others are extensions, unless they look like one of these misspelt."""
 
 
-def reading(text: str, file: str, label: str) -> Reading:
-    """What a URDF's text says, without looking at any file."""
+def reading(markup: Markup, file: str, label: str, turns: Turns) -> Reading:
+    """What the root of a URDF says, without looking at any file; `turns` is that of `kinematics`."""
     findings = Findings(label)
-    root = Node(parse_robot(text, label), "", findings)
+    root = Node(markup, "", findings)
     around = Surroundings(findings, *material_colors(root))
     rows = {row.link.name: row for row in (read_link(node, around) for node in named(root, "link"))}
     links = {name: row.link for name, row in rows.items()}
     joints = {joint.name: joint for joint in (read_joint(node, links) for node in named(root, "joint"))}
     _note_misspelt(root)
-    tags = [Node(tag, "gazebo", findings) for tag in root.element.iterchildren("gazebo")]
-    robot = robot_of(root, Path(file), links, joints, around, tags)
+    tags = [Node(tag, "gazebo", findings) for tag in root.element.findall("gazebo")]
+    robot = robot_of(root, Path(file), links, joints, around, tags, turns)
     odd = {kind: tuple(things) for kind, things in findings.odd.items()}
     return Reading(robot, tuple(rows.values()), tuple(findings.problems), odd)
 
@@ -50,38 +52,42 @@ def robot_of(
     joints: Mapping[str, Joint],
     around: Surroundings,
     tags: Sequence[Node],
+    turns: Turns | None = None,
 ) -> Urdf:
-    """A robot whose links hang together and can exist, with what its tags mean, unless something is wrong with it."""
+    """A robot whose links hang together and can exist, with what its tags mean, unless something is wrong with it.
+
+    Without `turns` the process without rights is asked where its joints put its links.
+    """
     top = _checked_root(links, joints, root)
     _check_masses(links, around, root)
     if root.findings.problems:
         return Urdf(file, root.findings.file, "", top, links, joints, {})
-    robot = _robot(root, file, links, joints, top)
+    robot = _robot(root, file, links, joints, top, turns or _asked)
     return replace(robot, gazebo=read_gazebo(robot, tags, root.findings))
 
 
-def tree(text: str, label: str) -> Urdf:
-    """What a URDF's text says about its joints."""
+def tree(markup: Markup, label: str, turns: Turns) -> Urdf:
+    """What it says about its joints."""
     findings = Findings(label)
-    root = Node(parse_robot(text, label), "", findings)
+    root = Node(markup, "", findings)
     links = {node.name(): Link(node.name(), None, place=node.place) for node in root.children("link")}
     joints = {joint.name: joint for joint in (read_joint(node, links) for node in root.children("joint"))}
     top = _checked_root(links, joints, root)
     findings.settle()
-    return _robot(root, Path(label), links, joints, top)
+    return _robot(root, Path(label), links, joints, top, turns)
 
 
-def _robot(root: Node, file: Path, links: Mapping[str, Link], joints: Mapping[str, Joint], top: str) -> Urdf:
-    """A robot without plugins and sensors, its joints at rest: yourdfpy says where that puts their links."""
-    rows = []
-    for joint in joints.values():
-        origin = np.eye(4)
-        origin[:3, :3], origin[:3, 3] = rotation(*joint.pose[3:]), joint.pose[:3]
-        kind = joint.type if joint.rest else FIXED
-        rows.append(yourdfpy.Joint(joint.name, kind, joint.parent, joint.child, origin, np.array(joint.axis)))
-    model = yourdfpy.URDF(yourdfpy.Robot("", [yourdfpy.Link(name) for name in links], rows), load_meshes=False)
-    model.update_cfg({joint.name: joint.rest for joint in joints.values() if joint.rest})
-    turns = {joint.child: model.get_transform(joint.child, joint.parent) for joint in joints.values()}
+def _asked(links: Sequence[str], joints: Sequence[Row]) -> dict[str, FloatArray]:
+    job, about = "formats.urdf.kinematics:turns", "the joints of a robot"
+    return ask(job, list(links), list(joints), returns=dict[str, FloatArray], about=about)
+
+
+def _robot(
+    root: Node, file: Path, links: Mapping[str, Link], joints: Mapping[str, Joint], top: str, turns_of: Turns
+) -> Urdf:
+    """A robot without plugins and sensors, its joints at rest."""
+    rows = [(one.name, one.type, one.parent, one.child, one.pose, one.axis, one.rest) for one in joints.values()]
+    turns = turns_of(list(links), rows)
     resting = {
         name: replace(joint, pose=_pose(turns[joint.child])) if joint.rest else joint for name, joint in joints.items()
     }
@@ -137,8 +143,8 @@ def _note_misspelt(root: Node) -> None:
     """Elements that look like a misspelt one of URDF; whatever else is unknown is an extension."""
     for tag, known in KNOWN.items():
         for node in [root] if tag == "robot" else root.children(tag):
-            for child in node.element.iterchildren("*"):
+            for child in node.element:
                 close = None if child.tag in known else nearest(str(child.tag), known)
                 if close:
-                    thing = f"<{child.tag}> in line {child.sourceline} (did you mean '{close}'?)"
+                    thing = f"<{child.tag}> in line {child.place.line} (did you mean '{close}'?)"
                     root.findings.note("element", thing)

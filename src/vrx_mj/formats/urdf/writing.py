@@ -3,9 +3,10 @@
 from collections.abc import Iterable
 from copy import deepcopy
 from typing import Any
+from xml.etree import ElementTree as ET
 
 from vrx_mj.config.shapes import Shape, Visual
-from vrx_mj.formats.urdf.elements import FILE, Node
+from vrx_mj.formats.urdf.elements import Node
 from vrx_mj.formats.urdf.links import TYPES
 from vrx_mj.formats.urdf.model import Joint, Link, Urdf
 from vrx_mj.frames import Pose
@@ -17,20 +18,17 @@ def urdf_text(robot: Urdf, tags: Iterable[Node]) -> str:
     A joint of a kind that URDF has not, and one that does not rest at 0, is fixed in it; an ellipsoid is the box
     around it.
     """
-    from lxml import etree
-
-    root = etree.Element("robot", name=robot.name)
+    root = ET.Element("robot", name=robot.name)
     for link in robot.links.values():
         _add_link(root, link)
     for joint in robot.joints.values():
         _add_joint(root, joint)
     for tag in tags:
         root.append(deepcopy(tag.element))
-    for element in root.iter("*"):
-        element.attrib.pop(FILE, None)
+    for element in root.iter():
         element.tail = None
-    etree.indent(root)
-    return f"{etree.tostring(root, encoding='unicode')}\n"
+    ET.indent(root)
+    return f"{ET.tostring(root, encoding='unicode')}\n"
 
 
 def _add_link(root: Any, link: Link) -> None:
@@ -82,9 +80,7 @@ def _add_origin(made: Any, pose: Pose) -> None:
 
 
 def _child(parent: Any, tag: str, **attributes: str) -> Any:
-    from lxml import etree
-
-    return etree.SubElement(parent, tag, attributes)
+    return ET.SubElement(parent, tag, attributes)
 
 
 def _words(values: Iterable[float]) -> str:

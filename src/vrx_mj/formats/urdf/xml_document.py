@@ -1,14 +1,23 @@
-"""An XML file of others as a document (minidom) whose elements and texts know their places."""
+"""XML of others, for which this is the one parser: it is as tolerant as tinyxml, with which Gazebo and urdfdom read.
 
-from collections.abc import Iterator
+What XML does not allow and tinyxml reads is one warning for each kind of it, with the place of the first. It works in
+the process without rights: `read_bytes`, for texts that are handed to it, is for any other.
+"""
+
+import codecs
+import re
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
-from xml.dom import expatbuilder, minidom
+from xml.etree import ElementTree as ET
 from xml.parsers import expat
 
 from vrx_mj.config.search import ReadingError, display, read_limited
-from vrx_mj.config.tree import File, Place
-from vrx_mj.errors import ConfigError, Problem
+from vrx_mj.errors import ConfigError, Problem, VrxWarning
+from vrx_mj.formats.urdf.model import Place
 
 MAX_BYTES = 4_000_000
 """Longest file that is read."""
@@ -26,41 +35,43 @@ _WORDS = {
     "syntax error": "is not XML, which begins with '<'",
     "undefined entity": "no such &name; here; XML knows &lt; &gt; &amp; &quot; and &apos;",
     "XML or text declaration not at start of entity": "'<?xml ...?>' must be the very first thing in the file",
-    "unknown encoding": "unknown encoding; save the file as UTF-8",
-    "encoding specified in XML declaration is incorrect": "is not in the encoding its first line names; use UTF-8",
 }
+_ODD = {
+    "before": "blanks before '<?xml ...?>' are ignored; XML has it first",
+    "encoding": "bytes that are not in the encoding of the file are replaced; save it as UTF-8",
+    "hyphens": "'--' in a comment, which XML does not allow, is ignored",
+    "ampersand": "'&' is read as it is; XML has &amp; for it",
+}
+"""What tinyxml reads and XML does not allow."""
+_PREFIXES = {"xml", "xmlns", "gz", "ignition"}
+"""Prefixes that need not be declared: files of Gazebo do not."""
+_ENCODING = re.compile(rb"""(?:\xef\xbb\xbf)?\s*<\?xml[^>]{0,100}?encoding\s*=\s*["']([\w.:-]{1,40})["']""")
+_DECLARATION = re.compile(r"(\s*)<\?xml\s[^>]*\?>")
+_TOKEN = re.compile(
+    r"(?P<hyphens><!--.*?(?:-->|\Z))|<!\[CDATA\[.*?(?:\]\]>|\Z)|<\?.*?(?:\?>|\Z)"
+    r"|(?P<ampersand>&)(?!(?:lt|gt|amp|quot|apos|#[0-9]{1,7}|#x[0-9a-fA-F]{1,6});)", re.DOTALL,
+)  # fmt: skip
+_HYPHENS = re.compile(r"-(?=-|\Z)")
 
 
-class Located(str):
-    """Text of a file that has something to expand, with the element it is in."""
+class Markup(ET.Element):
+    """An element that knows its place."""
 
-    __slots__ = ("place", "tag")
-
-    place: Place
-    tag: str
-
-    @classmethod
-    def at(cls, text: str, element: minidom.Element) -> "Located":
-        """The text of an element's attribute, or in the element."""
-        located = cls(text)
-        located.place, located.tag = place_of(element), element.tagName
-        return located
+    def __init__(self, tag: str, place: Place, attributes: dict[str, str]) -> None:
+        super().__init__(tag, attributes)
+        self.place = place
 
 
-def place_of(element: Any) -> Place:
-    """The place of an element, or of what it was copied from."""
-    place: Place = element.getUserData("place")
-    return place
+Row = tuple[int, int, int, int, str, dict[str, str], str]
+"""Of an element the row of the one around it (-1: none), number of its file, line, column, tag, attributes, and its own
+text without blanks around it."""
 
 
-def elements(node: minidom.Node) -> Iterator[Any]:
-    """The elements below a node, in the order of the file."""
-    waiting = list(reversed(node.childNodes))
-    while waiting:
-        found = waiting.pop()
-        if found.nodeType == found.ELEMENT_NODE:
-            yield found
-            waiting.extend(reversed(found.childNodes))
+@dataclass(frozen=True)
+class Table:
+    """The elements of a file, in its order."""
+
+    rows: tuple[Row, ...]
 
 
 def read_bytes(file: Path) -> bytes:
@@ -71,84 +82,193 @@ def read_bytes(file: Path) -> bytes:
         raise ConfigError([Problem(display(file), None, None, "", str(error))]) from None
 
 
-def parse_document(data: bytes, name: str, folder: Path) -> minidom.Document:
-    """A document whose elements know their places, and whose texts with a '$' are `Located`. Raises ConfigError."""
-    text = data.decode("utf-8", errors="replace")
-    builder = _Builder(File(name, folder, tuple(text.split("\n"))))
+def read_text(file: Path) -> str:
+    """A file's text, up to the limit, likewise. Raises ConfigError."""
+    return decoded(read_bytes(file), display(file))
+
+
+def decoded(data: bytes, name: str) -> str:
+    """The text of a file, in the encoding that it says; what is wrong in it is U+FFFD. Raises ConfigError."""
+    marked = "utf-16" if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else None
+    said = _ENCODING.match(data)
     try:
-        document: minidom.Document = builder.parseString(data)
+        text = data.decode(marked or (said[1].decode() if said else "utf-8"), errors="replace")
+        return text.removeprefix("\ufeff").replace("\r\n", "\n")
+    except (LookupError, ValueError):
+        raise _fault(Place(name, 1, 1), "", "unknown encoding; save the file as UTF-8") from None
+
+
+def table(text: str, name: str) -> Table:
+    """The elements of an XML text; messages call it by a name. Raises ConfigError."""
+    return table_of(markup(text, name))
+
+
+def markup(text: str, name: str) -> Markup:
+    """The root element of an XML text, without comments. Raises ConfigError."""
+
+    def target(here: Callable[[], Place]) -> ET.TreeBuilder:
+        return ET.TreeBuilder(element_factory=lambda tag, attributes: Markup(tag, here(), attributes))
+
+    root: Markup = parse_xml(text, name, target).close()
+    return root
+
+
+def parse_robot(text: str, name: str) -> Markup:
+    """The `<robot>` element of a URDF's text; messages call it by a name. Raises ConfigError."""
+    root = markup(text, name)
+    if root.tag != "robot":
+        hint = {"sdf": "; SDF is not read, only URDF", "mujoco": "; MJCF is not read as a robot, only URDF"}
+        raise _fault(root.place, "", f"expected a <robot>, got a <{root.tag}>{hint.get(root.tag, '')}")
+    element: Any
+    for element in root.iter():
+        if element.tag.startswith("xacro:"):
+            message = f"<{element.tag}> in a URDF: name the file .xacro, so that it is expanded first"
+            raise _fault(element.place, "", message)
+    return root
+
+
+def table_of(root: Any) -> Table:
+    """A tree of elements as a table."""
+    rows: list[Row] = []
+    waiting = [(-1, root)]
+    while waiting:
+        around, element = waiting.pop()
+        waiting += [(len(rows), child) for child in reversed(element)]
+        text = "".join([element.text or "", *(child.tail or "" for child in element)]).strip()
+        line, column = element.place.line or 1, element.place.column or 1
+        rows.append((around, 0, line, column, element.tag, dict(element.attrib), text))
+    return Table(tuple(rows))
+
+
+def parse_xml(text: str, name: str, target: Callable[[Callable[[], Place]], Any], *, strict: bool = False) -> Any:
+    """Hand a text to the target that is made, which can ask for the place of the element that begins.
+
+    Document types, and with them entities, are refused.
+
+    Args:
+        text: the text.
+        name: what messages call it.
+        target: makes the target.
+        strict: whether what XML does not allow is an error, as xacro has it.
+
+    Raises:
+        ConfigError: it cannot be read.
+
+    Warns:
+        VrxWarning: once for each kind of thing that XML does not allow.
+    """
+    odd = _Oddities()
+    parser = _Parser(name, None if strict else odd, target)
+    try:
+        parser.expat.Parse((text if strict else _repaired(text, name, odd)).encode("utf-8", "replace"), True)
     except expat.ExpatError as error:
-        place = Place(builder.file, max(error.lineno, 1), error.offset + 1)
-        raise _fault(place, "", _worded(expat.ErrorString(error.code), builder)) from None
-    except (ValueError, LookupError):
-        raise _fault(Place(builder.file, 1, 1), "", _WORDS["unknown encoding"]) from None
-    for element in elements(document):
-        _locate(element)
-    return document
+        place = Place(name, max(error.lineno, 1), error.offset + 1)
+        raise _fault(place, "", parser.worded(expat.ErrorString(error.code))) from None
+    odd.warn()
+    return parser.target
+
+
+class _Oddities(dict[str, tuple[str, Place, int]]):
+    """What XML does not allow in a file: of each kind the words, the first place and how many there are."""
+
+    def add(self, kind: str, place: Callable[[], Place], words: str = "") -> None:
+        """Add one; its words and place count if it is the first."""
+        first, where, count = self.get(kind) or (words or _ODD[kind], place(), 0)
+        self[kind] = first, where, count + 1
+
+    def warn(self) -> None:
+        """Warn of each kind."""
+        for words, place, count in self.values():
+            more = f" ({count} times)" if count > 1 else ""
+            warnings.warn(VrxWarning(f"{place}:{place.column}: {words}{more}"), stacklevel=3)
+
+
+def _repaired(text: str, name: str, odd: _Oddities) -> str:
+    """A text as XML allows it; lines stay where they are, and columns but behind an '&'."""
+
+    def place(start: int) -> Place:
+        return Place(name, text.count("\n", 0, start) + 1, start - text.rfind("\n", 0, start))
+
+    def repair(found: re.Match[str]) -> str:
+        comment = found["hyphens"]
+        if found["ampersand"]:
+            odd.add("ampersand", partial(place, found.start()))
+            return "&amp;"
+        if comment and comment.endswith("-->") and _HYPHENS.search(comment, 4, len(comment) - 3):
+            odd.add("hyphens", partial(place, found.start()))
+            return f"<!--{_HYPHENS.sub('=', comment[4:-3])}-->"
+        return found[0]
+
+    if "\ufffd" in text:
+        odd.add("encoding", partial(place, text.index("\ufffd")))
+    if (declaration := _DECLARATION.match(text)) is None:
+        return _TOKEN.sub(repair, text)
+    if declaration[1]:
+        odd.add("before", partial(place, 0))
+    return _TOKEN.sub(repair, re.sub(r"[^\n]", " ", declaration[0]) + text[declaration.end() :])
 
 
 def _fault(place: Place, key: str, message: str) -> ConfigError:
-    return ConfigError([Problem(place.file.name, place.line, place.column, key, message)])
+    return ConfigError([Problem(place.file, place.line, place.column, key, message)])
 
 
-class Copied:
-    """Gives a copied element its original's place."""
+class _Parser:
+    """Expat, which knows places and hands pieces to a target, comments and bounds of literal text if it takes them.
 
-    def handle(self, operation: int, key: str, data: Place, source: Any, copy: Any) -> None:
-        """Called by minidom."""
-        copy.setUserData(key, data, self)
+    Names with a prefix are taken as they are.
+    """
 
-
-class _Builder(expatbuilder.ExpatBuilderNS):
-    """The standard builder; it notes places, and refuses document types with their entities."""
-
-    def __init__(self, file: File) -> None:
-        self.file = file
-        self.copied = Copied()
+    def __init__(self, name: str, odd: _Oddities | None, make: Callable[[Callable[[], Place]], Any]) -> None:
+        self.name, self.odd = name, odd
         self.open: list[tuple[str, int]] = []
         self.nodes = 0
-        super().__init__()
+        self.declared = set(_PREFIXES)
+        self.expat = expat.ParserCreate("utf-8")
+        self.target = make(self.here)
+        self.expat.buffer_text = True
+        self.expat.StartElementHandler, self.expat.EndElementHandler = self.start, self.end
+        self.expat.CharacterDataHandler = self.target.data
+        self.expat.StartDoctypeDeclHandler = self.refuse
+        self.expat.CommentHandler = getattr(self.target, "comment", None)
+        self.expat.StartCdataSectionHandler = getattr(self.target, "start_literal", None)
+        self.expat.EndCdataSectionHandler = getattr(self.target, "end_literal", None)
 
     def here(self) -> Place:
-        parser = self.getParser()
-        return Place(self.file, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1)
+        """The place of what is being read."""
+        return Place(self.name, self.expat.CurrentLineNumber, self.expat.CurrentColumnNumber + 1)
 
-    def start_doctype_decl_handler(self, name: str, *_: object) -> None:
+    def refuse(self, *_: object) -> None:
         raise _fault(self.here(), "<!DOCTYPE>", "document types and entities are not allowed; delete them")
 
-    def start_element_handler(self, name: str, attributes: list[str]) -> None:
-        tag = ":".join(name.split(" ")[1:][::-1]) or name  # expat writes "URI LOCAL PREFIX"
-        self.nodes += 1 + len(attributes) // 2
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
+        self.nodes += 1 + len(attributes)
         if len(self.open) >= DEEPEST:
             raise _fault(self.here(), f"<{tag}>", f"elements are nested deeper than {DEEPEST} levels")
         if self.nodes > MOST_NODES:
             raise _fault(self.here(), f"<{tag}>", f"more than {MOST_NODES} elements and attributes in a file")
-        super().start_element_handler(name, attributes)
-        self.curNode.setUserData("place", self.here(), self.copied)
-        self.open.append((tag, self.here().line or 1))
+        self.declared |= {key[6:] for key in attributes if key.startswith("xmlns:")}
+        for prefix in (one.partition(":")[0] for one in (tag, *attributes) if ":" in one):
+            if prefix not in self.declared:
+                self.take_undeclared(prefix)
+        self.open.append((tag, self.expat.CurrentLineNumber))
+        self.target.start(tag, attributes)
 
-    def end_element_handler(self, name: str) -> None:
+    def take_undeclared(self, prefix: str) -> None:
+        self.declared.add(prefix)
+        words = f"the prefix '{prefix}' of a name is not declared; the outermost element needs xmlns:{prefix}"
+        if self.odd is None:
+            raise _fault(self.here(), "", words)
+        self.odd.add("prefix", self.here, words)
+
+    def end(self, tag: str) -> None:
         self.open.pop()
-        super().end_element_handler(name)
+        self.target.end(tag)
 
-
-def _worded(said: str, builder: _Builder) -> str:
-    """What the parser complains of, in our words."""
-    if said == "mismatched tag":
-        tag, line = builder.open[-1]
-        return f"expected </{tag}>, which ends the <{tag}> of line {line}"
-    if said == "unbound prefix":
-        return "the prefix of a name here, as in 'xacro:if', is not declared; the outermost element needs xmlns:xacro"
-    if said in {"no element found", "unclosed token"} and builder.open:
-        tag, line = builder.open[-1]
-        return f"the file ends before </{tag}>, which ends the <{tag}> of line {line}"
-    return _WORDS.get(said, said)
-
-
-def _locate(element: Any) -> None:
-    for attribute in list(element.attributes.values()):
-        if "$" in attribute.value:
-            attribute.value = Located.at(attribute.value, element)
-    for child in element.childNodes:
-        if child.nodeType in {child.TEXT_NODE, child.COMMENT_NODE} and "$" in child.data:
-            child.data = Located.at(child.data, element)
+    def worded(self, said: str) -> str:
+        """What the parser complains of, in our words."""
+        tag, line = self.open[-1] if self.open else ("", 0)
+        if said == "mismatched tag":
+            return f"expected </{tag}>, which ends the <{tag}> of line {line}"
+        if said in {"no element found", "unclosed token"} and tag:
+            return f"the file ends before </{tag}>, which ends the <{tag}> of line {line}"
+        return _WORDS.get(said, said)
