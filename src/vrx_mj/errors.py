@@ -20,8 +20,6 @@ __all__ = [
     "VideoError",
     "VrxError",
     "VrxWarning",
-    "first_lines",
-    "first_names",
     "nearest",
     "shortened",
     "shown",

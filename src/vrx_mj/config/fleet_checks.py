@@ -40,8 +40,7 @@ def load_fleet(source: Source | None, world: WorldConfig) -> FleetConfig:
 def _source(source: Source | None) -> tuple[Section, str]:
     if source is None or isinstance(source, Mapping):
         return read_source("fleets", source or {}), "fleet" if source else "single"
-    found = read_others("fleets", source)
-    if found is not None:
+    if found := read_others("fleets", source):
         return found
     file = file_of("fleets", source)
     return read_source("fleets", file), file.stem

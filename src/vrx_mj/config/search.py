@@ -236,7 +236,7 @@ def packages_named(name: str, near: Path, known: Sequence[Mapping[str, Path]], p
         yield above
     for path in paths:
         yield path / name
-        if path.resolve().name == name or package_name(path) == name:
+        if name in {path.name, path.resolve().name} or package_name(path) == name:
             yield path
     yield near / name
     if name in (around := workspace_packages(near)):

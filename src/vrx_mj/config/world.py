@@ -230,8 +230,7 @@ def _document(source: Source) -> tuple[Section, str]:
     """The content of a world's file, and the world's name."""
     if isinstance(source, Mapping):
         return read_source("worlds", source), "world"
-    found = read_others("worlds", source)
-    if found is not None:
+    if found := read_others("worlds", source):
         return found
     file = file_of("worlds", source)
     try:
