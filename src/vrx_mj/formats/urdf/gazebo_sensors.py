@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -77,14 +77,14 @@ class Scope:
         """The joint that a child names; None if it names none."""
         return self._known(node, tag, "joint", self.urdf.joints) or None
 
-    def _known(self, node: Node, tag: str, kind: str, known: Iterable[str]) -> str:
+    def _known(self, node: Node, tag: str, kind: str, known: Collection[str]) -> str:
         name, child = node.text(tag), node.child(tag)
         found = self.found(name, known)
         if child and name and not found:
             child.fault(str(UnknownNameError(kind, name, known)))
         return found
 
-    def found(self, name: str, known: Iterable[str]) -> str:
+    def found(self, name: str, known: Collection[str]) -> str:
         """The link or joint of this name; empty without one.
 
         It may be in the robot's namespace, where VRX hard-codes another, or the only one in a model in the model.
@@ -92,7 +92,7 @@ class Scope:
         nested = [one for one in known if one.endswith(f"::{name}")] if name else []
         renamed = f"{self.urdf.namespace}/{self.local(name, hard_coded=True)}"
         names = (name, f"{self.urdf.namespace}/{name}", renamed, *(nested if len(nested) == 1 else ()))
-        return next((one for one in names if one in set(known)), "")
+        return next((one for one in names if one in known), "")
 
     def pose(self, link: str, node: Node | None = None) -> Pose:
         """Of a link, or of a sensor with a `<pose>` in it, in the root link's frame [m, rad]."""
