@@ -8,7 +8,7 @@ from typing import get_args
 from vrx_mj.ros.interface import Dialect, Input, RosInterface
 from vrx_mj.ros.messages import Message
 from vrx_mj.ros.table.boats import BoatFrames, boat_inputs
-from vrx_mj.ros.table.gazebo import gazebo_inputs, gazebo_outputs, gazebo_services
+from vrx_mj.ros.table.gazebo import gazebo_inputs, gazebo_outputs, gazebo_services, gz_services
 from vrx_mj.ros.table.host import Host
 from vrx_mj.ros.table.sensing import sensor_inputs, sensor_outputs, sensor_services
 from vrx_mj.ros.table.tasks import elsewhere, task_inputs, task_outputs, task_services
@@ -21,7 +21,7 @@ __all__ = ["CLOCK", "make_tables"]
 def make_tables(host: Host, *, clock_rate: float, waits: bool = False) -> Mapping[Dialect, RosInterface]:
     """The tables of a simulation with the boats that it has now; `/clock` is published at a rate [Hz].
 
-    Where time `waits` for answers, who comes late gets the last clock. VRX 3 has no services and no parameters.
+    Where time `waits` for answers, who comes late gets the last clock. VRX 3 has no parameters.
     """
     boats = host.sim.boats
     boat_frames = [BoatFrames(host, boat) for boat in boats]
@@ -39,19 +39,22 @@ def make_tables(host: Host, *, clock_rate: float, waits: bool = False) -> Mappin
         *task_inputs(host),
         *chain.from_iterable(chain(boat_inputs(host, boat), sensor_inputs(host, boat)) for boat in boats),
     ]
+    services = [
+        *chain(world_services(host), gazebo_services(host), gz_services(host)),
+        *chain(task_services(host), sensor_services(host)),
+    ]
     tables: dict[Dialect, RosInterface] = {
         dialect: RosInterface(
             {output.name: output for output in outputs if dialect in output.dialects},
             _by_name(entry for entry in inputs if dialect in entry.dialects),
+            {service.name: service for service in services if dialect in service.dialects},
             elsewhere=elsewhere(host),
         )
         for dialect in get_args(Dialect)
     }
-    services = chain(world_services(host), gazebo_services(host), task_services(host), sensor_services(host))
     descriptions = {f"/{own.boat}/robot_description": own.description for own in boat_frames}
     parameters = {"/use_sim_time": True} | {name: text for name, text in descriptions.items() if text is not None}
-    by_name = {service.name: service for service in services}
-    return tables | {"vrx": replace(tables["vrx"], services=by_name, parameters=parameters)}
+    return tables | {"vrx": replace(tables["vrx"], parameters=parameters)}
 
 
 def _by_name(inputs: Iterable[Input]) -> dict[str, Input]:
