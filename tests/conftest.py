@@ -32,6 +32,7 @@ LONGEST = (
     "[tutorial_one_boat.md]",
     "::test_a_larger_share_of_everything_is_used_or_refused",
     "[tutorial_many_boats.md]",
+    "test_catkin_workspace.py",
     "test_campaign_on_ray.py",
     "test_packaging.py",
     "test_kernel_cache.py",

@@ -98,6 +98,11 @@ def test_commands_come_in_order_with_their_sender(told):
     assert ["/fire", True, "/client", "vrx3"] in told["commands"]
 
 
+def test_a_service_is_answered_and_one_that_failed_too(told):
+    called = ["/world/bay/set", True]
+    assert told["calls"] == [called, [True, "set"], called, [False, ""]]
+
+
 def test_a_topic_that_nobody_here_listens_to_is_told_of(told):
     assert told["unknown_publishers"] == ["/wamv/thrusters/left/thurst", "std_msgs/String", "/client", "vrx3"]
 

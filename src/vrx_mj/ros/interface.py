@@ -68,6 +68,8 @@ class Service:
     """From the request to the response; what it raises fails the call."""
     failure: Callable[[str], Message] | None = None
     """The response that says why the call failed, where its type can; the others fail without one."""
+    dialects: tuple[Dialect, ...] = VRX
+    """Whose service it is."""
 
 
 @dataclass(frozen=True)

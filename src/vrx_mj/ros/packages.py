@@ -257,12 +257,13 @@ def hide_twins(top: Path) -> None:
     files = [file for depth in range(DEEPEST) for file in (space or top).glob("*/" * depth + "vrx_gazebo/package.xml")]
     whole = any(is_built_in(file.parent) for file in files)
     for file in files:
-        if BY_MESSAGES in file.read_text("utf-8", errors="replace"):
-            with writing(WHAT, file.parent):
-                if whole:
-                    (file.parent / IGNORED).write_text("its messages are those of the other vrx_gazebo\n", "utf-8")
-                else:
-                    (file.parent / IGNORED).unlink(missing_ok=True)
+        with writing(WHAT, file.parent):
+            if BY_MESSAGES not in file.read_text("utf-8", errors="replace"):
+                continue
+            if whole:
+                (file.parent / IGNORED).write_text("its messages are those of the other vrx_gazebo\n", "utf-8")
+            else:
+                (file.parent / IGNORED).unlink(missing_ok=True)
 
 
 def listed_files(file: Path, folders: Collection[str]) -> Mapping[str, str]:

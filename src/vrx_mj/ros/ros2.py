@@ -9,16 +9,16 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Sequence
-from functools import cache
+from collections.abc import Callable, Sequence
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.packages import install_command
 from vrx_mj.ros.cdr import decode, encode, fields, kind
-from vrx_mj.ros.interface import Dialect, Inbox, Input, Output, RosInterface, Sent, Traffic
+from vrx_mj.ros.interface import Dialect, Inbox, Input, Output, RosInterface, Sent, Service, Traffic
 from vrx_mj.ros.limits import TopicQueue
-from vrx_mj.ros.messages import stamp
+from vrx_mj.ros.messages import Message, stamp
 from vrx_mj.ros.table.vrx3 import PACKAGES
 
 WHEELS = ("ros-jazzy-rclpy", "ros-jazzy-rmw-fastrtps-cpp", "ros-jazzy-common-interfaces")
@@ -70,12 +70,30 @@ def message_class(type_name: str) -> Any | None:
         found = getattr(importlib.import_module(f"{package}.msg"), name, None)
     except ImportError:
         return None
+    return found if _has_fields(found, type_name) else None
+
+
+@cache
+def service_class(type_name: str) -> Any | None:
+    """The user's class of a service, likewise."""
+    package, _, name = type_name.partition("/")
+    try:
+        found = getattr(importlib.import_module(f"{package}.srv"), name, None)
+    except ImportError:
+        return None
+    halves = found is not None and all(_has_fields(getattr(found, half), f"{type_name}{half}") for half in HALVES)
+    return found if halves else None
+
+
+def _has_fields(found: Any | None, type_name: str) -> bool:
+    """Whether a class has the fields of ours, and theirs have theirs."""
     known = fields(type_name)
     if found is None or list(found.get_fields_and_field_types()) != [field for field, _ in known]:
-        return None
-    return found if all(inner is None or message_class(inner) for _, inner in known) else None
+        return False
+    return all(inner is None or message_class(inner) for _, inner in known)
 
 
+HALVES = ("Request", "Response")
 DEPTH = 10
 """Messages that publishers and subscriptions keep, as Gazebo's bridge, and that are taken at once."""
 ROSOUT_DEPTH = 1000
@@ -103,6 +121,11 @@ class _In(NamedTuple):
     subscription: Any
 
 
+class _Offered(NamedTuple):
+    entry: Service
+    service: Any
+
+
 class Node:
     """A node of rclpy in a context of its own."""
 
@@ -123,6 +146,9 @@ class Node:
             raise NetworkError(f"ROS 2 does not start: {error}") from error
         self._out: dict[str, _Out] = {}
         self._in: dict[str, _In] = {}
+        self._services: dict[str, _Offered] = {}
+        self._answers: deque[Callable[[], None]] = deque()
+        """Responses that are ready, each a function that sends one."""
         self._senders: dict[str, str] = {}
         self._reported: set[str] = set()
         self._looked = self._counted = 0.0
@@ -131,7 +157,7 @@ class Node:
         self.clients = self.sent = 0
 
     def offer(self, table: RosInterface) -> None:
-        """Publish and subscribe to the table's topics, as far as ROS 2 here has its messages."""
+        """Publish, subscribe to and offer what the table has, as far as ROS 2 here has its messages."""
         for name in [name for name, out in self._out.items() if not _alike(out.output, table.outputs.get(name))]:
             self._node.destroy_publisher(self._out.pop(name).publisher)
         for name in [name for name, one in self._in.items() if not _alike(one.entry, table.inputs.get(name))]:
@@ -146,6 +172,12 @@ class Node:
             subscription = known.subscription if known else self._subscription(entry)
             if subscription is not None:
                 self._in[name] = _In(entry, subscription)
+        for name in [name for name in self._services if name not in table.services]:
+            self._node.destroy_service(self._services.pop(name).service)
+        for name, service in table.services.items():
+            found = service_class(service.type)
+            if found is not None and name not in self._services:
+                self._services[name] = _Offered(service, self._node.create_service(found, name, _nothing))
         self._count()
 
     def publish(self, batch: Sequence[Sent]) -> None:
@@ -167,6 +199,28 @@ class Node:
                 if taken is None:
                     break
                 self._receive(topic, entry, taken[0])
+        for name, offered in self._services.items():
+            self._take_calls(name, offered)
+        while self._answers:
+            self._answers.popleft()()
+
+    def _take_calls(self, name: str, offered: _Offered) -> None:
+        """Put what was asked of a service into the inbox; its answers are sent by this thread."""
+        kind, service = offered.entry.type, offered.service
+        wire = importlib.import_module("rclpy.serialization")
+        for _ in range(DEPTH):
+            with service.handle:
+                asked, header = service.handle.service_take_request(service.srv_type.Request)
+            if header is None:
+                break
+
+            def answer(response: Message | None, _why: str, header: Any = header) -> None:
+                empty = service.srv_type.Response
+                raw = response and encode(response, f"{kind}Response")
+                made = wire.deserialize_message(raw, empty) if raw else empty()
+                self._answers.append(partial(service.send_response, made, header))
+
+            self._inbox.call(name, decode(wire.serialize_message(asked), f"{kind}Request"), SOMEBODY, answer)
 
     def look(self) -> None:
         """See who listens, and now and then who else is there."""

@@ -562,7 +562,7 @@ class RosServer:
     def _offer(self) -> None:
         waits, localized = self.lockstep is not None, self._localize()
         tables = make_tables(self, clock_rate=self._clock_rate, waits=waits, localized=localized)
-        self._services = tables["vrx"].services
+        self._services = {**tables["vrx"].services, **tables["vrx3"].services}
         self._tables: dict[Dialect, RosInterface] = {dialect: tables[dialect] for dialect in self._publishers}
         for transport in self._transports:
             transport.offer(self._tables[dialect_of(transport)])

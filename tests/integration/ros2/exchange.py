@@ -10,11 +10,14 @@ import numpy as np
 import rclpy
 from geometry_msgs.msg import PoseStamped
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from rosbags.typesys import get_types_from_msg
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import Bool, Float64, String
+from std_srvs.srv import SetBool
 from visualization_msgs.msg import MarkerArray
 
-from vrx_mj.ros.interface import Inbox, Input, Output, RosInterface, Sent
+from vrx_mj.ros import cdr
+from vrx_mj.ros.interface import Inbox, Input, Output, RosInterface, Sent, Service
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.ros2 import Ros2
 from vrx_mj.ros.table.host import header
@@ -41,6 +44,10 @@ TYPES = {
 OUTPUTS = {
     name: Output(name, kind, lambda: None, latched=name in {"/goal", "/markers"}) for name, kind in TYPES.items()
 }
+SERVICE = "/world/bay/set"
+SERVICES = {SERVICE: Service(SERVICE, "std_srvs/SetBool", lambda _: None)}
+for half, text in (("Request", "bool data\n"), ("Response", "bool success\nstring message\n")):
+    cdr.typestore().register(get_types_from_msg(text, f"std_srvs/msg/SetBool{half}"))
 INPUTS = {
     "/wamv/thrusters/left/thrust": Input("/wamv/thrusters/left/thrust", "std_msgs/Float64", lambda _: None),
     "/fire": Input("/fire", "std_msgs/Bool", lambda _: None),
@@ -81,11 +88,12 @@ def main():
     inbox = Inbox()
     ros2 = Ros2(inbox)
     told = {"lines": list(ros2.start())}
-    ros2.offer(RosInterface(OUTPUTS, INPUTS))
+    ros2.offer(RosInterface(OUTPUTS, INPUTS, SERVICES))
     send(ros2, "/goal", "/markers")  # before anybody listens
     client = Client()
     told |= outputs(client, ros2)
     told["commands"] = commands(client, inbox)
+    told["calls"] = calls(client, inbox)
     told["unknown_publishers"] = unknown_publishers(client, inbox)
     told["cost"] = cost(ros2, inbox)
     withdraw(client, ros2)
@@ -147,6 +155,26 @@ def commands(client, inbox):
 
     client.until(all_came, f"commands, of which came {came}")
     return came
+
+
+def calls(client, inbox):
+    """What a client got that was answered, and that failed."""
+    asking = client.node.create_client(SetBool, SERVICE)
+    client.until(asking.service_is_ready, "the service")
+    told = []
+    for answer in (lambda data: (cdr.kind("std_srvs/SetBoolResponse")(success=data, message="set"), ""),
+                   lambda _: (None, "it failed")):  # fmt: skip
+        done = asking.call_async(SetBool.Request(data=True))
+
+        def is_done(answer=answer, done=done):
+            for call in inbox.drain()[1]:
+                told.append([call.service, call.request.data])
+                call.answer(*answer(call.request.data))
+            return done.done()
+
+        client.until(is_done, "a response")
+        told.append([done.result().success, done.result().message])
+    return told
 
 
 def unknown_publishers(client, inbox):

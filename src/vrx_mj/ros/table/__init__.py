@@ -9,7 +9,7 @@ from typing import get_args
 from vrx_mj.ros.interface import Dialect, Input, RosInterface
 from vrx_mj.ros.messages import Message
 from vrx_mj.ros.table.boats import BoatFrames, boat_inputs
-from vrx_mj.ros.table.gazebo import gazebo_inputs, gazebo_outputs, gazebo_services
+from vrx_mj.ros.table.gazebo import gazebo_inputs, gazebo_outputs, gazebo_services, gz_services
 from vrx_mj.ros.table.host import Host
 from vrx_mj.ros.table.localization import Localization
 from vrx_mj.ros.table.sensing import sensor_inputs, sensor_outputs, sensor_services
@@ -28,7 +28,7 @@ def make_tables(
     """The tables of a simulation with the boats that it has now; `/clock` is published at a rate [Hz].
 
     Where time `waits` for answers, who comes late gets the last clock. `localized` has boats that say where they are.
-    VRX 3 has no services and no parameters.
+    VRX 3 has no parameters.
     """
     boats = host.sim.boats
     located = {boat: one.frames for boat, one in localized.items()}
@@ -48,22 +48,22 @@ def make_tables(
         *task_inputs(host),
         *chain.from_iterable(chain(boat_inputs(host, boat), sensor_inputs(host, boat)) for boat in boats),
     ]
+    services = [
+        *chain(world_services(host), gazebo_services(host), gz_services(host)),
+        *chain(task_services(host), sensor_services(host), *(one.services() for one in localized.values())),
+    ]
     tables: dict[Dialect, RosInterface] = {
         dialect: RosInterface(
             {output.name: output for output in outputs if dialect in output.dialects},
             _by_name(entry for entry in inputs if dialect in entry.dialects),
+            {service.name: service for service in services if dialect in service.dialects},
             elsewhere=elsewhere(host),
         )
         for dialect in get_args(Dialect)
     }
-    services = chain(
-        *(world_services(host), gazebo_services(host), task_services(host), sensor_services(host)),
-        *(one.services() for one in localized.values()),
-    )
     descriptions = {f"/{own.boat}/robot_description": own.description for own in boat_frames}
     parameters = {"/use_sim_time": True} | {name: text for name, text in descriptions.items() if text is not None}
-    by_name = {service.name: service for service in services}
-    return tables | {"vrx": replace(tables["vrx"], services=by_name, parameters=parameters)}
+    return tables | {"vrx": replace(tables["vrx"], parameters=parameters)}
 
 
 def _by_name(inputs: Iterable[Input]) -> dict[str, Input]:

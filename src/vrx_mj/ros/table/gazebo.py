@@ -1,6 +1,8 @@
 """Gazebo's own topics and services, as far as VRX's users use them."""
 
+import itertools
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 
@@ -10,7 +12,8 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.frames import Pose, angles, conjugate, quaternion_product, rotation, rotation_matrix
-from vrx_mj.ros.interface import Input, Output, Service
+from vrx_mj.ros import cdr
+from vrx_mj.ros.interface import VRX3, Input, Output, Service
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.table.host import Host, JointAxis, Placed, header, pose_message, twist_message, vector
 from vrx_mj.runtime.applied import AppliedForce
@@ -80,6 +83,52 @@ def gazebo_services(host: Host) -> Iterator[Service]:
         ("clear_joint_forces", "gazebo_msgs/JointRequest", _clear_efforts),
     ):
         yield Service(f"/gazebo/{name}", kind, _emptily(partial(clear, host), kind))
+
+
+def gz_services(host: Host) -> Iterator[Service]:
+    """Those of gz sim by which ros_gz_bridge spawns, removes and moves; why one failed is told to people alone."""
+    world = re.sub(r"\W", "_", host.sim.world.name.rpartition("/")[2])
+    for name, what, do in (
+        ("create", "SpawnEntity", lambda asked: _create(host, asked.entity_factory)),
+        ("remove", "DeleteEntity", lambda asked: host.remove(_entity(asked))),
+        ("set_pose", "SetEntityPose", lambda asked: _set_pose(host, asked)),
+    ):
+        response = cdr.kind(f"ros_gz_interfaces/{what}Response")
+
+        def answer(asked: Message, do: Callable[[Message], None] = do, response: type[Message] = response) -> Message:
+            do(asked)
+            return response(success=True)
+
+        def failure(_why: str, response: type[Message] = response) -> Message:
+            return response(success=False)
+
+        yield Service(f"/world/{world}/{name}", f"ros_gz_interfaces/{what}", answer, failure, VRX3)
+
+
+def _create(host: Host, asked: Message) -> None:
+    """What a text of SDF or URDF describes; files and clones of this machine are not for a network."""
+    if not asked.name or not asked.sdf:
+        raise CommandError("entity_factory: name and sdf are needed; sdf_filename and clone_name are not supported")
+    numbers = (f"_{number}" for number in itertools.count(1))
+    free = (asked.name + end for end in itertools.chain([""], numbers) if asked.name + end not in host.bodies.models)
+    name = next(free) if asked.allow_renaming else asked.name
+    pose = _pose(host, asked.pose, asked.relative_to)
+    if "<robot" in asked.sdf:
+        host.spawn(name, asked.sdf, pose)
+    else:
+        host.spawn_object(name, asked.sdf, pose)
+
+
+def _entity(asked: Message) -> str:
+    """The name of a model; numbers of entities are Gazebo's alone."""
+    if not asked.entity.name:
+        raise CommandError("entity.name is needed: entities have no id")
+    return str(asked.entity.name.replace("::", "/"))
+
+
+def _set_pose(host: Host, asked: Message) -> None:
+    """At rest, as by set_model_state."""
+    _put(host, host.bodies.parts(_entity(asked)), new("gazebo_msgs/ModelState", pose=asked.pose))
 
 
 def _states(kind: str, placed: Mapping[str, Placed]) -> Message:

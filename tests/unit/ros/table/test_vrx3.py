@@ -144,7 +144,11 @@ def run(served, seconds):
 def test_a_boat_has_vrx_3s_topics_and_types(table):
     assert {name: output.type for name, output in table.outputs.items()} == OUTPUTS
     assert {name: entry.type for name, entry in table.inputs.items()} == INPUTS
-    assert not table.services
+    assert {name: one.type.rpartition("/")[2] for name, one in table.services.items()} == {
+        "/world/world/create": "SpawnEntity",
+        "/world/world/remove": "DeleteEntity",
+        "/world/world/set_pose": "SetEntityPose",
+    }
 
 
 def test_every_type_is_one_of_ros_2s(table):
@@ -309,6 +313,63 @@ def test_ros1_has_no_names_of_vrx3(world):
     with contextlib.closing(server(Simulation(world), Vrx()).server) as one:
         still = one.table.outputs["/tf_static"].make().transforms
     assert not [frame for frame in still if frame.child_frame_id.startswith("wamv/wamv/")]
+
+
+BALL = (
+    '<sdf version="1.6"><model name="ball"><link name="l"><inertial><mass>50</mass></inertial><collision name="c">'
+    "<geometry><sphere><radius>0.5</radius></sphere></geometry></collision></link></model></sdf>"
+)
+
+
+def ask(served, service, type_name, **fields):
+    """Whether a service of gz sim has done what it was asked, as its response says in bytes of ROS 2."""
+    got = []
+    request = cdr.kind(f"ros_gz_interfaces/{type_name}Request")(**fields)
+    served.inbox.call(f"/world/world/{service}", request, "/client", lambda *answer: got.append(answer))
+    served.server.receive()
+    ((response, _),) = got
+    name = f"ros_gz_interfaces/{type_name}Response"
+    return cdr.decode(cdr.encode(response, name), name).success
+
+
+def factory(name="", sdf=BALL, x=0.0, **fields):
+    empty = {"allow_renaming": False, "sdf_filename": "", "clone_name": "", "relative_to": ""}
+    pose = new("geometry_msgs/Pose", position={"x": x, "y": 5.0}, orientation={"w": 1.0})
+    return cdr.kind("ros_gz_interfaces/EntityFactory")(name=name, sdf=sdf, pose=pose, **empty | fields)
+
+
+def entity(name):
+    return cdr.kind("ros_gz_interfaces/Entity")(id=0, name=name, type=2)
+
+
+def test_services_of_gz_sim_spawn_move_and_remove(served):
+    assert ask(served, "create", "SpawnEntity", entity_factory=factory("ball", x=3.0))
+    assert ask(served, "create", "SpawnEntity", entity_factory=factory("ball", x=6.0, allow_renaming=True))
+    place = served.server.bodies.model
+    assert [place(name).position[0] for name in ("ball", "ball_1")] == pytest.approx([3.0, 6.0])
+    pose = new("geometry_msgs/Pose", position={"x": 9.0}, orientation={"w": 1.0})
+    assert ask(served, "set_pose", "SetEntityPose", entity=entity("ball"), pose=pose)
+    assert place("ball").position[:2] == pytest.approx([9.0, 0.0])
+    assert ask(served, "remove", "DeleteEntity", entity=entity("ball"))
+    assert "ball" not in served.server.bodies.models
+
+
+@pytest.mark.parametrize(
+    ("service", "type_name", "fields", "why"),
+    [
+        ("create", "SpawnEntity", {"entity_factory": factory()},
+         "entity_factory: name and sdf are needed; sdf_filename and clone_name are not supported"),
+        ("create", "SpawnEntity", {"entity_factory": factory("x", "", sdf_filename="/etc/passwd")},
+         "entity_factory: name and sdf are needed; sdf_filename and clone_name are not supported"),
+        ("remove", "DeleteEntity", {"entity": entity("")}, "entity.name is needed: entities have no id"),
+        ("set_pose", "SetEntityPose",
+         {"entity": entity("wamv"), "pose": new("geometry_msgs/Pose", position={"x": math.nan})},
+         "invalid pose.position [nan, 0.0, 0.0]: finite numbers are needed"),
+    ],
+)  # fmt: skip
+def test_what_gz_sims_services_refuse_is_told(served, service, type_name, fields, why):
+    assert not ask(served, service, type_name, **fields)
+    assert served.lines[-1] == f"/world/world/{service}, called by /client: {why}"
 
 
 def test_imu_has_the_same_content(table):
