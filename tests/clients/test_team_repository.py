@@ -36,6 +36,7 @@ MANIFEST = f"""<package format="2">
   <license>Apache-2.0</license>
   <buildtool_depend>catkin</buildtool_depend>
   {" ".join(f"<depend>{name}</depend>" for name in NAMED.split())}
+  <exec_depend>message_runtime</exec_depend>
 </package>
 """
 BUILD = f"""cmake_minimum_required(VERSION 3.5)
@@ -100,7 +101,8 @@ def home(tmp_path):
         subprocess.run(["git", "-C", team, *words], check=True)
     program = tmp_path / "bin/vrx-mj"
     program.parent.mkdir()
-    program.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -m vrx_mj "$@"\n', encoding="utf-8")
+    python = f"PYTHONPATH={shlex.quote(str(REPO / 'src'))} exec {shlex.quote(sys.executable)}"
+    program.write_text(f'#!/bin/sh\n{python} -m vrx_mj "$@"\n', encoding="utf-8")
     program.chmod(0o755)
     return tmp_path / "home"
 
