@@ -78,7 +78,7 @@ START = """<launch>
   <node pkg="team" type="watcher" name="watcher" output="screen"/>
 </launch>
 """
-SECONDS = 420.0
+SECONDS = 900.0
 
 
 @pytest.fixture
