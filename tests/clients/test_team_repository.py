@@ -72,7 +72,7 @@ int main(int argc, char** argv) {
 START = """<launch>
   <include file="$(find vrx_gazebo)/launch/station_keeping.launch">
     <arg name="gui" value="false"/>
-    <arg name="extra_gazebo_args" value="--localization"/>
+    <arg name="extra_gazebo_args" value="--localization --ros1 --rosbridge $(optenv ROSBRIDGE_PORT 9090)"/>
   </include>
   <node pkg="team" type="keeper.py" name="keeper" output="screen"/>
   <node pkg="team" type="watcher" name="watcher" output="screen"/>
@@ -119,6 +119,7 @@ def test_a_teams_repository_sails_after_the_five_commands_of_the_page(home, tmp_
     own = {
         "HOME": str(home), "PATH": f"{tmp_path / 'bin'}:/usr/bin:/bin", "LC_ALL": "C.UTF-8", "ROS_IP": "127.0.0.1",
         "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}", "PYTHONUNBUFFERED": "1", **kept,
+        "ROSBRIDGE_PORT": str(free_port()), "ROS_LANG_DISABLE": "genlisp",
     }  # fmt: skip
     said = tmp_path / "said.txt"
     with said.open("w", encoding="utf-8") as log:
