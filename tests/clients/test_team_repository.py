@@ -36,6 +36,7 @@ MANIFEST = f"""<package format="2">
   <license>Apache-2.0</license>
   <buildtool_depend>catkin</buildtool_depend>
   {" ".join(f"<depend>{name}</depend>" for name in NAMED.split())}
+  <exec_depend>message_runtime</exec_depend>
 </package>
 """
 BUILD = f"""cmake_minimum_required(VERSION 3.5)
@@ -71,13 +72,13 @@ int main(int argc, char** argv) {
 START = """<launch>
   <include file="$(find vrx_gazebo)/launch/station_keeping.launch">
     <arg name="gui" value="false"/>
-    <arg name="extra_gazebo_args" value="--localization"/>
+    <arg name="extra_gazebo_args" value="--localization --ros1 --rosbridge $(optenv ROSBRIDGE_PORT 9090)"/>
   </include>
   <node pkg="team" type="keeper.py" name="keeper" output="screen"/>
   <node pkg="team" type="watcher" name="watcher" output="screen"/>
 </launch>
 """
-SECONDS = 420.0
+SECONDS = 900.0
 
 
 @pytest.fixture
@@ -100,7 +101,8 @@ def home(tmp_path):
         subprocess.run(["git", "-C", team, *words], check=True)
     program = tmp_path / "bin/vrx-mj"
     program.parent.mkdir()
-    program.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -m vrx_mj "$@"\n', encoding="utf-8")
+    python = f"PYTHONPATH={shlex.quote(str(REPO / 'src'))} exec {shlex.quote(sys.executable)}"
+    program.write_text(f'#!/bin/sh\n{python} -m vrx_mj "$@"\n', encoding="utf-8")
     program.chmod(0o755)
     return tmp_path / "home"
 
@@ -117,6 +119,7 @@ def test_a_teams_repository_sails_after_the_five_commands_of_the_page(home, tmp_
     own = {
         "HOME": str(home), "PATH": f"{tmp_path / 'bin'}:/usr/bin:/bin", "LC_ALL": "C.UTF-8", "ROS_IP": "127.0.0.1",
         "ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}", "PYTHONUNBUFFERED": "1", **kept,
+        "ROSBRIDGE_PORT": str(free_port()), "ROS_LANG_DISABLE": "genlisp",
     }  # fmt: skip
     said = tmp_path / "said.txt"
     with said.open("w", encoding="utf-8") as log:

@@ -179,7 +179,8 @@ def _own(words: Sequence[str]) -> Words:
     while index < len(words):
         count = taken.get(words[index].partition("=")[0], 0)
         if count:
-            count = 1 if "=" in words[index] else count
+            is_alone = "=" in words[index] or "".join(words[index + 1 : index + 2]).startswith("--")
+            count = 1 if is_alone else count
             found += words[index : index + count]
         else:
             count = 1 + (words[index] in GZSERVER)

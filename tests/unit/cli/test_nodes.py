@@ -41,6 +41,12 @@ def test_options_of_serve_pass_and_those_of_gzserver_are_left_out_in_one_line(ca
     )
 
 
+def test_options_whose_value_is_left_out_take_no_other_option_for_it():
+    extra = "extra_gazebo_args:=--localization --rosbridge 9091 --ros1"
+    (line,) = COMMANDS["vrx_mj_serve"](["vrx_gazebo/vrx.launch", extra], HOME)
+    assert line[2:] == ["--localization", "--rosbridge", "9091", "--ros1"]
+
+
 def test_options_with_an_open_quote_are_an_error():
     with pytest.raises(CommandError) as caught:
         COMMANDS["vrx_mj_serve"](["vrx_gazebo/vrx.launch", "extra_gazebo_args:=--record 'run"], HOME)
