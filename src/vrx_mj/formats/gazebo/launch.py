@@ -24,7 +24,6 @@ from vrx_mj.formats.gazebo.launched import (
     pose_of_words,
     stock_boat,
 )
-from vrx_mj.formats.gazebo.model_frames import pose_of, safe_name
 from vrx_mj.formats.gazebo.models import NO_MODEL, has_model, is_gazebo_model, model_element, model_file
 from vrx_mj.formats.gazebo.packages import (
     NOWHERE,
@@ -35,6 +34,7 @@ from vrx_mj.formats.gazebo.packages import (
     world_named,
 )
 from vrx_mj.formats.gazebo.sdf_boats import is_boat
+from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
 from vrx_mj.formats.gazebo.stock import (
     STOCK_LAUNCHES,
     StockLaunch,

@@ -10,9 +10,10 @@ from typing import NamedTuple
 from vrx_mj.config.search import SCHEME, catalogue
 from vrx_mj.formats.gazebo.document import Element, Report, read_document
 from vrx_mj.formats.gazebo.erb_docks import is_template
-from vrx_mj.formats.gazebo.model_frames import pose_of, safe_name
-from vrx_mj.formats.gazebo.models import PATHS, has_model, model_element, model_file, model_name, model_section
+from vrx_mj.formats.gazebo.models import PATHS, has_model, model_element, model_file, model_name
 from vrx_mj.formats.gazebo.sdf_boats import is_boat
+from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
+from vrx_mj.formats.gazebo.sdf_objects import model_section
 from vrx_mj.frames import Pose
 
 MOST_NOTES = 3

@@ -14,23 +14,23 @@ from vrx_mj.config.tree import Entry, Place, Section
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, VrxError, VrxWarning, nearest, shortened
 from vrx_mj.formats.gazebo.document import Element, Note, Report, read_document
-from vrx_mj.formats.gazebo.model_frames import in_world_frame, pose_of, safe_name
 from vrx_mj.formats.gazebo.models import (
     NO_MODEL,
-    buoyancy_of,
-    follow_path,
     has_model,
     hold_models,
+    included_name,
     model_element,
     model_file,
     model_name,
-    model_section,
-    same_buoyancy,
 )
-from vrx_mj.formats.gazebo.sdf_boats import is_boat
+from vrx_mj.formats.gazebo.sdf_boats import is_boat, origin_of
+from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
+from vrx_mj.formats.gazebo.sdf_models import in_world_frame
+from vrx_mj.formats.gazebo.sdf_objects import buoyancy_of, follow_path, model_section, same_buoyancy
 from vrx_mj.formats.gazebo.surroundings import georeference, published_sea, scene, view, wave_field, wind
 from vrx_mj.formats.gazebo.task_plugins import kind_of, marked, task_of, unread
 from vrx_mj.formats.series.pieces import SYMBOLS, At, Piece, assembled, base_objects, located, named_as, thing
+from vrx_mj.frames import compose
 
 BASES = {
     "sydney_regatta": "sydney_regatta",
@@ -147,7 +147,8 @@ class _Reader:
 
     def __init__(self, file: Path, root: Element, world: Element) -> None:
         self.file = file
-        self.root = in_world_frame(world)
+        self.known = catalogue("objects")
+        self.root = in_world_frame(world, file, lambda name: name not in self.known)
         self.others = [one for one in root.all("world") if one is not world]
         self.report = Report()
         self.pieces: list[Piece] = []
@@ -158,7 +159,7 @@ class _Reader:
         self.boats: list[Content] = []
         self.afloat: list[tuple[Element, str]] = []
         self.kinds: dict[str, bool] = {}
-        self.known = catalogue("objects")
+        self.told: set[str] = set()
         self.hints: dict[str, str] = {}
         self.newer = _is_newer(root)
 
@@ -185,7 +186,11 @@ class _Reader:
     def add_boat(self, element: Element, name: str, robot: str) -> None:
         """Add a boat of the fleet."""
         self.afloat.append((element, safe_name(name)))
-        self.boats.append({"name": safe_name(name), "pose": pose_of(element), "robot": At(robot, element.place)})
+        pose = pose_of(element)
+        x, y, z, *turn = pose.value
+        placed = compose((x, y, z, *turn), origin_of(model_file(robot, self.file.absolute().parent)))
+        self.boats.append({"name": safe_name(name), "pose": pose._replace(value=list(placed)),
+                           "robot": At(robot, element.place)})  # fmt: skip
         self.report.note(element, "taken over", "a boat, unless a fleet is given")
 
     def checked(self, element: Element, work: Callable[[Element], None]) -> None:
@@ -241,18 +246,30 @@ class _Reader:
         if ours is None and not has_model(name, self.file.parent):
             self.report.note(element, "ignored", f"no model named '{name}'; {self.hint(name)}")
             return
-        if ours is None and self.has_boat(name):
+        if ours is None and not element.switch("static") and self.has_boat(name):
             self.add_boat(element, element.text("name") or name, f"{SCHEME}{name}")
             return
         numbered = element.child("name") is not None and not element.text("name")  # as `insert_model` has it
         own = None if numbered else At(safe_name(element.text("name") or named_as(name)), element.place)
         content = thing(At(ours or name, element.place), pose_of(element), own)
         if ours is None:
-            content["model"] = At(f"{SCHEME}{name}", element.place)
+            model = f"{self.file.name}#{included_name(element)}" if element.child("static") else f"{SCHEME}{name}"
+            content["model"] = At(model, element.place)
+            self.tell(model, self.file.parent)
         path = follow_path(element, self.report)
         if path is not None:
             content["path"] = At(path, element.place)
         self.placed.append((element, content))
+
+    def tell(self, model: str, folder: Path) -> None:
+        """Note what becomes of the parts of a model, and of those in it."""
+        file = model_file(model, folder)
+        if str(file) in self.told:
+            return
+        self.told.add(str(file))
+        for one in model_section(file, self.report).get("objects", ()):
+            if str(one["model"]).startswith(SCHEME):
+                self.tell(str(one["model"]), Path(str(file).partition("#")[0]).parent)
 
     def has_boat(self, name: str) -> bool:
         """Whether the model of a folder is a boat; what is wrong with its file is said where it is an object."""
@@ -306,7 +323,7 @@ class _Reader:
             if is_boat(element):
                 self.add_boat(element, name, model)
                 return
-            model_section(self.file.parent / model, self.report)
+            self.tell(model, self.file.parent)
             content = {"name": safe_name(name), "model": At(model, element.place), "pose": pose_of(element)}
             self.placed.append((element, content))
 

@@ -9,7 +9,7 @@ from vrx_mj.config.base import keys_of
 from vrx_mj.config.joints import AxisConfig
 from vrx_mj.errors import ConfigError
 from vrx_mj.formats.gazebo.document import Report
-from vrx_mj.formats.gazebo.models import model_section
+from vrx_mj.formats.gazebo.sdf_objects import model_section
 
 TYPES = "fixed, revolute, continuous, prismatic, universal, ball, screw, revolute2 or gearbox"
 BOX = '<collision name="c"><geometry><box><size>1 1 1</size></box></geometry></collision>'

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from vrx_mj.config.search import kind_name
 from vrx_mj.errors import ConfigError
 from vrx_mj.formats.gazebo.document import Report, read_document
-from vrx_mj.formats.gazebo.model_frames import pose_of, safe_name
-from vrx_mj.formats.gazebo.models import model_section
+from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
+from vrx_mj.formats.gazebo.sdf_objects import model_section
 from vrx_mj.frames import compose, rotation
 
 HERE = (0.0,) * 6
