@@ -129,8 +129,8 @@ _held: dict[Path, tuple[int, int, dict[str, Element], str]] = {}
 def hold_models(file: Path, root: Element) -> None:
     """Hold the models of a world for those who name them, who would read its file again for each."""
     _held.clear()
-    found = [(included_name(one), one) for one in root.walk() if one.tag == "include"]
-    found += [(one.attributes.get("name", ""), one) for one in root.walk() if one.tag == "model"]
+    found = [(one.attributes.get("name", ""), one) for one in root.walk() if one.tag == "model"]
+    found += [(included_name(one), one) for one in root.walk() if one.tag == "include"]
     status = file.stat()
     version = root.attributes.get("version", "")
     _held[file.absolute()] = (status.st_mtime_ns, status.st_size, dict(reversed(found)), version)

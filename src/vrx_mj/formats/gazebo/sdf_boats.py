@@ -18,7 +18,7 @@ from vrx_mj.formats.urdf.links import BOUNDED, ENDLESS, freed
 from vrx_mj.formats.urdf.model import ZERO, Joint, Limits, Urdf, relative
 from vrx_mj.formats.urdf.reader import warn
 from vrx_mj.formats.urdf.writing import urdf_text
-from vrx_mj.frames import Pose, inverse
+from vrx_mj.frames import Pose, compose, inverse
 
 
 def is_boat(model: Element) -> bool:
@@ -68,8 +68,8 @@ def read_boat(file: Path) -> Urdf:
     return replace(robot, remarks=told, text=urdf_text(robot, tags))
 
 
-def origin_of(file: Path) -> Pose:
-    """Where the frame of a boat is in its model, whose axes it has [m]; what is wrong with it is said where it is read.
+def boat_pose(pose: Pose, file: Path) -> Pose:
+    """The pose of a boat whose model is at a pose; what is wrong with the model is said where it is read.
 
     Raises:
         ConfigError: the file cannot be read.
@@ -77,7 +77,7 @@ def origin_of(file: Path) -> Pose:
     model = Model(model_element(file))
     rows = (read_sdf_joint(model, node, scope) for node, scope in model.joints)
     x, y, z, *_ = model.frames.pose(_root(model, [row for row in rows if row])) if model.links else ZERO
-    return x, y, z, 0.0, 0.0, 0.0
+    return compose(pose, (x, y, z, 0.0, 0.0, 0.0)) if any((x, y, z)) else pose
 
 
 def _root(model: Model, joints: Sequence[SdfJoint]) -> str:

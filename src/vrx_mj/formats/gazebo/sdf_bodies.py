@@ -167,6 +167,8 @@ def mass_of(body: Body) -> Inertial | None:
 def _possible(inertia: FloatArray) -> FloatArray:
     """An inertia as MuJoCo takes it: moments that are off by rounding are the least that can exist."""
     moments, axes = np.linalg.eigh(inertia)
+    if moments[2] <= 0.0:
+        return inertia
     least = max(LEAST * float(moments[2]), LEAST)
     low, middle, high = np.maximum(moments, least)
     short = max(high - low - middle, 0.0)

@@ -97,6 +97,10 @@ def _visual(node: Node, link: str, scope: Scope, model: Model) -> Visual | MeshR
     if geometry is None:
         model.findings.note("shapeless", link)
         return None
+    if shape_tag(geometry) == "mesh" and not geometry.text("mesh"):
+        model.findings.note("mesh", f"one without <uri> of '{link}'")
+        model.lost.append((node, "its mesh has no <uri>"))
+        return None
     values, color = _shape(node, geometry, link, scope, model), _color(node)
     return shape_of(node, geometry, values | ({"color": color} if color else {}), Visual) if values else None
 

@@ -15,10 +15,22 @@ from vrx_mj.formats.gazebo.models import (
     model_element,
     model_file,
     model_folder,
+    model_name,
     model_paths,
     uri_name,
 )
-from vrx_mj.formats.gazebo.sdf_frames import MODEL, NESTED, WORLD, Frames, Given, Scope, frame_of, given_pose
+from vrx_mj.formats.gazebo.sdf_frames import (
+    MODEL,
+    NESTED,
+    WORLD,
+    Frames,
+    Given,
+    Scope,
+    frame_of,
+    given_pose,
+    pose_of,
+)
+from vrx_mj.formats.series.pieces import At
 from vrx_mj.formats.urdf.elements import FILE, Findings, Node
 from vrx_mj.formats.urdf.links import Surroundings
 from vrx_mj.formats.urdf.meshes import MeshFiles
@@ -121,8 +133,8 @@ class Model:
             self.frames.add(name, given_pose(node), scope, scope.model)
             self.attached.setdefault(scope.model, (name, node))
         for node in model.children("frame"):
-            to = scope.name(node.attribute("attached_to") or MODEL)
-            self._add(scope.name(node.name()), node, scope, to)
+            to = node.attribute("attached_to") or MODEL
+            self._add(scope.name(node.name()), node, scope, scope.name(MODEL if to == WORLD else to))
         for node in model.children("joint"):
             self.joints.append((node, scope))
             end = node.text("child")
@@ -143,7 +155,7 @@ class Model:
             return
         included = self._included(node, folder) if node.tag == "include" else (node, folder)
         model, place = included or (node, folder)
-        own = scope.name(node.text("name") or model.attribute("name") or "")
+        own = scope.name(node.text("name") or model.attribute("name") or node.text("uri").rpartition("/")[2])
         inner = Scope(scope.prefix if node.attribute_flag("merge") else f"{own}{NESTED}", f"{own}{NESTED}{MODEL}")
         given = given_pose(node if node.child("pose") else model)
         self.frames.add(inner.model, given, scope, scope.model)
@@ -200,18 +212,13 @@ def as_node(element: Element, findings: Findings | None = None) -> Node:
     return Node(_lxml(element, found.file, str), element.label, found)
 
 
-def in_world_frame(world: Element, file: Path, is_read: Callable[[str], bool]) -> Element:
+def in_world_frame(world: Element, file: Path) -> Element:
     """A world, or a model of models, with the poses of the models in it in its own frame.
-
-    Args:
-        world: the world.
-        file: where it is written.
-        is_read: whether a model of a name is read from its file.
 
     Raises:
         ConfigError: a pose is relative to what is not there, or to itself.
     """
-    if not any(_is_turned(child, file, is_read) for child in world.children if child.tag in INSIDE):
+    if not any(map(_is_turned, world.children)):
         return world
     model = Model(Source(world, "", file))
     model.findings.problems.clear()  # of models: they are said where these are read
@@ -222,17 +229,17 @@ def in_world_frame(world: Element, file: Path, is_read: Callable[[str], bool]) -
     return replace(world, children=tuple(made))
 
 
-def _is_turned(child: Element, file: Path, is_read: Callable[[str], bool]) -> bool:
-    """Whether the pose of a model is not as its element says: it is in another frame, that of one, or the model's."""
-    if frame_of(child) or child.attributes.get("placement_frame") or child.text("placement_frame"):
-        return True
-    if child.tag == "model" or child.text("pose"):
-        return False
-    try:
-        name = uri_name(child.text("uri"))
-        return is_read(name) and bool(model_element(model_file(f"{SCHEME}{name}", file.parent)).model.text("pose"))
-    except VrxError:
-        return False  # said where it is read
+def _is_turned(child: Element) -> bool:
+    """Whether the pose of a model in a world is in another frame, or that of a frame."""
+    placed_by = child.attributes.get("placement_frame") or child.text("placement_frame")
+    return child.tag in INSIDE and bool(frame_of(child) or placed_by)
+
+
+def pose_of_included(include: Element, folder: Path) -> At:
+    """The pose of the model of an `<include>` in its world: its own where this gives none. Raises ConfigError."""
+    if include.text("pose"):
+        return pose_of(include)
+    return pose_of(model_element(model_file(f"{SCHEME}{model_name(include)}", folder)).model)
 
 
 def _posed(element: Element, pose: Pose) -> Element:

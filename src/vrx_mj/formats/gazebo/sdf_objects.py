@@ -18,7 +18,7 @@ from vrx_mj.formats.gazebo.sdf_bodies import Body, Hinge, Tree, mass_of, one_bod
 from vrx_mj.formats.gazebo.sdf_frames import given_pose, pose_of, safe_name
 from vrx_mj.formats.gazebo.sdf_joints import Axis, SdfJoint, read_sdf_joint
 from vrx_mj.formats.gazebo.sdf_links import SIZES, read_sdf_link, shape_tag, sizes_of
-from vrx_mj.formats.gazebo.sdf_models import Model, as_node, in_world_frame
+from vrx_mj.formats.gazebo.sdf_models import Model, as_node, in_world_frame, pose_of_included
 from vrx_mj.formats.series.pieces import At, located
 from vrx_mj.formats.urdf.elements import Node
 from vrx_mj.formats.urdf.links import ENDLESS, ONE
@@ -85,7 +85,7 @@ def _is_composite(model: Element) -> bool:
 def _composite(source: Source, report: Report) -> Content:
     """A model that is made of others."""
     known, folder = catalogue("objects"), source.file.absolute().parent
-    includes = in_world_frame(source.model, source.file, lambda name: name not in known).all("include")
+    includes = in_world_frame(source.model, source.file).all("include")
     objects: list[Content] = []
     counts: dict[str, int] = {}
     for include in includes:
@@ -97,8 +97,10 @@ def _composite(source: Source, report: Report) -> Content:
         taken = counts.get(own, 0)
         counts[own] = taken + 1
         model = name if name in known else f"{SCHEME}{name}"
-        objects.append({"name": own if not taken else f"{own}_{taken}", "model": At(model, include.place),
-                        "pose": pose_of(include)})  # fmt: skip
+        pose = pose_of(include) if name in known else pose_of_included(include, folder)
+        objects.append(
+            {"name": own if not taken else f"{own}_{taken}", "model": At(model, include.place), "pose": pose}
+        )
         report.note(include, "taken over", "`objects`")
     if not objects:
         names = ", ".join(dict.fromkeys(map(model_name, includes)))

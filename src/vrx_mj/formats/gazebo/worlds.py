@@ -23,14 +23,13 @@ from vrx_mj.formats.gazebo.models import (
     model_file,
     model_name,
 )
-from vrx_mj.formats.gazebo.sdf_boats import is_boat, origin_of
+from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat
 from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
-from vrx_mj.formats.gazebo.sdf_models import in_world_frame
+from vrx_mj.formats.gazebo.sdf_models import INSIDE, in_world_frame, pose_of_included
 from vrx_mj.formats.gazebo.sdf_objects import buoyancy_of, follow_path, model_section, same_buoyancy
 from vrx_mj.formats.gazebo.surroundings import georeference, published_sea, scene, view, wave_field, wind
 from vrx_mj.formats.gazebo.task_plugins import kind_of, marked, task_of, unread
 from vrx_mj.formats.series.pieces import SYMBOLS, At, Piece, assembled, base_objects, located, named_as, thing
-from vrx_mj.frames import compose
 
 BASES = {
     "sydney_regatta": "sydney_regatta",
@@ -148,7 +147,7 @@ class _Reader:
     def __init__(self, file: Path, root: Element, world: Element) -> None:
         self.file = file
         self.known = catalogue("objects")
-        self.root = in_world_frame(world, file, lambda name: name not in self.known)
+        self.root = in_world_frame(world, file)
         self.others = [one for one in root.all("world") if one is not world]
         self.report = Report()
         self.pieces: list[Piece] = []
@@ -186,11 +185,10 @@ class _Reader:
     def add_boat(self, element: Element, name: str, robot: str) -> None:
         """Add a boat of the fleet."""
         self.afloat.append((element, safe_name(name)))
-        pose = pose_of(element)
-        x, y, z, *turn = pose.value
-        placed = compose((x, y, z, *turn), origin_of(model_file(robot, self.file.absolute().parent)))
-        self.boats.append({"name": safe_name(name), "pose": pose._replace(value=list(placed)),
-                           "robot": At(robot, element.place)})  # fmt: skip
+        folder = self.file.absolute().parent
+        pose, place = pose_of_included(element, folder) if element.tag == "include" else pose_of(element)
+        whole = At(list(boat_pose(pose, model_file(robot, folder))), place)
+        self.boats.append({"name": safe_name(name), "pose": whole, "robot": At(robot, element.place)})
         self.report.note(element, "taken over", "a boat, unless a fleet is given")
 
     def checked(self, element: Element, work: Callable[[Element], None]) -> None:
@@ -251,7 +249,8 @@ class _Reader:
             return
         numbered = element.child("name") is not None and not element.text("name")  # as `insert_model` has it
         own = None if numbered else At(safe_name(element.text("name") or named_as(name)), element.place)
-        content = thing(At(ours or name, element.place), pose_of(element), own)
+        pose = pose_of(element) if ours else pose_of_included(element, self.file.parent)
+        content = thing(At(ours or name, element.place), pose, own)
         if ours is None:
             model = f"{self.file.name}#{included_name(element)}" if element.child("static") else f"{SCHEME}{name}"
             content["model"] = At(model, element.place)
@@ -318,6 +317,8 @@ class _Reader:
             self.report.note(element, "taken over", "the water, which is everywhere")
         elif not name:
             raise element.fault("required, but missing", "name")
+        elif not any(one.tag in {"link", *INSIDE} for one in element.children):
+            self.report.note(element, "ignored", "it has no links, so it is nothing")
         else:
             model = f"{self.file.name}#{name}"
             if is_boat(element):
