@@ -64,7 +64,7 @@ def read_boat(file: Path) -> Urdf:
     robot = robot_of(model.root, model.file, links, joints, model.around, tags)
     findings.settle()
     warn(findings)
-    told = (*(f"{node.place}: {node.path}: {text}" for node, text in remarks), *_offset(model, robot.root))
+    told = (*(f"{node.place}: {node.path}: {text}" for node, text in remarks), *_offset(model, robot))
     return replace(robot, remarks=told, text=urdf_text(robot, tags))
 
 
@@ -118,9 +118,12 @@ def _between(model: Model, parent: str, child: str) -> Pose:
     return relative(model.place(parent), model.place(child))
 
 
-def _offset(model: Model, top: str) -> Iterator[str]:
-    """A remark where the frame of the boat is not that of its model."""
-    x, y, z, *_ = model.frames.pose(top)
+def _offset(model: Model, robot: Urdf) -> Iterator[str]:
+    """Remarks where the frame of the boat is not that of its model, or of its root link."""
+    top = robot.root
+    x, y, z, *turn = model.frames.pose(top)
+    if any(turn) and (robot.gazebo.water or robot.gazebo.hydrodynamics):
+        yield f"the root link '{top}' is turned in its model, in whose axes its drag and added mass count here"
     if any((x, y, z)):
         place = " ".join(f"{value:.4g}" for value in (x, y, z))
         yield f"the boat's frame is at that of its root link '{top}', which the model has at {place}"

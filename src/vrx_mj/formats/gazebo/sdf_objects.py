@@ -15,7 +15,7 @@ from vrx_mj.formats.gazebo.document import Element, Fate, Note, Report, is_file
 from vrx_mj.formats.gazebo.erb_docks import is_template, template_content
 from vrx_mj.formats.gazebo.models import Source, has_model, is_installed, model_element, model_name
 from vrx_mj.formats.gazebo.sdf_bodies import Body, Hinge, Tree, mass_of, one_body, tree_of
-from vrx_mj.formats.gazebo.sdf_frames import given_pose, pose_of, safe_name
+from vrx_mj.formats.gazebo.sdf_frames import WORLD, given_pose, pose_of, safe_name
 from vrx_mj.formats.gazebo.sdf_joints import Axis, SdfJoint, read_sdf_joint
 from vrx_mj.formats.gazebo.sdf_links import SIZES, read_sdf_link, shape_tag, sizes_of
 from vrx_mj.formats.gazebo.sdf_models import Model, as_node, in_world_frame, pose_of_included
@@ -163,7 +163,7 @@ class _Object:
             text = "it would close a loop of joints, which is open here; its links move without it"
             self.note(joint.node, "approximated", text)
         elif joint.holds:
-            where = "`static`" if "world" in (joint.parent, joint.child) else "its links are one rigid body"
+            where = "`static`" if WORLD in (joint.parent, joint.child) else "its links are one rigid body"
             self.note(joint.node, "taken over", where if joint.type == "fixed" else f"its limits are equal: {where}")
         elif kind == joint.type:
             self.note(joint.node, "taken over", "`joints`")
