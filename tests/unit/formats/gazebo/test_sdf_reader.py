@@ -12,8 +12,11 @@ from vrx_mj.errors import VrxWarning
 from vrx_mj.formats.gazebo.document import Report
 from vrx_mj.formats.gazebo.models import model_element
 from vrx_mj.formats.gazebo.sdf_boats import is_boat, read_boat
+from vrx_mj.formats.gazebo.sdf_joints import read_sdf_joint
+from vrx_mj.formats.gazebo.sdf_models import Model
 from vrx_mj.formats.gazebo.sdf_objects import model_section
 from vrx_mj.formats.gazebo.worlds import gazebo_world
+from vrx_mj.formats.urdf.model import relative
 
 BOX = '<collision name="c"><geometry><box><size>1 1 1</size></box></geometry></collision>'
 MASS = "<inertial><mass>10</mass><inertia><ixx>2</ixx><iyy>2</iyy><izz>2</izz></inertia></inertial>"
@@ -193,3 +196,30 @@ def test_what_is_odd_in_an_object_is_noted_as_it_is_warned_of_in_a_boat():
     visual = '<visual name="v"/>'
     model_section(write("buoy", f'<link name="l">{MASS}{BOX}{visual}</link>'), report)
     assert "visuals without a geometry; they are ignored: l" in {note.ours for note in report.notes}
+
+
+def test_frames_placement_and_merging_are_as_in_libsdformat():
+    """Golden: places in the hull's frame, and the axis of the joint, by libsdformat in Drake 1.51.1."""
+    top = '<frame name="top"><pose relative_to="l">0 0 5 0.3 0 1</pose></frame>'
+    write("mast", f'<pose>7 7 7 0.1 0 0</pose>{top}<link name="l"><pose>0 1 0 0.2 0 0</pose>{MASS}</link>')
+    body = (
+        f'<link name="hull"><pose>0 0 1 0 0.2 0</pose>{MASS}</link>'
+        '<frame name="deck" attached_to="hull"><pose>1 0 0 0 0 0.5</pose></frame>'
+        '<include><uri>model://mast</uri><name>a</name><pose relative_to="deck">1 2 3 0.1 0.2 0.3</pose>'
+        "<placement_frame>top</placement_frame></include><include><uri>model://mast</uri><name>b</name></include>"
+        '<include merge="true"><uri>model://mast</uri><name>c</name><pose relative_to="a::top">0 0 1 0 0 0</pose>'
+        "</include>"
+    )
+    axis = '<pose>0 0.1 0 0.3 0 0</pose><axis><xyz expressed_in="deck">1 0.5 0</xyz></axis>'
+    model = Model(model_element(write("ship", body + fixed("__model__", "l", "revolute", axis))))
+    assert not model.findings.problems
+    hull = model.frames.pose("hull")
+    places = {name: relative(hull, model.frames.pose(name))[:3] for name in model.links}
+    assert places == {
+        "hull": (0.0, 0.0, 0.0),
+        "a::l": pytest.approx((0.953039, 0.84414, -1.802652), abs=1e-6),
+        "b::l": pytest.approx((5.648616, 7.995004, 7.368928), abs=1e-6),
+        "l": pytest.approx((0.428116, 3.014295, 4.073014), abs=1e-6),
+    }
+    (joint,) = model.joints
+    assert read_sdf_joint(model, *joint).axes[0].xyz == pytest.approx((0.96697248, 0.24514057, 0.06978767), abs=1e-8)
