@@ -253,17 +253,18 @@ def _is_section(annotation: object) -> bool:
     return get_origin(annotation) is tuple and any(map(_is_section, get_args(annotation)))
 
 
-def numbers(labels: str) -> BeforeValidator:
-    """Demands one number for each of the space-separated `labels`."""
-    names = labels.split()
-    form = f"{len(names)} numbers [{', '.join(names)}]"
+def numbers(labels: str, more: str = "") -> BeforeValidator:
+    """Demands one number for each of the space-separated `labels`; those of `more` may be left out, and are 0."""
+    few = labels.split()
+    names = few + more.split()
+    form = " or ".join(f"{len(some)} numbers [{', '.join(some)}]" for some in (few, names)[: 1 + bool(more)])
 
     def check(value: object) -> object:
         if isinstance(value, str) or not isinstance(value, Sequence):
-            raise fault(f"expected {form}, got {shown(value)}{_in_brackets(value, len(names))}")
-        if len(value) != len(names):
+            raise fault(f"expected {form}, got {shown(value)}{_in_brackets(value, len(few), len(names))}")
+        if len(value) not in {len(few), len(names)}:
             raise fault(f"expected {form}, got {len(value)}")
-        return value
+        return value if len(value) == len(names) else (*value, *[0.0] * (len(names) - len(few)))
 
     return BeforeValidator(check)
 
@@ -289,11 +290,21 @@ def demand(holds: Callable[[Any], object], message: str) -> AfterValidator:
     return AfterValidator(check)
 
 
-def _possible(value: tuple[float, float, float]) -> tuple[float, float, float]:
-    """No principal inertia exceeds the sum of the others, in any body that exists."""
-    largest = max(value)
-    if largest > (sum(value) - largest) * (1 + 1e-9):
-        raise fault(f"impossible moments of inertia: {largest:g} is more than the sum of the other two")
+Six = tuple[float, float, float, float, float, float]
+
+
+def _possible(value: Six) -> Six:
+    """No principal moment is negative, and none exceeds the sum of the others, in any body that exists."""
+    xx, yy, zz, xy, xz, yz = value
+    low, middle, high = sorted(value[:3])
+    if xy or xz or yz:
+        import numpy as np
+
+        low, middle, high = map(float, np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+    if low <= 0.0:
+        raise fault(f"impossible moments of inertia: about a principal axis it is {low:g}")
+    if high > (low + middle) * (1 + 1e-9):
+        raise fault(f"impossible moments of inertia: {high:g} is more than the sum of the other two")
     return value
 
 
@@ -334,7 +345,11 @@ Longitude = Annotated[float, Field(ge=-180, le=180)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 Vec3 = Annotated[tuple[Coordinate, Coordinate, Coordinate], numbers("x y z")]
-Principal = Annotated[tuple[Positive, Positive, Positive], numbers("ixx iyy izz"), AfterValidator(_possible)]
+Inertia = Annotated[
+    tuple[Positive, Positive, Positive, Number, Number, Number],
+    numbers("ixx iyy izz", "ixy ixz iyz"),
+    AfterValidator(_possible),
+]
 """Moments of inertia of a body about its centre of mass [kg m2]."""
 
 Pose = Annotated[tuple[Coordinate, Coordinate, Coordinate, Number, Number, Number], numbers("x y z roll pitch yaw")]

@@ -11,13 +11,13 @@ from vrx_mj.config.base import (
     Config,
     Fault,
     Folder,
+    Inertia,
     Name,
     NonNegative,
     Number,
     Only,
     Pose,
     Positive,
-    Principal,
     Vec3,
     fault,
     numbers,
@@ -115,8 +115,8 @@ class LinkConfig(Config):
     """Mass [kg]."""
     center_of_mass: Vec3 = (0.0, 0.0, 0.0)
     """Centre of mass in the link's frame [m]."""
-    inertia: Principal
-    """Ixx, Iyy, Izz about the centre of mass, along the link's axes [kg m2]."""
+    inertia: Inertia
+    """Ixx, Iyy, Izz, and Ixy, Ixz, Iyz where it has them, about the centre of mass, along the link's axes [kg m2]."""
     collisions: tuple[Shape, ...] = ()
     """Shapes that boats and other objects collide with; those of one object do not collide with each other."""
     visuals: tuple[Visual, ...] = ()

@@ -15,6 +15,7 @@ from vrx_mj.config.base import (
     Coordinate,
     Fault,
     Folder,
+    Inertia,
     Name,
     NonNegative,
     NotEmpty,
@@ -22,7 +23,6 @@ from vrx_mj.config.base import (
     Only,
     Pose,
     Positive,
-    Principal,
     Seed,
     Switch,
     Vec3,
@@ -201,8 +201,8 @@ class ObjectConfig(Config):
     """Mass [kg]."""
     center_of_mass: Annotated[Vec3, Afloat] = (0.0, 0.0, 0.0)
     """Centre of mass in the link's frame [m]."""
-    inertia: Annotated[Principal | None, Afloat] = None
-    """Ixx, Iyy, Izz about the centre of mass, along the link's axes [kg m2]."""
+    inertia: Annotated[Inertia | None, Afloat] = None
+    """Ixx, Iyy, Izz, and Ixy, Ixz, Iyz where it has them, about the centre of mass, along the link's axes [kg m2]."""
     collisions: tuple[Shape, ...] = ()
     """Shapes that boats and other objects collide with."""
     visuals: tuple[Visual, ...] = ()

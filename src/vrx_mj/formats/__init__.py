@@ -15,7 +15,7 @@ READERS = (
     Reader("fleets", (".launch", ".launch.py"), "gazebo.robot_fleets:launch_document"),
     Reader("fleets", (*XML_SUFFIXES, *MODELS), "gazebo.robot_fleets:fleet_document"),
     Reader("fleets", ("/",), "gazebo.robot_fleets:folder_document"),
-    Reader("objects", MODELS, "gazebo.models:object_document", find="gazebo.models:model_file"),
+    Reader("objects", MODELS, "gazebo.sdf_objects:object_document", find="gazebo.models:model_file"),
     Reader("robots", MODELS, find="gazebo.models:model_file"),
     Reader("robots", ("/",), find="gazebo.models:file_in_folder"),
     Reader("parts", ("",), "parts.read:load_parts"),

@@ -46,11 +46,13 @@ def dock_piece(dock: PlacedDock) -> Piece:
     if dock.config.dynamic:
         tree = block_tree(cells)
         bodies = dict(zip(tree.cells, _bodies(dock, tree), strict=True))
+        moments = _block(edge).inertia
+        assert moments is not None, "a block that floats"
         values |= {
             "root": _node(dock, tree, 0, boards),
             "bend": BEND,
             "mass": _block(edge).mass,
-            "inertia": _block(edge).inertia,
+            "inertia": moments[:3],
             "excluded": [(bodies[a], bodies[b]) for a, b in _beside(cells)] + list(_around(dock, boards, bodies)),
             "closures": [_closure(bodies, pair, tree.cells[0], edge) for pair in tree.closures],
         }

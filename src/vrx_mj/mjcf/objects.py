@@ -253,7 +253,7 @@ def _float_row(
         body=f"{item.name}/{link}",
         mass=part.mass,
         com=part.center_of_mass,
-        inertia=(*part.inertia, 0.0, 0.0, 0.0),
+        inertia=part.inertia,
         density=DENSITY if physics.profile == NEWER and silent else density,
         gravity=physics.gravity,
         level=buoyancy.fluid_level if buoyancy else 0.0,

@@ -25,10 +25,11 @@ from vrx_mj.formats.gazebo.document import Fate, Note, Report, is_file
 from vrx_mj.formats.gazebo.folders import files_below, is_folder
 from vrx_mj.formats.gazebo.launch import launch_of
 from vrx_mj.formats.gazebo.launched import Launch, SpawnedBoat, SpawnedObject, fleet_of, objects_of
-from vrx_mj.formats.gazebo.model_frames import safe_name
-from vrx_mj.formats.gazebo.models import is_gazebo_model, model_element, model_file, model_section
+from vrx_mj.formats.gazebo.models import is_gazebo_model, model_element, model_file
 from vrx_mj.formats.gazebo.opening import joined
 from vrx_mj.formats.gazebo.sdf_boats import is_boat, read_boat
+from vrx_mj.formats.gazebo.sdf_frames import safe_name
+from vrx_mj.formats.gazebo.sdf_objects import model_section
 from vrx_mj.formats.gazebo.worlds import gazebo_world, is_gazebo_world
 from vrx_mj.formats.series.worlds import section_text
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments

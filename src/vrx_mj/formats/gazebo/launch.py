@@ -24,7 +24,6 @@ from vrx_mj.formats.gazebo.launched import (
     pose_of_words,
     stock_boat,
 )
-from vrx_mj.formats.gazebo.model_frames import pose_of, safe_name
 from vrx_mj.formats.gazebo.models import NO_MODEL, has_model, is_gazebo_model, model_element, model_file
 from vrx_mj.formats.gazebo.packages import (
     NOWHERE,
@@ -34,7 +33,8 @@ from vrx_mj.formats.gazebo.packages import (
     robot_named,
     world_named,
 )
-from vrx_mj.formats.gazebo.sdf_boats import is_boat
+from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat
+from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
 from vrx_mj.formats.gazebo.stock import (
     STOCK_LAUNCHES,
     StockLaunch,
@@ -534,8 +534,9 @@ def _is_object(file: Path) -> bool:
 
 def _with_own(pose: Pose, model: Path) -> Pose:
     """The pose of a spawned model of SDF: one in its own file is in the frame of the spawned one."""
-    x, y, z, roll, pitch, yaw = own = pose_of(model_element(model)[0]).value
-    return compose(pose, (x, y, z, roll, pitch, yaw)) if any(own) else pose
+    x, y, z, roll, pitch, yaw = own = pose_of(model_element(model).model).value
+    placed = compose(pose, (x, y, z, roll, pitch, yaw)) if any(own) else pose
+    return placed if _is_object(model) else boat_pose(placed, model)
 
 
 def _declarations(element: Element) -> Iterator[Element]:

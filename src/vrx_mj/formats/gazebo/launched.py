@@ -13,7 +13,7 @@ from vrx_mj.config.tree import Items, Place, Section, merged
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, VrxError
 from vrx_mj.formats.gazebo.document import Report
-from vrx_mj.formats.gazebo.model_frames import safe_name
+from vrx_mj.formats.gazebo.sdf_frames import safe_name
 from vrx_mj.formats.gazebo.stock import StockBoat
 from vrx_mj.formats.series.pieces import At, located
 from vrx_mj.formats.urdf.elements import truth

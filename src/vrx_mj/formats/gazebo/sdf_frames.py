@@ -1,22 +1,35 @@
 """Frames of an SDF: where its links, joints, frames and models are, whatever each pose is relative to."""
 
 import math
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
+from vrx_mj.config.wording import shown
 from vrx_mj.errors import UnknownNameError
+from vrx_mj.formats.gazebo.document import Element
+from vrx_mj.formats.series.pieces import At
 from vrx_mj.formats.urdf.elements import Node
 from vrx_mj.formats.urdf.model import ZERO, relative
 from vrx_mj.frames import Pose, angles, compose, rotation_matrix
 
 MODEL = "__model__"
 """Name of a model's own frame."""
+WORLD = "world"
+"""Name of what does not move, and of its frame."""
 FARTHEST = 1e6
 """Largest coordinate of a pose [m]."""
 NESTED = "::"
 """What separates the name of a model in a model from a name in it."""
+
+
+def safe_name(name: str) -> str:
+    """A name as ours may be: any other character becomes `_`."""
+    return re.sub(r"[^A-Za-z0-9_.-]|^[.-]", "_", name)[:64] or "model"
 
 
 @dataclass(frozen=True)
@@ -33,42 +46,73 @@ class Scope:
         return self.model if name == MODEL else f"{self.prefix}{name}"
 
 
-@dataclass(frozen=True)
-class Given:
+class Given(NamedTuple):
     """A pose as a file gives it."""
 
     pose: Pose
     """[m, rad]"""
     relative_to: str
     """Name of the frame that it is in; empty: the usual one."""
-    node: "Faulty"
+    node: Node
     """What a fault of it is at."""
 
 
-class Faulty(Protocol):
-    """What a message can be about."""
-
-    def fault(self, message: str, key: str = "") -> None:
-        """Note or raise what is wrong with it."""
-
-
 def given_pose(node: Node) -> Given:
-    """The `<pose>` of an element; without one nothing is moved. Angles may be in degrees, or a quaternion."""
+    """The `<pose>` of an element; without one nothing is moved."""
     found = node.child("pose")
     if found is None:
         return Given(ZERO, "", node)
+    read = partial(node.values, "pose", low=-FARTHEST, high=FARTHEST)
     frame = found.attribute("relative_to") or found.attribute("frame") or ""
-    if found.attribute("rotation_format") == "quat_xyzw":
-        x, y, z, *turn = node.values("pose", "x y z qx qy qz qw", (0.0,) * 6 + (1.0,), low=-FARTHEST, high=FARTHEST)
-        if math.hypot(*turn) == 0.0:
-            found.fault("the quaternion must have a length, got '0 0 0 0'")
-            return Given(ZERO, frame, found)
-        matrix = rotation_matrix(np.array([turn[3], *turn[:3]]) / math.hypot(*turn))
-        return Given((x, y, z, *angles(tuple(map(tuple, matrix.tolist())))), frame, found)  # type: ignore[arg-type]
-    x, y, z, *turn = node.values("pose", "x y z roll pitch yaw", ZERO, low=-FARTHEST, high=FARTHEST)
-    if found.attribute_flag("degrees"):
-        turn = [math.radians(angle) for angle in turn]
-    return Given((x, y, z, *turn), frame, found)  # type: ignore[arg-type]
+    is_quaternion = found.attribute("rotation_format") == "quat_xyzw"
+    degrees = found.attribute_flag("degrees")
+    usual = (0.0,) * 6 + (1.0,) * is_quaternion
+    try:
+        return Given(_pose(lambda labels: read(labels, usual), is_quaternion, degrees), frame, found)
+    except ValueError as error:
+        found.fault(str(error))
+    return Given(ZERO, frame, found)
+
+
+def pose_of(element: Element) -> At:
+    """The pose of a model in its world.
+
+    Raises:
+        ConfigError: it is wrong, or in another frame.
+    """
+    found = element.child("pose")
+    if found is None or not found.own_text:
+        return At(list(ZERO), element.place)
+    frame = frame_of(element)
+    if frame not in {"", MODEL}:
+        raise found.fault(f"a pose relative to {shown(frame)} cannot be taken over: give it in the frame of the model")
+    is_quaternion = found.attributes.get("rotation_format") == "quat_xyzw"
+    try:
+        pose = _pose(found.read_numbers, is_quaternion, found.attribute_switch("degrees"))
+    except ValueError as error:
+        raise found.fault(str(error)) from None
+    return At(list(pose), found.place)
+
+
+def frame_of(element: Element) -> str:
+    """The frame that the pose of an element names; empty for the usual one."""
+    pose = element.child("pose")
+    found = pose.attributes if pose else {}
+    name = found.get("relative_to") or found.get("frame") or ""
+    return "" if name == WORLD else name
+
+
+def _pose(numbers: Callable[[str], Sequence[float]], is_quaternion: bool, degrees: bool) -> Pose:
+    """The pose of the numbers in an element: its angles may be in degrees, or a quaternion of any length above 0."""
+    if not is_quaternion:
+        x, y, z, *turn = numbers("x y z roll pitch yaw")
+        roll, pitch, yaw = map(math.radians, turn) if degrees else turn
+        return x, y, z, roll, pitch, yaw
+    x, y, z, *turn = numbers("x y z qx qy qz qw")
+    if math.hypot(*turn) == 0.0:
+        raise ValueError("the quaternion must have a length, got '0 0 0 0'")
+    matrix = rotation_matrix(np.array([turn[3], *turn[:3]]) / math.hypot(*turn))
+    return x, y, z, *angles(tuple(map(tuple, matrix.tolist())))  # type: ignore[arg-type]
 
 
 class Frames:
@@ -110,6 +154,24 @@ class Frames:
             name = one
         return self.found[name]
 
+    def place_by(self, model: str, name: str) -> None:
+        """Let the pose of a model be that of a frame in it, its placement frame."""
+        above, given = self.given[model]
+        own, inner = self.known(name, given), ZERO
+        seen = set[str]()
+        while own and own != model and own not in seen:
+            seen.add(own)
+            around, inside = self.given[own]
+            inner = compose(inside.pose, inner)
+            own = self.known(around, inside)
+        turned = compose(given.pose, relative(inner, ZERO)) if own == model else given.pose
+        self.given[model] = above, given._replace(pose=turned)
+
+    def placed(self, given: Given, scope: Scope, usual: str) -> Pose:
+        """Where something is in the outermost model, whose pose is in the frame `usual` unless it gives another."""
+        frame = self.known(_around(given, scope, usual), given)
+        return compose(self.pose(frame), given.pose) if frame else ZERO
+
     def inside(self, node: Node, link: str, scope: Scope) -> Pose:
         """The pose of a thing on a link, in the link's frame."""
         given = given_pose(node)
@@ -126,4 +188,4 @@ def _shown(name: str) -> str:
 
 def _around(given: Given, scope: Scope, usual: str) -> str:
     """The whole name of the frame that a pose is in."""
-    return usual if given.relative_to in {"", "world"} else scope.name(given.relative_to)
+    return usual if given.relative_to in {"", WORLD} else scope.name(given.relative_to)

@@ -11,9 +11,10 @@ from vrx_mj.config.search import SCHEME, catalogue
 from vrx_mj.errors import first_lines
 from vrx_mj.formats.gazebo.document import Element, Report, read_document
 from vrx_mj.formats.gazebo.erb_docks import is_template
-from vrx_mj.formats.gazebo.model_frames import pose_of, safe_name
-from vrx_mj.formats.gazebo.models import PATHS, has_model, model_element, model_file, model_name, model_section
-from vrx_mj.formats.gazebo.sdf_boats import is_boat
+from vrx_mj.formats.gazebo.models import PATHS, has_model, model_element, model_file, model_name
+from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat
+from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
+from vrx_mj.formats.gazebo.sdf_objects import model_section
 from vrx_mj.frames import Pose
 
 MOST_NOTES = 3
@@ -60,13 +61,14 @@ def model_of_text(text: str, folder: Path) -> TextModel:
         raise found.fault(f"no model '{name}' in `vrx-mj list objects`, nor on {PATHS[0]} or {PATHS[1]}", "uri")
     if there is not None and (included or _is_text_of(there, found)):
         boat = not is_template(there) and is_boat(model_element(there)[0])
-        return TextModel(there.absolute(), _pose(found), f"{SCHEME}{name}", boat)
+        pose = boat_pose(_pose(found), there) if boat else _pose(found)
+        return TextModel(there.absolute(), pose, f"{SCHEME}{name}", boat)
     own = folder / "own" / safe_name(name) / "model.sdf"
     own.parent.mkdir(parents=True, exist_ok=True)
     file.replace(own)
     title = f"the SDF's own {safe_name(name)}"
     if is_boat(found):
-        return TextModel(own, _pose(found), title, is_boat=True)
+        return TextModel(own, boat_pose(_pose(found), own), title, is_boat=True)
     return TextModel(own, _pose(found), title, notes=_notes(own))
 
 

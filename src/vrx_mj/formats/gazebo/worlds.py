@@ -14,20 +14,19 @@ from vrx_mj.config.tree import Place, Section
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, VrxError, VrxWarning, first_lines, nearest, shortened
 from vrx_mj.formats.gazebo.document import Element, Note, Report, read_document
-from vrx_mj.formats.gazebo.model_frames import in_world_frame, pose_of, safe_name
 from vrx_mj.formats.gazebo.models import (
     NO_MODEL,
-    buoyancy_of,
-    follow_path,
     has_model,
     hold_models,
+    included_name,
     model_element,
     model_file,
     model_name,
-    model_section,
-    same_buoyancy,
 )
-from vrx_mj.formats.gazebo.sdf_boats import is_boat
+from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat
+from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
+from vrx_mj.formats.gazebo.sdf_models import INSIDE, in_world_frame, pose_of_included
+from vrx_mj.formats.gazebo.sdf_objects import buoyancy_of, follow_path, model_section, same_buoyancy
 from vrx_mj.formats.gazebo.surroundings import georeference, published_sea, scene, view, wave_field, wave_plugin, wind
 from vrx_mj.formats.gazebo.task_plugins import kind_of, marked, task_of, unread
 from vrx_mj.formats.series.pieces import SYMBOLS, At, Piece, assembled, base_objects, located, named_as, thing
@@ -148,7 +147,7 @@ class _Reader:
 
     def __init__(self, file: Path, root: Element, world: Element, known: Mapping[str, Path]) -> None:
         self.file = file
-        self.root = in_world_frame(world)
+        self.root = in_world_frame(world, file)
         self.others = [one for one in root.all("world") if one is not world]
         self.report = Report()
         self.pieces: list[Piece] = []
@@ -159,6 +158,7 @@ class _Reader:
         self.afloat: list[tuple[Element, str]] = []
         self.kinds: dict[str, bool] = {}
         self.known = known
+        self.told: set[str] = set()
         self.hints: dict[str, str] = {}
         self.newer = _is_newer(root)
 
@@ -185,7 +185,10 @@ class _Reader:
     def add_boat(self, element: Element, name: str, robot: str) -> None:
         """Add a boat of the fleet."""
         self.afloat.append((element, safe_name(name)))
-        self.boats.append({"name": safe_name(name), "pose": pose_of(element), "robot": At(robot, element.place)})
+        folder = self.file.absolute().parent
+        pose, place = pose_of_included(element, folder) if element.tag == "include" else pose_of(element)
+        whole = At(list(boat_pose(pose, model_file(robot, folder))), place)
+        self.boats.append({"name": safe_name(name), "pose": whole, "robot": At(robot, element.place)})
         self.report.note(element, "taken over", "a boat, unless a fleet is given")
 
     def checked(self, element: Element, work: Callable[[Element], None]) -> None:
@@ -253,14 +256,17 @@ class _Reader:
             return
         if ours is None and self.has_water(element, name):
             return
-        if ours is None and self.has_boat(name):
+        if ours is None and not element.switch("static") and self.has_boat(name):
             self.add_boat(element, element.text("name") or name, f"{SCHEME}{name}")
             return
         numbered = element.child("name") is not None and not element.text("name")  # as `insert_model` has it
         own = None if numbered else At(safe_name(element.text("name") or named_as(name)), element.place)
-        content = thing(At(ours or name, element.place), pose_of(element), own)
+        pose = pose_of(element) if ours else pose_of_included(element, self.file.parent)
+        content = thing(At(ours or name, element.place), pose, own)
         if ours is None:
-            content["model"] = At(f"{SCHEME}{name}", element.place)
+            model = f"{self.file.name}#{included_name(element)}" if element.child("static") else f"{SCHEME}{name}"
+            content["model"] = At(model, element.place)
+            self.tell(model, self.file.parent)
         path = follow_path(element, self.report)
         if path is not None:
             content["path"] = At(path, element.place)
@@ -269,7 +275,7 @@ class _Reader:
     def has_water(self, element: Element, name: str) -> bool:
         """Whether the model of a folder is the water, which is taken over; what is wrong is said of an object."""
         try:
-            return self.take_water(element, model_element(model_file(f"{SCHEME}{name}", self.file.parent))[0], name)
+            return self.take_water(element, model_element(model_file(f"{SCHEME}{name}", self.file.parent)).model, name)
         except VrxError:
             return False
 
@@ -283,6 +289,16 @@ class _Reader:
         elif name in WATER:
             self.report.note(element, "taken over", "the water, which is everywhere")
         return waves is not None or name in WATER
+
+    def tell(self, model: str, folder: Path) -> None:
+        """Note what becomes of the parts of a model, and of those in it."""
+        file = model_file(model, folder)
+        if str(file) in self.told:
+            return
+        self.told.add(str(file))
+        for one in model_section(file, self.report).get("objects", ()):
+            if str(one["model"]).startswith(SCHEME):
+                self.tell(str(one["model"]), Path(str(file).partition("#")[0]).parent)
 
     def has_boat(self, name: str) -> bool:
         """Whether the model of a folder is a boat; what is wrong with its file is said where it is an object."""
@@ -328,11 +344,14 @@ class _Reader:
             return
         if not name:
             raise element.fault("required, but missing", "name")
+        if not any(one.tag in {"link", *INSIDE} for one in element.children):
+            self.report.note(element, "ignored", "it has no links, so it is nothing")
+            return
         model = f"{self.file.name}#{name}"
         if is_boat(element):
             self.add_boat(element, name, model)
             return
-        model_section(self.file.parent / model, self.report)
+        self.tell(model, self.file.parent)
         content = {"name": safe_name(name), "model": At(model, element.place), "pose": pose_of(element)}
         self.placed.append((element, content))
 

@@ -113,7 +113,10 @@ class Scope:
 
     def name(self, node: Node, link: str, own: str) -> str:
         """What a sensor is called: as its link, or by its own name on the root link and on a link with several."""
-        wanted = self.local(link).removesuffix("_link") if link and link != self.urdf.root else own
+        kinds = [one.get("type") for one in node.element.itersiblings("sensor", preceding=True)]
+        kinds += [one.get("type") for one in node.element.itersiblings("sensor")]
+        alone = node.attribute("type") not in kinds
+        wanted = self.local(link).removesuffix("_link") if link and link != self.urdf.root and alone else own
         taken = {sensor.name for sensor in self.sensors}
         wanted = next((name for name in (wanted, own) if name and name not in taken), own or wanted or "sensor")
         wanted = _ODD_CHARACTER.sub("_", wanted)[:60]

@@ -59,7 +59,7 @@ def robot_of(
     Without `turns` the process without rights is asked where its joints put its links.
     """
     top = _checked_root(links, joints, root)
-    _check_masses(links, around, root)
+    check_masses(links, around, root)
     if root.findings.problems:
         return Urdf(file, root.findings.file, "", top, links, joints, {})
     robot = _robot(root, file, links, joints, top, turns or _asked)
@@ -126,7 +126,7 @@ def _checked_root(links: Mapping[str, Link], joints: Mapping[str, Joint], root: 
     return root_of(links, joints, root.findings)
 
 
-def _check_masses(links: Mapping[str, Link], around: Surroundings, root: Node) -> None:
+def check_masses(links: Mapping[str, Link], around: Surroundings, root: Node) -> None:
     """A robot has a mass; the inertia of a link that is no small part of it can exist."""
     total = sum(link.inertial.mass for link in links.values() if link.inertial)
     if links and total == 0 and not around.findings.problems:

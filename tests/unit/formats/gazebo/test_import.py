@@ -162,7 +162,7 @@ def test_a_mesh_that_is_a_link_out_of_the_folder_is_not_copied(tmp_path):
     made = import_files(Path("ws/bay.world"))
     assert made.copies == {}
     (note,) = [note for note in dict.fromkeys(made.notes) if note.fate == "ignored"]
-    assert note.ours == "a link that leads out of the model's folder: 'a.stl'"
+    assert note.ours == "'a.stl' is outside the folders that may be read: ws/hull"
 
 
 def test_links_in_a_folder_lead_nowhere_else(tmp_path):

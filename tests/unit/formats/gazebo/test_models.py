@@ -8,11 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vrx_mj.config.loading import Loading, validated
+from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.search import kind_name
 from vrx_mj.errors import ConfigError
 from vrx_mj.formats.gazebo.document import Report, read_document
-from vrx_mj.formats.gazebo.model_frames import pose_of, safe_name
-from vrx_mj.formats.gazebo.models import model_section
+from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
+from vrx_mj.formats.gazebo.sdf_objects import model_section
 from vrx_mj.frames import compose, rotation
 
 HERE = (0.0,) * 6
@@ -55,7 +57,7 @@ def tensor(inertia):
 poses = st.tuples(*[st.floats(-3, 3)] * 6)
 parts = st.tuples(
     st.floats(0.1, 20),
-    st.tuples(*[st.floats(1, 2)] * 3, *[st.floats(-0.3, 0.3)] * 3),
+    st.tuples(*[st.floats(1.5, 2)] * 3, *[st.floats(-0.1, 0.1)] * 3),
     poses,
     poses,
 )
@@ -76,7 +78,7 @@ def test_links_are_one_body_by_parallel_axes(parts, tmp_path_factory):
         whole += turn @ tensor(part[1]) @ turn.T - part[0] * cross @ cross
     assert found["mass"] == pytest.approx(mass)
     assert list(found["center_of_mass"]) == pytest.approx(list(center), abs=1e-9)
-    assert list(found["inertia"]) == pytest.approx(list(np.diag(whole)))
+    assert tensor((*found["inertia"], 0.0, 0.0, 0.0)[:6]) == pytest.approx(whole, abs=1e-7)
 
 
 FLOAT = (
@@ -100,11 +102,16 @@ def test_a_turned_link_turns_its_inertia_and_its_shapes():
     assert list(found["collisions"][0]["pose"]) == pytest.approx(turned)
 
 
-def test_products_of_inertia_are_noted():
-    _, notes = read(link(5.0, (1.0, 1.0, 1.0, 0.2, 0.0, 0.0), name="l0") + FLOAT)
-    assert [note.ours for note in notes if note.fate == "approximated"] == [
-        "products of inertia up to 0.2 kg m2 are left out"
-    ]
+def test_products_of_inertia_are_kept():
+    found, notes = read(link(5.0, (1.0, 1.0, 1.0, 0.2, 0.0, 0.0), name="l0") + FLOAT)
+    assert list(found["inertia"]) == [1.0, 1.0, 1.0, 0.2, 0.0, 0.0]
+    assert [note.fate for note in notes] == ["taken over"]
+
+
+def test_a_negative_moment_of_rounding_is_the_least_there_is():
+    found, _ = read(link(5.0, (1.0, 1.0, -3.5e-8, 0.0, 0.0, 0.0), name="l0") + FLOAT)
+    assert list(found["inertia"]) == pytest.approx([1.0, 1.0, 1e-9])
+    validated(ObjectConfig, found, Loading())
 
 
 def test_a_link_without_inertial_has_one_kilogram():
@@ -150,7 +157,7 @@ def test_shapes(shape, keys):
 @pytest.mark.parametrize(
     ("material", "color"),
     [
-        ("<diffuse>0.1 0.2 0.3</diffuse>", (0.1, 0.2, 0.3)),
+        ("<diffuse>0.1 0.2 0.3</diffuse>", (0.1, 0.2, 0.3, 1.0)),
         ("<ambient>0.1 0.2 0.3 0.4</ambient>", (0.1, 0.2, 0.3, 0.4)),
         ("<script><name>Gazebo/Red</name></script>", (1, 0, 0, 1)),
         ("<script><name>Other/Paint</name></script>", None),
@@ -358,11 +365,11 @@ def test_poses_relative_to_frames_are_where_the_frames_are(tmp_path):
 @pytest.mark.parametrize(
     ("lamp", "message"),
     [
-        ("tpo", "no frame named 'tpo'; known: mast, top, hull, lamp, inner, inner::l"),
+        ("tpo", "no frame named 'tpo'; known: hull, lamp, mast, top, inner, inner::l"),
         ("inner", "the poses are relative to each other: 'lamp' > 'inner' > 'lamp'"),
     ],
 )
 def test_poses_relative_to_nothing_or_to_themselves_are_refused(tmp_path, lamp, message):
     with pytest.raises(ConfigError) as raised:
         framed(tmp_path, lamp)
-    assert str(raised.value).endswith(f"m.sdf:7:21: <pose>: {message}")
+    assert str(raised.value).splitlines()[0].endswith(f"m.sdf:7: link 'lamp' / pose: {message}")

@@ -232,7 +232,7 @@ def test_two_sensors_of_one_link_have_names_of_their_own():
     tags = f"""<gazebo reference="eye_link"><sensor type="imu" name="first">{content}</sensor>
     <sensor type="imu" name="second">{content}</sensor><sensor type="imu" name="second">{content}</sensor></gazebo>"""
     found = gazebo(tags, "eye_link")
-    assert [item.name for item in found.sensors] == ["eye", "second", "second_2"]
+    assert [item.name for item in found.sensors] == ["first", "second", "second_2"]
     assert found.warnings == (
         (
             "boat.urdf:4: gazebo 'eye_link' / sensor 'second': duplicate name 'second'; "

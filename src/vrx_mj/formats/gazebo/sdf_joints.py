@@ -1,0 +1,151 @@
+"""Joints of an SDF: what they join, where, and about which axes."""
+
+import math
+from dataclasses import dataclass
+
+from vrx_mj.config.wording import choice, shown
+from vrx_mj.errors import UnknownNameError
+from vrx_mj.formats.gazebo.sdf_frames import MODEL, WORLD, Scope, given_pose
+from vrx_mj.formats.gazebo.sdf_models import Model
+from vrx_mj.formats.urdf.elements import LARGEST, Node
+from vrx_mj.formats.urdf.links import length_one
+from vrx_mj.formats.urdf.model import ZERO, Limits, relative
+from vrx_mj.frames import Pose, apply, rotation
+
+AXIS_OF_JOINT = (1, 5)
+"""Version of SDF from which the axis of a joint is in the joint's frame, not in the model's."""
+AXES = {
+    "fixed": 1, "revolute": 1, "continuous": 1, "prismatic": 1, "ball": 0, "universal": 2, "screw": 1, "revolute2": 2,
+    "gearbox": 1,
+}  # fmt: skip
+"""The types of joints of SDF, and how many axes each has."""
+UNLIMITED = ("fixed", "continuous")
+"""Types of joints whose limits say nothing."""
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Axis:
+    """An axis of a joint, about which its child turns or along which it slides."""
+
+    xyz: Vector
+    """Its direction in the joint's frame, of length 1."""
+    limits: Limits
+    dynamics: dict[str, float]
+    """Damping, friction, stiffness and spring_reference as an object has them, without those that are 0."""
+
+
+@dataclass(frozen=True)
+class SdfJoint:
+    """A joint between two links, or a link and the world."""
+
+    name: str
+    type: str
+    parent: str
+    """Whole name of a link, or that of the world."""
+    child: str
+    place: Pose
+    """Pose of its frame in the model [m, rad]."""
+    shift: Pose
+    """The same in the frame of its child [m, rad]."""
+    axes: tuple[Axis, ...]
+    node: Node
+
+    @property
+    def holds(self) -> bool:
+        """Whether its links cannot move against each other: it is fixed, or its limits leave no room."""
+        bounded = self.type in {"revolute", "prismatic"} and bool(self.axes)
+        return self.type == "fixed" or (bounded and self.axes[0].limits.lower == self.axes[0].limits.upper)
+
+    def in_frame(self, pose: Pose, *, backward: bool) -> Pose:
+        """Its pose in the frame of the link at its far end, whose pose in the model is given: its child, or parent."""
+        return relative(pose, self.place) if backward else self.shift
+
+
+def read_sdf_joint(model: Model, node: Node, scope: Scope) -> SdfJoint | None:
+    """A `<joint>`; None where it does not name its ends. Problems are noted, not raised."""
+    kind = node.attribute("type") or ""
+    if kind not in AXES:
+        node.fault(choice(kind, tuple(AXES)) if kind else f"required, but missing; one of {', '.join(AXES)}", "type")
+    parent, child = (_end(model, node, tag, scope) for tag in ("parent", "child"))
+    if not parent or not child:
+        return None
+    if parent == child:
+        node.fault(f"joins the link '{parent}' to itself")
+    given, usual = given_pose(node), scope.name(MODEL if child == WORLD else node.text("child"))
+    place = model.frames.placed(given, scope, usual)
+    around = model.frames.pose(child) if child != WORLD else ZERO
+    shift = given.pose if usual == child and not given.relative_to else relative(around, place)
+    axes = tuple(
+        _axis(model, node, tag, kind, place, scope) for tag in ("axis", "axis2")[: AXES.get(kind, 1)]
+    )  # fmt: skip
+    return SdfJoint(scope.name(node.name()), kind, parent, child, place, shift, axes, node)
+
+
+def _end(model: Model, node: Node, tag: str, scope: Scope) -> str:
+    """The link that a joint names, itself or by what is attached to it; empty, with a problem, without one."""
+    end = node.needed(tag)
+    text = node.text(tag) or (end.text("link_name") if end else "")
+    if end is None or text == WORLD:
+        return text
+    found = model.link(scope.name(text)) if text else ""
+    if not found:
+        end.fault(str(UnknownNameError("link", text, model.links)) if text else "must not be empty")
+    return found
+
+
+def _axis(model: Model, node: Node, tag: str, kind: str, place: Pose, scope: Scope) -> Axis:
+    found = node.child(tag)
+    if found is None:
+        return Axis((0.0, 0.0, 1.0), Limits(-LARGEST, LARGEST), {})
+    x, y, z = found.values("xyz", "x y z", (0.0, 0.0, 1.0))
+    if not (x or y or z):
+        found.fault("must have a length, got '0 0 0'", "xyz")
+    axis, frame = length_one((x, y, z)), _frame_of_axis(model, node, found, scope)
+    turn = relative(place, model.frames.pose(frame)) if frame else ZERO
+    if turn[3:] != ZERO[3:]:
+        axis = length_one(apply(rotation(*turn[3:]), axis))
+    return Axis(axis, _limits(found, kind), _dynamics(found))
+
+
+def _frame_of_axis(model: Model, node: Node, axis: Node, scope: Scope) -> str:
+    """The frame in which the direction of an axis is given; empty for the joint's own."""
+    direction = axis.child("xyz")
+    frame = (direction.attribute("expressed_in") or "") if direction else ""
+    if frame:
+        return model.frames.known(scope.name(frame), given_pose(node)._replace(node=node))
+    return scope.model if axis.flag("use_parent_model_frame", model.version < AXIS_OF_JOINT) else ""
+
+
+def _limits(axis: Node, kind: str) -> Limits:
+    """Limits of an axis; one without any turns or slides freely."""
+    limit = axis.child("limit")
+    lower, upper = (_bound(limit, tag, sign) for tag, sign in (("lower", -1.0), ("upper", 1.0)))
+    effort, velocity = (max(_bound(limit, tag, -1.0), 0.0) for tag in ("effort", "velocity"))
+    if kind not in UNLIMITED and lower > upper and limit:
+        limit.fault(f"lower {lower:g} is above upper {upper:g}")
+    return Limits(lower, upper, effort, velocity)
+
+
+def _bound(limit: Node | None, tag: str, sign: float) -> float:
+    """A limit; SDF writes 1e16 or inf for none."""
+    node, text = (limit.child(tag), limit.text(tag)) if limit else (None, "")
+    if node is None or not text:
+        return sign * LARGEST
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if math.isnan(value):
+        node.fault(f"expected a number, got {shown(text)}")
+        return 0.0
+    return min(max(value, -LARGEST), LARGEST)
+
+
+def _dynamics(axis: Node) -> dict[str, float]:
+    dynamics = axis.child("dynamics")
+    names = {"damping": "damping", "friction": "friction", "spring_stiffness": "stiffness"}
+    found = {ours: dynamics.value(tag, 0.0, low=0) for tag, ours in names.items()} if dynamics else {}
+    reference = dynamics.value("spring_reference", 0.0) if dynamics else 0.0
+    return {key: value for key, value in (*found.items(), ("spring_reference", reference)) if value}

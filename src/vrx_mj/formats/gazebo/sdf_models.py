@@ -1,0 +1,260 @@
+"""A model of Gazebo with the models in it: its links, joints, frames and plugins by their whole names."""
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from vrx_mj.config.search import SCHEME, display, package_paths
+from vrx_mj.errors import ConfigError, VrxError
+from vrx_mj.formats.gazebo.document import Element
+from vrx_mj.formats.gazebo.models import (
+    Source,
+    has_model,
+    model_element,
+    model_file,
+    model_folder,
+    model_name,
+    model_paths,
+    uri_name,
+)
+from vrx_mj.formats.gazebo.sdf_frames import (
+    MODEL,
+    NESTED,
+    WORLD,
+    Frames,
+    Given,
+    Scope,
+    frame_of,
+    given_pose,
+    pose_of,
+)
+from vrx_mj.formats.series.pieces import At
+from vrx_mj.formats.urdf.elements import Findings, Node
+from vrx_mj.formats.urdf.links import Surroundings
+from vrx_mj.formats.urdf.meshes import MeshFiles
+from vrx_mj.formats.urdf.model import Place
+from vrx_mj.formats.urdf.xml_document import Markup
+from vrx_mj.frames import Pose, compose, inverse
+
+DEEPEST = 8
+"""Models that may be in each other."""
+MOST_INCLUDES = 100
+"""Models that a model may include altogether."""
+MOST_ELEMENTS = 50_000
+"""Elements of all of them together."""
+INSIDE = ("model", "include")
+"""Tags of models in a model or a world."""
+_URI = re.compile(r"(models?|file)://([^/].*)", re.DOTALL)
+_ODD_TAG = re.compile(r"[^\w.-]")
+
+
+class Model:
+    """A model as its file has it, its whole names, and where its frames are. Problems are noted, not raised."""
+
+    def __init__(self, source: Source) -> None:
+        self.file = source.file
+        self.findings = Findings(display(source.file))
+        self.around = Surroundings(self.findings)
+        numbers = tuple(int(part) for part in re.findall(r"\d{1,9}", source.version, re.ASCII))
+        self.version = numbers or (1, 6)
+        self.frames = Frames()
+        self.links: dict[str, tuple[Node, Scope]] = {}
+        self.joints: list[tuple[Node, Scope]] = []
+        self.plugins: list[tuple[Node, Scope]] = []
+        self.attached: dict[str, tuple[str, Node]] = {}
+        """What frames, joints and models are attached to, by their whole names."""
+        self.moved: dict[str, Pose] = {}
+        """Pose in its own frame of the frame that a link has in the table, where that is another one."""
+        self.lost: list[tuple[Node, str]] = []
+        """What is not taken over, and why."""
+        self.given: list[tuple[Node, Given]] = []
+        """The models and includes in this one, and their poses."""
+        self._includes = self._elements = 0
+        folder = source.file.absolute().parent
+        self._packages: dict[str, Path] = {}
+        self.files = MeshFiles(folder, self._packages, (*package_paths(), *model_paths()))
+        self.root = Node(self._tree(source.model, folder), "", self.findings)
+        self._gather(self.root, Scope(), folder, 0)
+
+    def place(self, link: str) -> Pose:
+        """Where the frame of a link in the table is in the model."""
+        pose = self.frames.pose(link)
+        return compose(pose, self.moved[link]) if link in self.moved else pose
+
+    def inside(self, node: Node, link: str, scope: Scope) -> Pose:
+        """Where a thing on a link is, in the frame of the link in the table."""
+        return self.in_table(self.frames.inside(node, link, scope), link)
+
+    def in_table(self, pose: Pose, link: str) -> Pose:
+        """A pose in a link's own frame, in the frame of the link in the table."""
+        return compose(inverse(self.moved[link]), pose) if link in self.moved else pose
+
+    def link(self, name: str) -> str:
+        """The link that a link, frame, joint or model of this whole name is attached to; empty without one."""
+        seen = set[str]()
+        while name not in self.links and name in self.attached and name not in seen:
+            seen.add(name)
+            name = self.attached[name][0]
+        return name if name in self.links else ""
+
+    def _tree(self, model: Element, folder: Path) -> Markup:
+        """The elements of a model, with the URIs in them as a URDF has them."""
+        own = model.attributes.get("name") or folder.name
+        self._packages.setdefault(own, folder)
+        self._packages.setdefault(folder.name, folder)
+
+        def uri(text: str) -> str:
+            """`model://NAME/PATH` for what is in the folder of a model, else the text itself."""
+            found = _URI.fullmatch(text)
+            name = found[2].partition("/")[0] if found else ""
+            if found and name not in self._packages:
+                place = _folder(name, folder)
+                self._packages |= {name: place} if place else {}
+            if found and (name in self._packages or found[1] != "file"):
+                return f"{SCHEME}{found[2]}"
+            inside = "://" not in text and folder != self.files.folder
+            return f"{SCHEME}{own}/{text}" if inside else text
+
+        return _markup(model, uri)
+
+    def _gather(self, model: Node, scope: Scope, folder: Path, depth: int) -> None:
+        """Take in the links, joints, frames and plugins of a model, and of the models in it."""
+        canonical = model.attribute("canonical_link")
+        if canonical:
+            self.attached[scope.model] = scope.name(canonical), model
+        for node in model.children("link"):
+            name = scope.name(node.name())
+            if name in self.links:
+                node.fault(f"duplicate name: line {self.links[name][0].line} has a link of this name")
+                continue
+            self.links[name] = node, scope
+            self.frames.add(name, given_pose(node), scope, scope.model)
+            self.attached.setdefault(scope.model, (name, node))
+        for node in model.children("frame"):
+            to = node.attribute("attached_to") or MODEL
+            self._add(scope.name(node.name()), node, scope, scope.name(MODEL if to == WORLD else to))
+        for node in model.children("joint"):
+            self.joints.append((node, scope))
+            end = node.text("child")
+            self._add(scope.name(node.attribute("name") or ""), node, scope, scope.name(MODEL if end == WORLD else end))
+        self.plugins += [(node, scope) for node in model.children("plugin")]
+        for tag in INSIDE:
+            for node in model.children(tag):
+                self._gather_model(node, model, scope, folder, depth)
+
+    def _add(self, name: str, node: Node, scope: Scope, to: str) -> None:
+        self.frames.add(name, given_pose(node), scope, to)
+        self.attached.setdefault(name, (to, node))
+
+    def _gather_model(self, node: Node, outer: Node, scope: Scope, folder: Path, depth: int) -> None:
+        """Take in a model in another, whichever of the two says how it is called and placed."""
+        if depth >= DEEPEST:
+            node.fault(f"models are in each other deeper than {DEEPEST} levels")
+            return
+        included = self._included(node, folder) if node.tag == "include" else (node, folder)
+        model, place = included or (node, folder)
+        own = scope.name(node.text("name") or model.attribute("name") or node.text("uri").rpartition("/")[2])
+        inner = Scope(scope.prefix if node.attribute_flag("merge") else f"{own}{NESTED}", f"{own}{NESTED}{MODEL}")
+        given = given_pose(node if node.child("pose") else model)
+        self.frames.add(inner.model, given, scope, scope.model)
+        self.attached.setdefault(own, (inner.model, node))
+        if included:
+            self._gather(model, inner, place, depth + 1)
+            self.attached.setdefault(scope.model, (inner.model, node))
+        by = node.text("placement_frame") or model.attribute("placement_frame")
+        if by:
+            self.frames.place_by(inner.model, inner.name(by))
+        if outer is self.root:
+            self.given.append((node, self.frames.given[inner.model][1] if by else given))
+
+    def _included(self, include: Node, folder: Path) -> tuple[Node, Path] | None:
+        """The model that an `<include>` names, and its folder."""
+        self._includes += 1
+        if self._includes > MOST_INCLUDES:
+            include.fault(f"more than {MOST_INCLUDES} models in one")
+            return None
+        try:
+            name = uri_name(include.text("uri"))
+            if not has_model(name, folder):
+                self.lost.append((include, f"no model named '{name}' beside the file, nor on the path of models"))
+                return None
+            found = model_element(model_file(f"{SCHEME}{name}", folder))
+        except ConfigError as error:
+            self.findings.problems += error.problems
+            return None
+        except VrxError as error:
+            include.fault(str(error), "uri")
+            return None
+        self._elements += sum(1 for _ in found.model.walk())
+        if self._elements > MOST_ELEMENTS:
+            include.fault(f"more than {MOST_ELEMENTS} elements in all models that are included")
+            return None
+        place = found.file.absolute().parent
+        tree = self._tree(found.model, place)
+        tree.set("name", include.text("name") or found.model.attributes.get("name") or name)
+        include.element.append(tree)
+        return Node(tree, f"model '{tree.get('name')}'", self.findings), place
+
+
+def _folder(name: str, near: Path) -> Path | None:
+    """The folder of a model, unless it is a link that leads elsewhere."""
+    try:
+        return model_folder(name, near)
+    except VrxError:
+        return None
+
+
+def as_node(element: Element, findings: Findings | None = None) -> Node:
+    """An element as the readers of links and shapes take it."""
+    found = findings or Findings(element.place.file.name)
+    return Node(_markup(element, str), element.label, found)
+
+
+def in_world_frame(world: Element, file: Path) -> Element:
+    """A world, or a model of models, with the poses of the models in it in its own frame.
+
+    Raises:
+        ConfigError: a pose is relative to what is not there, or to itself.
+    """
+    if not any(map(_is_turned, world.children)):
+        return world
+    model = Model(Source(world, "", file))
+    model.findings.problems.clear()  # of models: they are said where these are read
+    poses = {node.element: model.frames.placed(given, Scope(), MODEL) for node, given in model.given}
+    model.findings.settle()
+    children = zip(world.children, model.root.element, strict=True)
+    made = (_posed(child, poses[one]) if one in poses else child for child, one in children)
+    return replace(world, children=tuple(made))
+
+
+def _is_turned(child: Element) -> bool:
+    """Whether the pose of a model in a world is in another frame, or that of a frame."""
+    placed_by = child.attributes.get("placement_frame") or child.text("placement_frame")
+    return child.tag in INSIDE and bool(frame_of(child) or placed_by)
+
+
+def pose_of_included(include: Element, folder: Path) -> At:
+    """The pose of the model of an `<include>` in its world: its own where this gives none. Raises ConfigError."""
+    if include.text("pose"):
+        return pose_of(include)
+    return pose_of(model_element(model_file(f"{SCHEME}{model_name(include)}", folder)).model)
+
+
+def _posed(element: Element, pose: Pose) -> Element:
+    """The element with another pose."""
+    old = element.child("pose")
+    made = Element("pose", (old or element).place, {}, " ".join(map(repr, pose)), ())
+    rest = (child for child in element.children if child.tag not in {"pose", "placement_frame"})
+    attributes = {key: value for key, value in element.attributes.items() if key != "placement_frame"}
+    return replace(element, attributes=attributes, children=(made, *rest))
+
+
+def _markup(element: Element, uri: Callable[[str], str]) -> Markup:
+    """An element as those of a URDF are."""
+    file, line, column = element.place
+    attributes = {key: value for key, value in element.attributes.items() if ":" not in key}
+    made = Markup(_ODD_TAG.sub("_", element.tag), Place(file.name, line, column), attributes)
+    made.text = uri(element.own_text) if element.tag == "uri" else element.own_text
+    made.extend([_markup(child, uri) for child in element.children])
+    return made

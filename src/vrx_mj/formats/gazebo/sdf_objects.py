@@ -1,0 +1,435 @@
+"""Models of Gazebo (SDF) as objects of ours: bodies on joints with their shapes, or a composite of models."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from vrx_mj.config.search import SCHEME, catalogue, kind_name
+from vrx_mj.config.shapes import MESH_SUFFIXES, Shape, Visual
+from vrx_mj.config.tree import File, Place, Section
+from vrx_mj.config.wording import shown
+from vrx_mj.constants import WATER_DENSITY
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, shortened
+from vrx_mj.formats.gazebo.document import Element, Fate, Note, Report, is_file
+from vrx_mj.formats.gazebo.erb_docks import is_template, template_content
+from vrx_mj.formats.gazebo.models import Source, has_model, is_installed, model_element, model_name
+from vrx_mj.formats.gazebo.sdf_bodies import Body, Hinge, Tree, mass_of, one_body, tree_of
+from vrx_mj.formats.gazebo.sdf_frames import WORLD, given_pose, pose_of, safe_name
+from vrx_mj.formats.gazebo.sdf_joints import Axis, SdfJoint, read_sdf_joint
+from vrx_mj.formats.gazebo.sdf_links import SIZES, read_sdf_link, shape_tag, sizes_of
+from vrx_mj.formats.gazebo.sdf_models import Model, as_node, in_world_frame, pose_of_included
+from vrx_mj.formats.series.pieces import At, located
+from vrx_mj.formats.urdf.elements import Node
+from vrx_mj.formats.urdf.links import ENDLESS, ONE
+from vrx_mj.formats.urdf.model import ZERO, MeshRow
+from vrx_mj.formats.urdf.model import Place as Spot
+from vrx_mj.formats.urdf.reader import ODD
+from vrx_mj.frames import Pose, compose
+
+DRAG = 25.0, 2.0
+"""Linear and angular drag [1/s] of what floats without VRX's buoyancy plugin: those of VRX's buoys."""
+DISPLACING = {"box", "sphere", "cylinder"}
+"""Types of shapes that displace water."""
+FARTHEST = 1e9
+"""Limit of a joint that has only the other one [rad or m]."""
+TYPES = {"screw": "revolute", "revolute2": "universal"}
+"""What types of joints of SDF are here that are called otherwise."""
+QUIET = {"geometry", "mesh", "unit"}
+"""Things that are odd in a file of which an object's notes say more, or nothing."""
+PRODUCT = 1e-9
+"""Share of the largest moment of inertia up to which a product is rounding."""
+
+Content = dict[str, Any]
+
+
+def object_document(file: Path) -> tuple[Section, str]:
+    """What the file of a model says, in the keys of an object's file, and its name."""
+    return model_section(file), kind_name(str(file))
+
+
+def model_section(file: Path, report: Report | None = None) -> Section:
+    """What the file of a model says, in the keys of an object's file.
+
+    Args:
+        file: an SDF with one model, or `FILE#NAME`: the model of this name in a world.
+        report: takes what became of each part.
+
+    Raises:
+        ConfigError: it cannot be read, or is no model; the error lists every problem with its place.
+    """
+    kept = report or Report()
+    if is_template(file):
+        dock, place = template_content(file, kept)
+        template: Section = located(dock, place)
+        return template
+    source = model_element(file)
+    content = {"description": f"{source.model.attributes.get('name', 'model')}, a model of Gazebo"}
+    content |= _composite(source, kept) if _is_composite(source.model) else _Object(source, file, kept).content()
+    kept.settle()
+    section: Section = located(content, source.model.place)
+    return section
+
+
+def _is_composite(model: Element) -> bool:
+    """Whether a model is nothing but other models, each of which floats or stands by itself."""
+    includes = model.all("include")
+    parts = any(one.tag in {"link", "model", "joint"} for one in model.children)
+    apart = not any(one.attribute_switch("merge") for one in includes)
+    known = catalogue("objects")
+    return bool(includes) and not parts and apart and not (
+        model.switch("static") and not any(model_name(one) in known for one in includes)
+    )  # fmt: skip
+
+
+def _composite(source: Source, report: Report) -> Content:
+    """A model that is made of others."""
+    known, folder = catalogue("objects"), source.file.absolute().parent
+    includes = in_world_frame(source.model, source.file).all("include")
+    objects: list[Content] = []
+    counts: dict[str, int] = {}
+    for include in includes:
+        name = model_name(include)
+        if name not in known and not has_model(name, folder):
+            report.note(include, "ignored", f"no model of this name: {name}")
+            continue
+        own = safe_name(include.text("name") or name)
+        taken = counts.get(own, 0)
+        counts[own] = taken + 1
+        model = name if name in known else f"{SCHEME}{name}"
+        pose = pose_of(include) if name in known else pose_of_included(include, folder)
+        objects.append(
+            {"name": own if not taken else f"{own}_{taken}", "model": At(model, include.place), "pose": pose}
+        )
+        report.note(include, "taken over", "`objects`")
+    if not objects:
+        names = ", ".join(dict.fromkeys(map(model_name, includes)))
+        raise source.model.fault(f"none of the models in it is known: {shortened(names)}")
+    return {"objects": objects}
+
+
+class _Object:
+    """A model as one object."""
+
+    def __init__(self, source: Source, file: Path, report: Report) -> None:
+        self.element = source.model
+        self.model = Model(source)
+        self.folder = Path(str(file).partition("#")[0]).absolute().parent
+        self.report = report
+        self.is_static = self.model.root.flag("static", False)
+        self.tree = self.read()
+
+    def read(self) -> Tree:
+        """The bodies of the model."""
+        from vrx_mj.formats.urdf.rows import check_masses
+
+        model, findings = self.model, self.model.findings
+        if not model.links and not findings.problems:
+            raise self.element.fault("a model without links or includes is nothing")
+        rows = [read_sdf_link(model, name) for name in model.links]
+        joints = [row for node, scope in model.joints if (row := read_sdf_joint(model, node, scope))]
+        places = [model.frames.pose(name) for name in model.links]
+        if not self.is_static:
+            check_masses({row.link.name: row.link for row in rows}, model.around, model.root)
+        findings.settle()
+        for node, text in model.lost:
+            self.note(node, "ignored", text)
+        for kind, things in findings.odd.items():
+            if kind not in QUIET:
+                self.report.note(self.element, "approximated", f"{ODD[kind]}: {shortened(', '.join(things))}")
+        if self.is_static:
+            for joint in joints:
+                self.note(joint.node, "taken over", "the model is static")
+            return one_body(rows, places)
+        tree = tree_of(rows, places, [joint for joint in joints if joint.type != "gearbox"])
+        for joint in joints:
+            self.note_joint(joint, tree)
+        for name in tree.loose:
+            self.note(
+                model.links[name][0], "approximated", "no joint holds it: it is part of the first link's rigid body"
+            )
+        return tree
+
+    def note(self, node: Node, fate: Fate, text: str, what: str = "") -> None:
+        """Note what became of an element."""
+        self.report.notes.append(_note(node, fate, text, what))
+
+    def note_joint(self, joint: SdfJoint, tree: Tree) -> None:
+        """Note what became of a joint."""
+        kind = TYPES.get(joint.type, joint.type)
+        if joint.type == "gearbox":
+            self.note(joint.node, "ignored", "a gearbox couples two other joints; here each moves on its own")
+        elif joint in tree.loops:
+            text = "it would close a loop of joints, which is open here; its links move without it"
+            self.note(joint.node, "approximated", text)
+        elif joint.holds:
+            where = "`static`" if WORLD in (joint.parent, joint.child) else "its links are one rigid body"
+            self.note(joint.node, "taken over", where if joint.type == "fixed" else f"its limits are equal: {where}")
+        elif kind == joint.type:
+            self.note(joint.node, "taken over", "`joints`")
+        else:
+            left = ", without its thread" if joint.type == "screw" else ""
+            self.note(joint.node, "approximated", f"`joints`: a {kind} joint{left}")
+
+    def content(self) -> Content:
+        """The keys of an object's file."""
+        root, *others = self.tree.bodies
+        shapes = [self.all_shapes(body) for body in self.tree.bodies]
+        if self.is_static:
+            return {"static": True, **shapes[0]}
+        wet = self.wet(shapes)
+        is_static = wet is None or self.tree.is_anchored
+        whole = {"static": True} if is_static else self.inertia(root)
+        whole |= {**shapes[0], **({} if is_static or wet is None else wet[0])}
+        path = None if is_static else follow_path(self.element, self.report)
+        whole |= {"path": path} if path else {}
+        if not others:
+            return whole
+        whole_names, hinges = [body.name for body in self.tree.bodies], self.tree.hinges
+        names = dict(zip(whole_names, _distinct(whole_names), strict=True))
+        rows = zip(others, shapes[1:], (wet or [{}] * len(shapes))[1:], strict=True)
+        links = [
+            {"name": names[body.name], "pose": list(body.pose), **self.inertia(body), **own, **water}
+            for body, own, water in rows
+        ]
+        joints = zip(hinges, _distinct([one.joint.name for one in hinges]), strict=True)
+        return {
+            "link": names[root.name], **whole, "links": links,
+            "joints": [self.joint(hinge, name, names) for hinge, name in joints],
+        }  # fmt: skip
+
+    def joint(self, hinge: Hinge, name: str, links: Mapping[str, str]) -> At:
+        """A joint between two bodies, whose links are called as in `links` here."""
+        joint = hinge.joint
+        kind = TYPES.get(joint.type, joint.type)
+        axes = [_axis(axis, free=kind == "continuous", sign=-1 if hinge.is_backward else 1) for axis in joint.axes]
+        content: Content = {
+            "name": name,
+            "type": kind,
+            "parent": links[hinge.near.name],
+            "child": links[hinge.far.name],
+            "pose": list(joint.in_frame(hinge.far.pose, backward=hinge.is_backward)),
+            **dict(zip(("axis", "axis2"), axes[::-1] if hinge.is_backward else axes, strict=False)),
+        }
+        return At(content, _place(joint.node))
+
+    def wet(self, shapes: Sequence[Content]) -> list[Content] | None:
+        """The buoyancy of each body; None, with a note, for a model that would sink."""
+        plugins = [node for node, scope in self.model.plugins if not scope.prefix and _is(node, "buoyancy")]
+        wet = [part for one in plugins for part in self.buoyancy(one)]
+        self.model.findings.settle()
+        bodies = self.tree.bodies
+        if wet or self.tree.is_anchored:
+            found = [[(drag, shape) for body, drag, shape in wet if body is own] for own in bodies]
+            usual = _drag(plugins[0]) if plugins else {}
+            alone = len(found) == 1
+            return [_buoyancy(usual if alone else parts[0][0], parts) if parts else {} for parts in found]
+        drag = _drag(plugins[0]) if plugins else {"linear_drag": DRAG[0], "angular_drag": DRAG[1]}
+        solids = [[dict(one) for one in own["collisions"] if not isinstance(one, At) and one["type"] in DISPLACING]
+                  for own in shapes]  # fmt: skip
+        volume = sum(_volume(one) for own in solids for one in own)
+        mass = sum(weight.mass for body in bodies if (weight := mass_of(body)))
+        if mass >= volume * WATER_DENSITY:
+            text = f"without buoyancy plugin it sinks ({mass:g} kg, {volume:.3g} m3): `static: true`"
+            self.report.note(self.element, "approximated", text)
+            return None
+        self.report.note(self.element, "approximated", "without buoyancy plugin; its collision shapes displace water")
+        return [_buoyancy(drag, [(drag, one) for one in own]) if own else {} for own in solids]
+
+    def buoyancy(self, plugin: Node) -> Iterator[tuple[Body, Content, Content]]:
+        """The shapes of a buoyancy plugin of VRX that displace water, each with its body and the plugin's drag."""
+        known = {row.link.name: (body, pose) for body in self.tree.bodies for row, pose in body.parts}
+        for part in plugin.children("buoyancy"):
+            link = part.text("link_name") or part.attribute("link_name") or ""
+            if link not in known:
+                part.fault(str(UnknownNameError("link", link, known)), "link_name")
+                continue
+            body, pose = known[link]
+            shape = _primitive(part, pose)
+            if shape is None:
+                self.note(part, "ignored", _shapeless(part))
+            elif shape["type"] in DISPLACING:
+                yield body, _drag(plugin), shape
+        self.note(plugin, "taken over", "`buoyancy`")
+
+    def inertia(self, body: Body) -> Content:
+        """What a body weighs; its products of inertia only where it has any."""
+        found = mass_of(body)
+        if found is None:
+            row = body.parts[0][0].link
+            raise ConfigError([row.place.problem(f"link '{row.name}'", "must have a mass: it moves")])
+        *moments, xy, xz, yz = found.tensor
+        products = [xy, xz, yz] if max(map(abs, (xy, xz, yz))) > PRODUCT * max(moments) else []
+        return {"mass": found.mass, "center_of_mass": list(found.pose[:3]), "inertia": [*moments, *products]}
+
+    def all_shapes(self, body: Body) -> Content:
+        """The collisions and visuals of a body."""
+        rows = [(row.collisions, row.visuals, pose) for row, pose in body.parts]
+        return {
+            "collisions": [shape for felt, _, pose in rows for one in felt if (shape := self.shape(one, pose))],
+            "visuals": [shape for _, seen, pose in rows for one in seen if (shape := self.shape(one, pose))],
+        }
+
+    def shape(self, shape: Shape | MeshRow, link: Pose) -> Content | At | None:
+        """A shape in the frame of its body; None, with a note, where its mesh is not there."""
+        pose = compose(link, shape.pose)
+        place = {} if pose == ZERO else {"pose": list(pose)}
+        if isinstance(shape, Shape):
+            keys = ("type", "size", "radius", "length") + (("color",) if isinstance(shape, Visual) else ())
+            given = shape.model_fields_set
+            return {key: getattr(shape, key) for key in keys if key in given} | place
+        color = {} if shape.color is None else {"color": shape.color}
+        try:
+            folder, file = self.mesh(shape.file)
+        except VrxError as error:
+            self.report.notes.append(Note(_spot(shape.place), "<mesh>", "ignored", str(error)))
+            return None
+        scale = {} if shape.scale == ONE else {"scale": shape.scale}
+        own = None if folder == self.folder else folder
+        content = {"type": "mesh", "file": At(file, _spot(shape.place)), **scale, **place, **color}
+        return At(content, _spot(shape.place, own)) if own else content
+
+    def mesh(self, name: str) -> tuple[Path, str]:
+        """The folder of a mesh, and its path in that. Raises VrxError."""
+        inside = name.rpartition("://")[2].removeprefix(f"{self.folder.name}/")
+        linked = self.folder / inside
+        if not name.lower().endswith(MESH_SUFFIXES):
+            raise VrxError(f"no such mesh: {shown(name)}")
+        if ".." not in Path(inside).parts and is_file(linked) and linked.is_symlink() and is_installed(linked):
+            return self.folder, inside
+        return self.model.files.find(name)
+
+
+def buoyancy_of(include: Element, report: Report) -> Content | None:
+    """What the buoyancy plugin in an `<include>` of VRX 3 says, in the keys of an object; None without one."""
+    plugin = next((one for one in as_node(include).children("plugin") if _is(one, "buoyancydrag")), None)
+    if plugin is None:
+        return None
+    shapes = [(part, _primitive(part, ZERO)) for part in plugin.children("buoyancy")]
+    report.notes += [_note(part, "ignored", _shapeless(part)) for part, shape in shapes if shape is None]
+    found = {**_drag(plugin), "elements": [shape for _, shape in shapes if shape is not None]}
+    plugin.findings.settle()
+    return found
+
+
+def same_buoyancy(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    """Whether two objects displace the same water and have the same drag; not where the keys of one are wrong."""
+    try:
+        return _numbers(one) == _numbers(other)
+    except (AttributeError, KeyError, TypeError, ValueError):
+        return False
+
+
+def _numbers(buoyancy: Mapping[str, Any]) -> list[Any]:
+    usual = {"fluid_density": WATER_DENSITY, "fluid_level": 0.0, "linear_drag": 0.0, "angular_drag": 0.0}
+    head = [float(buoyancy.get(key, default)) for key, default in usual.items()]
+    return [*head, *map(_shape_numbers, buoyancy["elements"])]
+
+
+def _shape_numbers(shape: Mapping[str, Any]) -> list[Any]:
+    values = [*(shape.get("size") or ()), shape.get("radius"), shape.get("length")]
+    numbers = [float(value) for value in values if value is not None]
+    return [shape["type"], *numbers, *map(float, shape.get("pose") or ZERO)]
+
+
+def follow_path(element: Element, report: Report) -> Content | None:
+    """The path along which a model swims, by VRX's follow_plugin or gz-sim's TrajectoryFollower; None without one."""
+    plugins = [one for one in element.all("plugin") if _is(one, "followplugin") or _is(one, "trajectoryfollower")]
+    if not plugins:
+        return None
+    plugin = plugins[0]
+    newer = _is(plugin, "trajectoryfollower")
+    found: Content = {"loop": _loops(plugin, report)}
+    points = [point.read_numbers("x y") for group in plugin.all("waypoints") for point in group.all("waypoint")]
+    if points:
+        found["waypoints"] = points
+    for tag, keys in (("circle", ("radius",)), ("line", ("length", "direction"))):
+        shape = plugin.child(tag)
+        if shape is not None:
+            found[tag] = shape.given(*keys)
+    return found | ({key: plugin.number(key) for key in ("force", "torque") if plugin.child(key)} if newer else {})
+
+
+def _loops(plugin: Element, report: Report) -> bool:
+    """Whether the path begins again at its end; VRX's plugin goes by the presence of a tag alone."""
+    forever = plugin.child("loop_forever")
+    if forever is None:
+        return plugin.switch("loop")
+    if not plugin.switch("loop_forever", default=True):
+        report.note(forever, "ignored", "VRX's plugin loops where this tag is there, whatever it says: remove it")
+    return True
+
+
+def _is(plugin: Element | Node, word: str) -> bool:
+    name = plugin.attributes.get("filename") if isinstance(plugin, Element) else plugin.attribute("filename")
+    return word in (name or "").lower().replace("_", "").replace("-", "")
+
+
+def _note(node: Node, fate: Fate, text: str, what: str = "") -> Note:
+    name = node.attribute("name") or node.text("name") or node.text("uri")
+    return Note(_place(node), what or f"<{node.tag}>{f' {shown(name)}' if name else ''}", fate, text)
+
+
+def _place(node: Node) -> Place:
+    return _spot(node.place)
+
+
+def _spot(place: Spot, folder: Path | None = None) -> Place:
+    return Place(File(place.file, folder), place.line)
+
+
+def _primitive(part: Node, link: Pose) -> Content | None:
+    """A primitive in the frame of its body; None: ours has none like it."""
+    geometry = part.child("geometry")
+    tag = shape_tag(geometry) if geometry else ""
+    if geometry is None or tag not in SIZES or tag == "mesh":
+        return None
+    pose = compose(link, given_pose(part).pose)
+    return {"type": tag, **sizes_of(geometry, tag), **({} if pose == ZERO else {"pose": list(pose)})}
+
+
+def _shapeless(part: Node) -> str:
+    geometry = part.child("geometry")
+    tag = shape_tag(geometry) if geometry else ""
+    return f"no shape like <{tag}> here" if tag else "it has no geometry"
+
+
+def _distinct(names: Sequence[str]) -> list[str]:
+    """Names as ours may be, none of which is another's."""
+    found: list[str] = []
+    for name in names:
+        own, count = safe_name(name), 1
+        while own in found:
+            count += 1
+            own = f"{safe_name(name)[:56]}_{count}"
+        found.append(own)
+    return found
+
+
+def _axis(axis: Axis, *, free: bool, sign: int) -> Content:
+    """An axis of a joint."""
+    lower, upper = axis.limits.lower, axis.limits.upper
+    found: Content = {"xyz": [sign * value for value in axis.xyz]}
+    if not free and (lower > -ENDLESS or upper < ENDLESS):
+        found["limits"] = [max(lower, -FARTHEST), min(upper, FARTHEST)]
+    return found | axis.dynamics
+
+
+def _buoyancy(drag: Content, parts: Sequence[tuple[Content, Content]]) -> Content:
+    """The buoyancy of a body."""
+    return {"buoyancy": {**drag, "elements": [shape for _, shape in parts]}}
+
+
+def _drag(plugin: Node) -> Content:
+    """Density and drag of a buoyancy plugin."""
+    density = {"fluid_density": plugin.value("fluid_density", WATER_DENSITY)} if plugin.child("fluid_density") else {}
+    level = plugin.value("fluid_level", 0.0)
+    drag = {key: plugin.value(key, 0.0) for key in ("linear_drag", "angular_drag")}
+    return {**density, **({"fluid_level": level} if level else {}), **drag}
+
+
+def _volume(shape: Content) -> float:
+    if shape["type"] == "box":
+        return math.prod(shape["size"])
+    radius = float(shape["radius"])
+    return 4 / 3 * math.pi * radius**3 if shape["type"] == "sphere" else math.pi * radius**2 * float(shape["length"])
