@@ -163,4 +163,4 @@ def test_the_seas_view_holds_boats_that_have_gone_half_as_far_again(reach):
     x, y, z = (rays @ np.column_stack([right, np.cross(right, ahead), ahead])).T
     assert np.all(z > 0.0)
     assert np.abs(y / z).max() < PLAN_SLOPE  # the viewer's lens has this slope at the upper and the lower edge
-    assert np.abs(x / z).max() < PLAN_ASPECT * PLAN_SLOPE
+    assert np.abs(x / z).max() < 1.5 * PLAN_SLOPE  # in a window of 1280 x 800 the view is 1.58 times as wide as high
