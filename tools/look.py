@@ -161,7 +161,9 @@ def light(file: Path, size: tuple[int, int], seconds: float = 20.0) -> Iterator[
 def drawn_sea(folder: Path) -> Iterator[Path]:
     """What cameras at several heights see of the storm, drawn by our own renderer."""
     recorded = vrx_mj.read_record(record("storm", folder))
-    middle = np.mean([track.position[-1] for track in recorded.boats.values()], axis=0)
+    moment = MOMENTS["storm"][-1]
+    row = int(np.searchsorted(recorded.time, moment))
+    middle = np.mean([track.position[row] for track in recorded.boats.values()], axis=0)
     shot = Shot(size=(640, 360), fps=10.0, begin=0.0, end=recorded.time[-1], captions=False)
     for height in HEIGHTS:
         away = 20.0 + 1.5 * height
@@ -169,7 +171,7 @@ def drawn_sea(folder: Path) -> Iterator[Path]:
         eye = looking(place, (*map(float, middle[:2]), 0.3), (0.0, 0.0, 1.0))
         film = Film(recorded, shot, size=(640, 360), fps=10.0, eye=lambda _t, eye=eye: eye)
         picture = folder / f"sea_{height:g}m.png"
-        Image.fromarray(film.picture(15.0)).save(picture)
+        Image.fromarray(film.picture(moment)).save(picture)
         film.close()
         yield picture
 
