@@ -154,12 +154,12 @@ def test_names_of_many_boats_do_not_cover_them(boats, named):
 
 
 @pytest.mark.parametrize("reach", [5.0, 20.0, 100.0])
-def test_the_seas_view_holds_boats_that_have_gone_half_as_far_again(reach):
+def test_the_seas_view_holds_boats_that_have_gone_a_third_as_far_again(reach):
     way = sea_eye(reach)
     ahead = -way / np.linalg.norm(way)
     right = np.cross(ahead, (0.0, 0.0, 1.0)) / math.hypot(*ahead[:2])
     angle = np.linspace(0.0, 2.0 * math.pi, 60)
-    rays = 1.5 * reach * np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle]) - way
+    rays = 4.0 / 3.0 * reach * np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle]) - way
     x, y, z = (rays @ np.column_stack([right, np.cross(right, ahead), ahead])).T
     assert np.all(z > 0.0)
     assert np.abs(y / z).max() < PLAN_SLOPE  # the viewer's lens has this slope at the upper and the lower edge
