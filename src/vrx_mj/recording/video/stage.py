@@ -466,4 +466,5 @@ class Foam(Skin):
             count = len(opacity)
             places[number, :count], places[number, count:] = edges, edges[-1:, :1] if count else 0.0
             shades[number, :count, :, 0], shades[number, count:, :, 0] = opacity[:, None], 0.0
-        places[..., 2] += np.asarray(height(*np.moveaxis(places[..., :2].astype(np.float64), -1, 0)), np.float32)
+        east_north = np.moveaxis(places[..., :2].astype(np.float64), -1, 0)
+        places[..., 2] += np.asarray(height(*east_north), np.float32)
