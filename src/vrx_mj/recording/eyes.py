@@ -33,7 +33,7 @@ def around(distance: float) -> list[list[float]]:
 
 
 def sea_eye(reach: float) -> FloatArray:
-    """The way (3,) [m] from what the sea's view follows to its eye; `reach` [m] holds all of it, and grows by a third."""
+    """The way (3,) [m] from what the sea's view follows to its eye; `reach` [m] holds it all, and grows by a third."""
     return (9.0 + 2.0 * reach) * np.array([-0.72, -0.72, 0.42])
 
 
