@@ -3,13 +3,15 @@
 `python tools/look.py FOLDER [NAME...]` (30 minutes for all; NAME picks recordings, `sea`, `rviz` or `lichtblick`) runs,
 records and takes pictures. Those of recordings are dark and light, narrow and wide: dark ones of rerun without a window
 (Debian's mesa-vulkan-drivers), light ones of Chromium. RViz and Lichtblick are left out with a line where they are not
-installed. It ends with FOLDER/sheet.webp, all pictures small; `--gallery` writes docs/gallery/recordings.webp.
+installed. It ends with FOLDER/sheet.webp, all pictures small; `--gallery` writes docs/gallery/recordings.webp and the
+pictures of docs/sensors.md, which `sensors` makes.
 """
 
 import argparse
 import contextlib
 import itertools
 import math
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -47,6 +49,10 @@ SIZES = (1280, 800), (1920, 1080)
 """Width and height of a window [px]."""
 HEIGHTS = (0.5, 2.0, 12.0, 60.0, 200.0)
 """Heights of the eye over the sea [m]."""
+SEAS = {"half_a_metre": (0.5, 0.5, 3.5), "2_m": (2.0, 1.2, 5.0), "12_m": (12.0, 1.2, 5.0), "200_m": (200.0, 3.0, 8.0)}
+"""Pictures of docs/sensors.md: heights of the eye and of the waves [m], and their peak period [s]."""
+SCENES = {}, {"fog": {"type": "linear", "color": [0.8, 0.82, 0.84], "end": 120}}, {"sky": {"time": 19.6}}
+"""Day, fog and dusk, in which cameras are shown."""
 SOFTWARE = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 LOADED = "document.querySelector('canvas')?.width > 300"
 THUMB = (400, 225)
@@ -70,6 +76,11 @@ def arguments(name: str, folder: Path) -> list[str]:
         file.write_text(yaml.safe_dump(content), encoding="utf-8")
         return str(file)
 
+    if name in SEAS:
+        _, waves, period = SEAS[name]
+        sea = {"model": "jonswap", "significant_height": waves, "peak_period": period, "direction": [0.6, 0.8]}
+        world = {"extends": "ocean_buoys", "physics": {"profile": "marine"}, "sea": {**sea, "spreading": 10}}
+        return [written(f"waves_{name}", world), "--duration", "20"]
     shipped = "vrx_mj.control:"
     return {
         "readme": ["example_course", "--fleet", "trio", "--duration", "60", "--seed", "7", "--thrust", STRAIGHT],
@@ -150,7 +161,9 @@ def light(file: Path, size: tuple[int, int], seconds: float = 20.0) -> Iterator[
 def drawn_sea(folder: Path) -> Iterator[Path]:
     """What cameras at several heights see of the storm, drawn by our own renderer."""
     recorded = vrx_mj.read_record(record("storm", folder))
-    middle = np.mean([track.position[-1] for track in recorded.boats.values()], axis=0)
+    moment = MOMENTS["storm"][-1]
+    row = int(np.searchsorted(recorded.time, moment))
+    middle = np.mean([track.position[row] for track in recorded.boats.values()], axis=0)
     shot = Shot(size=(640, 360), fps=10.0, begin=0.0, end=recorded.time[-1], captions=False)
     for height in HEIGHTS:
         away = 20.0 + 1.5 * height
@@ -158,9 +171,36 @@ def drawn_sea(folder: Path) -> Iterator[Path]:
         eye = looking(place, (*map(float, middle[:2]), 0.3), (0.0, 0.0, 1.0))
         film = Film(recorded, shot, size=(640, 360), fps=10.0, eye=lambda _t, eye=eye: eye)
         picture = folder / f"sea_{height:g}m.png"
-        Image.fromarray(film.picture(15.0)).save(picture)
+        Image.fromarray(film.picture(moment)).save(picture)
         film.close()
         yield picture
+
+
+def sensors(folder: Path) -> Iterator[Path]:
+    """A boat and buoys from heights over a sea, and what the cameras of VRX's suite see by day, in fog and at dusk."""
+    for name, (height, *_) in SEAS.items():
+        recorded = vrx_mj.read_record(record(name, folder))
+        boat, away = recorded.boats["wamv"].position[-1], 8.0 + 1.5 * height
+        eye = looking(
+            (boat[0] - away, boat[1] - 0.4 * away, height),
+            (boat[0] + 4.0 + 2.2 * height, boat[1], 0.5),
+            (0.0, 0.0, 1.0),
+        )
+        film = Film(recorded, Shot(captions=False), size=(480, 360), fps=10.0, eye=lambda _t, eye=eye: eye)
+        picture = folder / f"sea_from_{name}.webp"
+        Image.fromarray(film.picture(recorded.time[-1])).save(picture, quality=80)
+        film.close()
+        yield picture
+    rows, spawn = [], {"pose": [-532.0, 237.0, 0.1, 0.0, 0.0, math.pi]}
+    for scene in SCENES:
+        sim = vrx_mj.Simulation(vrx_mj.compile_world({"extends": "example_course", "spawn": spawn, "scene": scene}))
+        sim.step(duration=5.0)
+        readings = sim.sense("wamv")
+        found = [readings[f"{where}_camera"].data.rgb for where in ("front_left", "front_right", "middle_right")]
+        rows.append(np.hstack([Image.fromarray(rgb).resize((480, 270)) for rgb in found]))
+    picture = folder / "cameras.jpg"
+    Image.fromarray(np.vstack(rows)).save(picture, quality=88)
+    yield picture
 
 
 def sheet(pictures: list[Path], target: Path, columns: int = 4) -> None:
@@ -175,7 +215,7 @@ def sheet(pictures: list[Path], target: Path, columns: int = 4) -> None:
 
 
 OTHERS: dict[str, Callable[[Path], Iterator[Path]]] = {
-    "sea": drawn_sea, "rviz": rviz, "lichtblick": partial(lichtblick, flags=SOFTWARE)
+    "sea": drawn_sea, "sensors": sensors, "rviz": rviz, "lichtblick": partial(lichtblick, flags=SOFTWARE)
 }  # fmt: skip
 """Pictures of something else than a recording."""
 
@@ -204,6 +244,8 @@ def main() -> None:
     if given.gallery:
         chosen = [one for one in found if "_1920" not in one.name]
         sheet(chosen, ROOT / "docs" / "gallery" / "recordings.webp", columns=3)
+        for picture in (*folder.glob("sea_from_*.webp"), *folder.glob("cameras.jpg")):
+            shutil.copy(picture, ROOT / "docs")
 
 
 if __name__ == "__main__":

@@ -125,7 +125,8 @@ def _shade(
     `view` points to the eye, `sun` to the sun, `variance` is that of the slopes around `slope`. The first is
     `reflectance`, with a little more where the surface leans to the sun, which represents the light that comes out of
     the water. Glitter is that of Cox and Munk (1954): the density of the slope that mirrors the sun, as a share of what
-    a white surface throws back.
+    a white surface throws back, with Reinhard's (2002) curve for what is brighter than a picture can be: an edge of
+    white would follow the cells.
     """
     upright = 1.0 / math.sqrt(1.0 + slope[0] * slope[0] + slope[1] * slope[1])
     facing = (view[2] - slope[0] * view[0] - slope[1] * view[1]) * upright
@@ -140,7 +141,8 @@ def _shade(
     cosine = 0.5 * length  # of the incidence of the sun on what mirrors it: both are unit vectors
     density = math.exp(-min(0.5 * off / spread, 50.0)) / (2.0 * math.pi * spread)
     upward = half[2] / length
-    return mirrored, min(math.pi * reflectance(cosine, 0.0) * density / (4.0 * max(view[2], 0.1) * upward**4), 1.0)
+    glitter = math.pi * reflectance(cosine, 0.0) * density / (4.0 * max(view[2], 0.1) * upward**4)
+    return mirrored, glitter / (1.0 + glitter)
 
 
 @kernel

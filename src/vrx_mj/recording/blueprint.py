@@ -51,8 +51,8 @@ PICTURES = 4
 """Cameras whose pictures are shown at first."""
 PLAN_LINES, LETTER = 18.0, 0.5
 """Lines of text as high as the plan in a window of 1280 pixels, and the width of a letter in lines."""
-UNDER_WAVES = "- /world/trails/**", "- /world/tracks/**"
-"""What lies flat over the mean water: a drawn sea would cover it in part."""
+UNDER_WAVES = "- /world/trails/**", "- /world/tracks/**", "- /world/shore"
+"""What lies flat over the mean water: a drawn sea would cover it in part, and the line of a shore floats off it."""
 END = rr.TimeRangeBoundary.infinite()
 WHOLE_RUN = rrb.TimeAxis(link="Independent", view_range=rr.TimeRange(start=END, end=END))
 """From the first moment to the last: an axis that is linked to others shows a minute around the cursor."""

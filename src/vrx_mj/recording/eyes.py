@@ -33,8 +33,8 @@ def around(distance: float) -> list[list[float]]:
 
 
 def sea_eye(reach: float) -> FloatArray:
-    """The way (3,) [m] from what the sea's view follows to its eye; all of it is within `reach` [m]."""
-    return (9.0 + 1.7 * reach) * np.array([-0.72, -0.72, 0.42])
+    """The way (3,) [m] from what the sea's view follows to its eye; `reach` [m] holds it all, and grows by a third."""
+    return (9.0 + 2.0 * reach) * np.array([-0.72, -0.72, 0.42])
 
 
 def plan_eye(scene: RecordScene, track: FloatArray | None = None) -> tuple[FloatArray, float]:

@@ -4,6 +4,7 @@ import atexit
 import ctypes
 import functools
 import importlib
+import math
 import os
 import sys
 import threading
@@ -156,6 +157,8 @@ def _advice(problems: dict[str, str]) -> str:
     )
 
 
+CYLINDER_LIST = 3
+"""Number of the closed cylinder among the display lists of MuJoCo's shapes."""
 SPARE_GEOMS = 16
 """Room in a scene for more than the model's own geoms and skins."""
 FLAGS = {
@@ -210,6 +213,7 @@ class Canvas:
         self._context = _context(model)
         self._functions: Any = importlib.import_module("OpenGL.GL")
         self._simplify_textures()
+        self._simplify_cylinders()
 
     def draw(self, data: mujoco.MjData, view: View, skins: Sequence[Skin], out: ByteArray) -> None:
         """Draw what `view` sees into `out` (height, width, 3), the lowest row first; `skins` are the model's."""
@@ -254,6 +258,25 @@ class Canvas:
                 gl.glTexParameteri(kind, gl.GL_TEXTURE_MIN_FILTER, gl.GL_NEAREST)
                 gl.glTexParameteri(kind, gl.GL_TEXTURE_MAG_FILTER, gl.GL_NEAREST)
                 gl.glBindTexture(kind, 0)
+
+    def _simplify_cylinders(self) -> None:
+        """Draw the side of a cylinder in one stack instead of as many as a sphere needs, and its ends as fans."""
+        gl, slices = self._functions, int(self._model.vis.quality.numslices)
+        around = [(math.cos(angle), math.sin(angle)) for angle in np.linspace(0.0, 2.0 * math.pi, slices + 1)]
+        gl.glNewList(self._context.baseBuiltin + CYLINDER_LIST, gl.GL_COMPILE)
+        gl.glBegin(gl.GL_QUAD_STRIP)
+        for x, y in around:
+            gl.glNormal3f(x, y, 0.0)
+            gl.glVertex3f(x, y, 1.0)
+            gl.glVertex3f(x, y, -1.0)
+        gl.glEnd()
+        for z in (1.0, -1.0):
+            gl.glBegin(gl.GL_POLYGON)
+            gl.glNormal3f(0.0, 0.0, z)
+            for x, y in around[1:]:
+                gl.glVertex3f(x, z * y, z)
+            gl.glEnd()
+        gl.glEndList()
 
     def _collect(self, data: mujoco.MjData, view: View) -> None:
         """Fill the scene with what is in view."""

@@ -189,6 +189,14 @@ def test_the_rougher_the_sea_the_wider_the_glitter():
     assert bright[1] < 0.7 * bright[0]
 
 
+def test_a_low_suns_path_on_calm_water_has_no_edge():
+    """It is too bright for a picture: cut off, it would end within a cell, and its edge follow the spokes."""
+    low = np.array([math.cos(COURSE) * math.cos(0.2), math.sin(COURSE) * math.cos(0.2), math.sin(0.2)])
+    glitter = whiteness(surface(*one_wave(5.0, COURSE, 0.001), sun=low)[3])
+    assert glitter.max() > 0.9
+    assert np.abs(np.diff(glitter, axis=1)).max() < 0.6  # of white
+
+
 def test_steep_crests_are_foam_and_troughs_and_gentle_seas_are_not():
     length, amplitude = 20.0, 1.4  # downward acceleration of a crest: 0.44 g
     distances, points, _, palette = surface(*one_wave(length, COURSE, amplitude), height=6.0)

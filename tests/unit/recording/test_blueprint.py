@@ -12,7 +12,7 @@ from rerun.chunk import RrdReader
 import recorded_run
 from trees import partial
 from vrx_mj.recording.blueprint import LETTER, PLAN_LINES, layout, plan_view, sea_view, unnamed
-from vrx_mj.recording.eyes import PLAN_ASPECT, PLAN_LINE, PLAN_MARGIN, PLAN_SLOPE, followed_circle
+from vrx_mj.recording.eyes import PLAN_ASPECT, PLAN_LINE, PLAN_MARGIN, PLAN_SLOPE, followed_circle, sea_eye
 from vrx_mj.recording.static_chunks import boat_chunks, still_chunks
 
 CALM = {"task": None, "boats": [], "wind": {"mean": 0.0, "gain": 0.0}, "sea": {"waves": []}}
@@ -151,3 +151,16 @@ def test_names_of_many_boats_do_not_cover_them(boats, named):
         ]
         assert len(hidden) == boats - named - (follow is not None and not named)
         assert f"/world/boats/{follow}/label" not in hidden
+
+
+@pytest.mark.parametrize("reach", [5.0, 20.0, 100.0])
+def test_the_seas_view_holds_boats_that_have_gone_a_third_as_far_again(reach):
+    way = sea_eye(reach)
+    ahead = -way / np.linalg.norm(way)
+    right = np.cross(ahead, (0.0, 0.0, 1.0)) / math.hypot(*ahead[:2])
+    angle = np.linspace(0.0, 2.0 * math.pi, 60)
+    rays = 4.0 / 3.0 * reach * np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle]) - way
+    x, y, z = (rays @ np.column_stack([right, np.cross(right, ahead), ahead])).T
+    assert np.all(z > 0.0)
+    assert np.abs(y / z).max() < PLAN_SLOPE  # the viewer's lens has this slope at the upper and the lower edge
+    assert np.abs(x / z).max() < 1.5 * PLAN_SLOPE  # in a window of 1280 x 800 the view is 1.58 times as wide as high

@@ -17,6 +17,7 @@ from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.mjcf.world import make_world
 from vrx_mj.sensors import canvas
 from vrx_mj.sensors.camera import Cameras
+from vrx_mj.sensors.view import View
 
 pytestmark = pytest.mark.render
 
@@ -261,6 +262,29 @@ def test_antialiasing_smooths_edges_and_leaves_other_cameras_as_they_are(samples
     changed = (plain != smooth).any(axis=2)
     assert 0 < changed.mean() < 0.05
     assert between[1] != between[0]
+
+
+def test_shapes_of_fewer_facets_look_as_mujocos_own(monkeypatch):
+    """A mistaken number of a list would draw another shape in the place of a cylinder, or that in another's place."""
+    sizes = {"sphere": ".5", "ellipsoid": ".5 .3 .4", "cylinder": ".4 .6", "capsule": ".3 .4", "box": ".4 .3 .5"}
+    geoms = [
+        f'<geom type="{kind}" size="{size}" pos="0 {2 * n - 4} 0"/>' for n, (kind, size) in enumerate(sizes.items())
+    ]
+    tilted = '<geom type="cylinder" size="1 .7" pos="0 0 -2.5" euler="50 70 0"/>'
+    model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{''.join(geoms)}{tilted}</worldbody></mujoco>")
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    view = View(np.array([-9.0, 0.0, 2.0]), turned(pitch=0.3), 0.6, 0.6, 0.1, 50.0, 300 / 1.2)
+    pictures = []
+    for _ in range(2):
+        drawing = canvas.Canvas(model, width=300, height=300, fog=False)
+        pictures.append(np.empty((300, 300, 3), np.uint8))
+        drawing.draw(data, view, (), pictures[-1])
+        drawing.close()
+        monkeypatch.setattr(canvas.Canvas, "_simplify_cylinders", lambda self: None)
+    fewer, own = (picture.astype(int) for picture in pictures)
+    assert np.mean(own.any(axis=2)) > 0.03
+    assert np.abs(fewer - own).max() <= 2
 
 
 # Colours

@@ -283,12 +283,12 @@ def between(first: FloatArray, second: FloatArray, time: float, turns: list[int]
     """A row at `time` [s] between two rows, whose first number is their time; `turns` are where quaternions begin."""
     share = (time - first[0]) / (second[0] - first[0])
     row: FloatArray = first + share * (second - first)
-    for start in turns:
-        part = slice(start, start + 4)
-        near = second[part] if float(first[part] @ second[part]) >= 0.0 else -second[part]
-        turn = first[part] + share * (near - first[part])
-        length = math.sqrt(float(turn @ turn))
-        row[part] = turn / length if length > 0.0 else first[part]
+    places = np.add.outer(turns, range(4))
+    begin, end = first[places], second[places]
+    near = np.where(np.sum(begin * end, axis=1, keepdims=True) < 0.0, -end, end)
+    turn = begin + share * (near - begin)
+    length = np.linalg.norm(turn, axis=1, keepdims=True)
+    row[places] = np.where(length > 0.0, turn / np.maximum(length, 1e-300), begin)
     return row
 
 
@@ -462,7 +462,9 @@ class Foam(Skin):
         """Lay the foam of a time [s] on a sea of a height: that of its facets, which would hide what lies lower."""
         places, shades = self.vertices.reshape(-1, PIECES, 2, 3), self.palette.reshape(-1, PIECES, 2, 2)
         for number, wake in enumerate(self._wakes):
-            edges, opacity = wake.strip(time, height)
+            edges, opacity = wake.strip(time, lambda east, _north: np.zeros_like(east))
             count = len(opacity)
             places[number, :count], places[number, count:] = edges, edges[-1:, :1] if count else 0.0
             shades[number, :count, :, 0], shades[number, count:, :, 0] = opacity[:, None], 0.0
+        east_north = np.moveaxis(places[..., :2].astype(np.float64), -1, 0)
+        places[..., 2] += np.asarray(height(*east_north), np.float32)
