@@ -10,7 +10,7 @@ import dataclasses
 import subprocess
 import tempfile
 import uuid
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -41,6 +41,8 @@ JOIN_SECONDS = 600.0
 """Longest that rerun may take to join files."""
 MOST_ROWS, MOST_BYTES = 1280, 64 << 20
 """Rows, and bytes, that become chunks at once: over a minute, as each chunk takes 1 kB besides what is in it."""
+EXACT_ROWS = 640
+"""Rows of a chunk that has them as they are: rerun holds six copies of it for a moment."""
 
 
 class UnwrittenError(RecordError):
@@ -106,7 +108,8 @@ class Encoder:
 
     def save_views(self, file: Path) -> Path:
         """Write the blueprint, with the trails of who joined later, to an `.rbl` file, which is returned."""
-        scene = dataclasses.replace(self._first, earlier=self._scene.roster())
+        ended = self._end if self._end > (self._first.begun or 0.0) else None
+        scene = dataclasses.replace(self._first, earlier=self._scene.roster(), ended=ended)
         save_views(file, scene, APPLICATION, track=self._moving.track, result=self._task.result)
         return file
 
@@ -142,7 +145,8 @@ class Encoder:
             rows = np.concatenate([unpack_rows(blob) for blob in blobs])
             self._end = float(rows[-1, 0])
             found[ROWS], blobs = [], []  # a minute of each is several MB
-            yield exact_rows(rows, self._boat_set)
+            for begin in range(0, len(rows), EXACT_ROWS):
+                yield exact_rows(rows[begin : begin + EXACT_ROWS], self._boat_set)
             yield from self._moving(rows)
         if events := sorted(event for part in found[EVENTS] for event in written_events(part)):
             yield event_chunk(events)

@@ -13,6 +13,7 @@ import struct
 import zipfile
 import zlib
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -64,7 +65,7 @@ def _write_planes(rows: FloatArray, planes: ByteArray) -> None:
 @inlined_kernel
 def _sortable(value: float) -> int:
     """Return the bit pattern of a number as an integer that sorts like it."""
-    bits = np.float64(value).view(np.int64)
+    bits: Any = np.float64(value).view(np.int64)
     return bits ^ FLIP if bits < 0 else bits
 
 
@@ -125,7 +126,7 @@ def _read_planes(planes: ByteArray, rows: IntArray) -> None:
 @inlined_kernel
 def _off(planes: ByteArray, at: int) -> int:
     """Return the integer of which `planes` hold the bytes, its sign in the lowest bit."""
-    value = np.int64(0)
+    value: Any = np.int64(0)
     for plane in range(8):
         value |= np.int64(planes[plane, at]) << (8 * plane)
     return ((value >> 1) & FLIP) ^ -(value & 1)
@@ -138,7 +139,7 @@ def _read_differences(planes: ByteArray, rows: IntArray) -> None:
     for column in range(rows.shape[1]):
         value = change = turn = np.int64(0)
         for i in range(count):
-            small = _off(planes, column * count + i)
+            small: Any = _off(planes, column * count + i)
             turn = small if i < 3 else turn + small
             change = turn if i < 2 else change + turn
             value = change if i < 1 else value + change

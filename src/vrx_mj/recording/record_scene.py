@@ -206,6 +206,8 @@ class RecordScene:
     """The parameters of the world: what its task lays out."""
     begun: float | None = None
     """Simulated time from which its boats are shown [s]; None: always, and they stay."""
+    ended: float | None = None
+    """Simulated time at which the recording ends [s]; None: it goes on."""
     follow: str | None = None
     """The boat that the camera follows; None: the fleet."""
     earlier: tuple[str, ...] = ()

@@ -30,6 +30,7 @@ from vrx_mj.recording.record_scene import FORMAT, RecordedSensor, RecordScene
 from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.sensors.readings import Reading
 from vrx_mj.tasks.frame import Message
+from vrx_mj.unix import release_memory
 
 QUALITY = 75
 """Quality of the JPEG pictures, of 100."""
@@ -134,6 +135,7 @@ class RecordWriter:
 
 def finish(path: Path, file: RawFile, scenes: Sequence[RecordScene]) -> None:
     """Encode the run in a file, in its place; where there is no room for it, it stays as it is."""
+    release_memory()  # also the code of what the run needed, before the viewer's library is loaded
     from vrx_mj.recording.encoding import UnwrittenError, encode
 
     try:
