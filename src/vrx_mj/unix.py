@@ -23,7 +23,7 @@ DONTNEED = 4
 
 
 def release_memory() -> None:
-    """Give freed memory back to the system where the C library keeps it, as glibc does; on Linux, programs' code too."""
+    """Give freed memory back where the C library keeps it, as glibc does, and on Linux code until it runs again."""
     if resource is not None and hasattr(library := ctypes.CDLL(None), "malloc_trim"):
         library.malloc_trim(0)
         for line in Path("/proc/self/maps").read_text(encoding="utf-8", errors="replace").splitlines():

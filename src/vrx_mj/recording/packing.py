@@ -66,7 +66,8 @@ def _write_planes(rows: FloatArray, planes: ByteArray) -> None:
 def _sortable(value: float) -> int:
     """Return the bit pattern of a number as an integer that sorts like it."""
     bits: Any = np.float64(value).view(np.int64)
-    return bits ^ FLIP if bits < 0 else bits
+    sortable: int = bits ^ FLIP if bits < 0 else bits
+    return sortable
 
 
 @inlined_kernel
@@ -129,7 +130,8 @@ def _off(planes: ByteArray, at: int) -> int:
     value: Any = np.int64(0)
     for plane in range(8):
         value |= np.int64(planes[plane, at]) << (8 * plane)
-    return ((value >> 1) & FLIP) ^ -(value & 1)
+    off: int = ((value >> 1) & FLIP) ^ -(value & 1)
+    return off
 
 
 @kernel
