@@ -26,7 +26,8 @@ def release_memory() -> None:
     """Give freed memory back where the C library keeps it, as glibc does, and on Linux code until it runs again."""
     if resource is not None and hasattr(library := ctypes.CDLL(None), "malloc_trim"):
         library.malloc_trim(0)
-        for line in Path("/proc/self/maps").read_text(encoding="utf-8", errors="replace").splitlines():
+        maps = Path("/proc/self/maps")
+        for line in maps.read_text(encoding="utf-8", errors="replace").splitlines() if maps.exists() else ():
             span, mode, _, _, file, *_ = line.split()
             if mode == "r-xp" and file != "0":  # what was compiled in memory is in no file
                 begin, end = (int(address, 16) for address in span.split("-"))
