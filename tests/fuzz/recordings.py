@@ -181,7 +181,7 @@ def mutated_rows(cell: bytes, chance: random.Random) -> bytes:
             rows = unpack_rows(cell)
             return pack_rows(chance.choice([rows[:, :-1], rows[:0], np.hstack([rows, rows]), rows[::-1]]))
         case 2:
-            rows = unpack_rows(cell)
+            rows = unpack_rows(cell).copy()
             column = chance.choice([0, 0, 1, chance.randrange(rows.shape[1]), rows.shape[1] - 1])
             rows[chance.randrange(len(rows)), column] = chance.choice([np.nan, np.inf, -1e308, 1e308, 1e30, -1.0, 7.5])
             return pack_rows(rows)

@@ -1,7 +1,5 @@
 """Touches of a boat: each is told once, with its time and force, in recordings too, and the motion does not notice."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -9,6 +7,7 @@ import vrx_mj
 from vrx_mj.cli.screen import print_summary
 from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.recording.session import viewable
+from vrx_mj.runtime import subscriptions
 from vrx_mj.runtime.subscriptions import ContactWatch, forces_of_pairs
 
 SPAWN = {"sensors": "none", "thrusters": "H"}
@@ -195,6 +194,25 @@ def test_two_boats_are_one_touch_whichever_geom_comes_first():
     assert {(touch.boat, touch.other) for touch in touches} == {("a", "b")}
 
 
+def test_contacts_are_sampled_once_for_all_who_watch(sim, monkeypatch):
+    sampled, counts, told = [], [], []
+    monkeypatch.setattr(
+        subscriptions, "forces_of_pairs", lambda *args: sampled.append(sim.time) or forces_of_pairs(*args)
+    )
+    for watches in (1, 3):
+        touches = [[] for _ in range(watches)]
+        begun = [sim.watch_contacts(each.append) for each in touches]
+        ram(sim)
+        for watch in begun:
+            sim.unwatch_contacts(watch)
+        told += touches
+        counts.append(len(sampled))
+        sampled.clear()
+        sim.reset()
+    assert counts[0] == counts[1] > 10
+    assert all(each == told[0] for each in told)
+
+
 def test_a_callback_may_not_change_the_run(sim):
     refused = []
 
@@ -211,8 +229,8 @@ def test_a_callback_may_not_change_the_run(sim):
 
 def test_touches_of_one_moment_come_in_the_order_of_their_names():
     names = [("a", other) for other in ("w", "q", "m", "z", "b")]
-    arrays, told = SimpleNamespace(timestep=0.01), []
-    watch = ContactWatch(lambda: ("a",), lambda: arrays, lambda touch: told.append((touch.boat, touch.other)))
+    told = []
+    watch = ContactWatch(lambda touch: told.append((touch.boat, touch.other)))
     for pair in names:
         watch._note(pair, (1.0, 0.0, 0.0), (0.0, 0.0, 0.0), 3.0)
     watch.end()

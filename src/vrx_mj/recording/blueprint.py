@@ -53,9 +53,9 @@ PLAN_LINES, LETTER = 18.0, 0.5
 """Lines of text as high as the plan in a window of 1280 pixels, and the width of a letter in lines."""
 UNDER_WAVES = "- /world/trails/**", "- /world/tracks/**", "- /world/shore"
 """What lies flat over the mean water: a drawn sea would cover it in part, and the line of a shore floats off it."""
-END = rr.TimeRangeBoundary.infinite()
-WHOLE_RUN = rrb.TimeAxis(link="Independent", view_range=rr.TimeRange(start=END, end=END))
-"""From the first moment to the last: an axis that is linked to others shows a minute around the cursor."""
+EDGE = rr.TimeRangeBoundary.infinite()
+AFTER = 1.0 / 16.0
+"""Room behind the run on the axes of plots, in shares of it: the last label is whole."""
 
 
 def save_views(
@@ -77,7 +77,7 @@ def layout(
     pictured = bool(scene.of_type("camera"))
     left = rrb.Vertical(sea_view(scene), below(scene), row_shares=[1.7 if pictured else 3.4, 1])
     boats = scene.roster()
-    story = [steps_view(), log_view()] if has_task(scene) else [log_view(), steps_view()]
+    story = [steps_view(scene), log_view()] if has_task(scene) else [log_view(), steps_view(scene)]
     rows: list[rrb.View | rrb.Container] = [*beside(scene, result), rrb.Tabs(*story)]
     shares = [*[1.0] * (len(rows) - 1), 1.2]
     if len(boats) > FEW_NAMES:
@@ -99,10 +99,10 @@ def layout(
 def beside(scene: RecordScene, result: str = "") -> list[rrb.View | rrb.Container]:
     """Under the plan: how the task goes in words and as a plot, if there is one, then speed and thrust."""
     speed, thrust = BESIDE
-    score = [plot_view(TASK, legend=True)] if has_task(scene) else []
-    plots: list[rrb.View | rrb.Container] = [rrb.Tabs(*score, *(plot_view(plot, marked=True) for plot in speed))]
+    score = [plot_view(scene, TASK, legend=True)] if has_task(scene) else []
+    plots: list[rrb.View | rrb.Container] = [rrb.Tabs(*score, *(plot_view(scene, plot, marked=True) for plot in speed))]
     if scene.thrusters:
-        plots.append(rrb.Tabs(*(plot_view(plot, legend=len(scene.thrusters) <= LEGEND) for plot in thrust)))
+        plots.append(rrb.Tabs(*(plot_view(scene, plot, legend=len(scene.thrusters) <= LEGEND) for plot in thrust)))
     words = rrb.TextDocumentView(name=f"Task: {result}" if result else "Task", origin=WORDS, contents=[f"+ {WORDS}"])
     return [words, *plots] if has_task(scene) else plots
 
@@ -122,10 +122,10 @@ def legend_view(boats: Sequence[str]) -> rrb.Spatial2DView:
 def below(scene: RecordScene) -> rrb.Container:
     """Under the sea: the pictures of cameras, and the plots, of which fewer are seen at a time the more there are."""
     shown = [plot for kind in SENSOR_KINDS.values() if scene.of_type(kind.type) for plot in kind.plots]
-    sensed = [plot_view((plot.name, plot.title), legend=True) for plot in shown]
+    sensed = [plot_view(scene, (plot.name, plot.title), legend=True) for plot in shown]
     pictures = [picture_view(sensor) for sensor in scene.of_type("camera")[:PICTURES]]
     windy = "wind" in scene.weather()
-    moved = [[plot_view(plot) for plot in place if plot[0] != "wind" or windy] for place in BELOW]
+    moved = [[plot_view(scene, plot) for plot in place if plot[0] != "wind" or windy] for place in BELOW]
     if not pictures:
         return rrb.Horizontal(*(rrb.Tabs(*plots) for plots in (*moved, sensed) if plots))
     plots = rrb.Tabs(*sensed, *chain.from_iterable(moved))
@@ -223,7 +223,17 @@ def trails(scene: RecordScene) -> dict[str, Any]:
     return dict.fromkeys((*paths, *map(track_path, scene.of_type("gps"))), sofar)
 
 
-def plot_view(plot: tuple[str, str], *, legend: bool = False, marked: bool = False) -> rrb.TimeSeriesView:
+def whole_run(scene: RecordScene) -> rr.TimeRange:
+    """From the first moment to a little after the last; an axis linked to others shows a minute around the cursor."""
+    if scene.ended is None:
+        return rr.TimeRange(start=EDGE, end=EDGE)
+    end = scene.ended + AFTER * (scene.ended - (scene.begun or 0.0))
+    return rr.TimeRange(start=EDGE, end=rr.TimeRangeBoundary.absolute(seconds=end))
+
+
+def plot_view(
+    scene: RecordScene, plot: tuple[str, str], *, legend: bool = False, marked: bool = False
+) -> rrb.TimeSeriesView:
     """A plot over the whole run; `marked`: with the marks of what happened."""
     quantity, name = plot
     return rrb.TimeSeriesView(
@@ -231,13 +241,14 @@ def plot_view(plot: tuple[str, str], *, legend: bool = False, marked: bool = Fal
         origin=f"/plots/{quantity}",
         contents=[f"+ /plots/{quantity}/**", *([f"+ {MARKS}/**"] if marked else [])],
         plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=legend),
-        axis_x=WHOLE_RUN,
+        axis_x=rrb.TimeAxis(link="Independent", view_range=whole_run(scene)),
     )
 
 
-def steps_view() -> rrb.StateTimelineView:
+def steps_view(scene: RecordScene) -> rrb.StateTimelineView:
     """Phases, scores and touches over time."""
-    return rrb.StateTimelineView(name="Timeline", origin=STEPS, contents=[f"+ {STEPS}/**"], time_view=WHOLE_RUN)
+    axis = rrb.TimeAxis(link="Independent", view_range=whole_run(scene))
+    return rrb.StateTimelineView(name="Timeline", origin=STEPS, contents=[f"+ {STEPS}/**"], time_view=axis)
 
 
 def log_view() -> rrb.TextLogView:

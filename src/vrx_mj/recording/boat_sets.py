@@ -267,8 +267,8 @@ def head_of(text: str) -> Head:
         RecordError: it is damaged, or of another version.
     """
     version = checked(VERSION, "head", text)
-    if version.format not in (1, FORMAT):  # the first held its blueprint
-        raise RecordError(f"head: format {version.format}; this version reads 1 and {FORMAT}")
+    if not 1 <= version.format <= FORMAT:  # the first held its blueprint, the second packed rows in another form
+        raise RecordError(f"head: format {version.format}; this version reads 1 to {FORMAT}")
     head = checked(HEAD, "head", text)
     check_layout("head", head.layout)
     check_sensors(head.sensors)

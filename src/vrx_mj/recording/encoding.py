@@ -10,7 +10,7 @@ import dataclasses
 import subprocess
 import tempfile
 import uuid
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -37,13 +37,12 @@ from vrx_mj.recording.viewer import viewer_binary, viewer_environment
 from vrx_mj.recording.weather_chunks import plan_chunks
 from vrx_mj.unix import release_memory
 
-SMALL = 200
-"""Rows of a block under which it takes more space: its first rows are not differences."""
-
 JOIN_SECONDS = 600.0
 """Longest that rerun may take to join files."""
-MOST_ROWS, MOST_BYTES = 1200, 64 << 20
-"""Rows, and bytes, that become chunks at once: a minute, as each chunk takes 1 kB besides what is in it."""
+MOST_ROWS, MOST_BYTES = 1280, 64 << 20
+"""Rows, and bytes, that become chunks at once: over a minute, as each chunk takes 1 kB besides what is in it."""
+EXACT_ROWS = 640
+"""Rows of a chunk that has them as they are: rerun holds six copies of it for a moment."""
 
 
 class UnwrittenError(RecordError):
@@ -109,7 +108,8 @@ class Encoder:
 
     def save_views(self, file: Path) -> Path:
         """Write the blueprint, with the trails of who joined later, to an `.rbl` file, which is returned."""
-        scene = dataclasses.replace(self._first, earlier=self._scene.roster())
+        ended = self._end if self._end > (self._first.begun or 0.0) else None
+        scene = dataclasses.replace(self._first, earlier=self._scene.roster(), ended=ended)
         save_views(file, scene, APPLICATION, track=self._moving.track, result=self._task.result)
         return file
 
@@ -142,11 +142,11 @@ class Encoder:
         if states:
             yield part_chunk(found[STATES])
         if blobs := [blob for part in found[ROWS] for blob in part.blobs("block")]:
-            blocks = [unpack_rows(blob) for blob in blobs]
-            self._end = float(blocks[-1][-1, 0])
-            yield exact_rows(blobs, blocks, self._boat_set)
+            rows = np.concatenate([unpack_rows(blob) for blob in blobs])
+            self._end = float(rows[-1, 0])
             found[ROWS], blobs = [], []  # a minute of each is several MB
-            rows, blocks = np.concatenate(blocks), []
+            for begin in range(0, len(rows), EXACT_ROWS):
+                yield exact_rows(rows[begin : begin + EXACT_ROWS], self._boat_set)
             yield from self._moving(rows)
         if events := sorted(event for part in found[EVENTS] for event in written_events(part)):
             yield event_chunk(events)
@@ -182,13 +182,10 @@ def batches(parts: Iterable[Part]) -> Iterator[Batch]:
     yield batch
 
 
-def exact_rows(blobs: Sequence[bytes], blocks: Sequence[FloatArray], boat_set: int) -> Chunk:
-    """Blocks of rows as they are, to the last bit, with the number of their boat set; small ones become one."""
-    if sum(map(len, blocks)) < SMALL * len(blocks):
-        rows = np.concatenate(blocks)
-        blobs, blocks = [pack_rows(rows)], [rows]
-    columns = rr.AnyValues.columns(block=blobs, company=[boat_set] * len(blobs))
-    return Chunk.from_columns(ROWS, [times([block[0, 0] for block in blocks])], columns)
+def exact_rows(rows: FloatArray, boat_set: int) -> Chunk:
+    """Rows as they are, to the last bit, with the number of their boat set."""
+    columns = rr.AnyValues.columns(block=[pack_rows(rows)], company=[boat_set])
+    return Chunk.from_columns(ROWS, [times(rows[:1, 0])], columns)
 
 
 def written_states(part: Part) -> Iterator[tuple[float, bytes]]:

@@ -20,7 +20,7 @@ from vrx_mj.draw.colors import Rgb, boat_colors
 from vrx_mj.model.world import Parameters
 from vrx_mj.sensors.displays import Display
 
-FORMAT = 2
+FORMAT = 3
 """Version of what we write into a recording; a reader refuses later ones."""
 
 Vec3 = tuple[float, float, float]
@@ -206,6 +206,8 @@ class RecordScene:
     """The parameters of the world: what its task lays out."""
     begun: float | None = None
     """Simulated time from which its boats are shown [s]; None: always, and they stay."""
+    ended: float | None = None
+    """Simulated time at which the recording ends [s]; None: it goes on."""
     follow: str | None = None
     """The boat that the camera follows; None: the fleet."""
     earlier: tuple[str, ...] = ()

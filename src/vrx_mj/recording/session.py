@@ -314,7 +314,9 @@ def save_views_following(record: Record, boat: str | None, file: Path) -> None:
     sim = Simulation(record.companies[0].world)
     scene = scene_of(sim, looks_of=[boat] if boat in sim.boats else [])
     shown = sim.sea.height if record.sea else None
+    begun, ended = record.begun, float(record.time.max(initial=record.begun))
     scene = replace(scene, sensors=record.sensors, earlier=tuple(record.boats), follow=boat, sea_height=shown)
+    scene = replace(scene, begun=begun, ended=ended if ended > begun else None)
     result = result_of(rescore(record).referee) if sim.task else ""
     places = np.concatenate([track.position[:, :2] for track in record.boats.values()])
     ends = np.array([np.nanmin(places, axis=0), np.nanmax(places, axis=0)]) if len(places) else None

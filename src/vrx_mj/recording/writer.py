@@ -22,7 +22,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError, VrxWarning
 from vrx_mj.model.world import tree_of
 from vrx_mj.recording.boat_sets import boat_set_cells
-from vrx_mj.recording.packing import archive, pack_rows
+from vrx_mj.recording.packing import archive, plain_rows
 from vrx_mj.recording.parts import COMPANIES, EVENTS, FRAMES, ROWS, RUN, STATES, Cell
 from vrx_mj.recording.raw_file import RawFile
 from vrx_mj.recording.reader import measured
@@ -30,6 +30,7 @@ from vrx_mj.recording.record_scene import FORMAT, RecordedSensor, RecordScene
 from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.sensors.readings import Reading
 from vrx_mj.tasks.frame import Message
+from vrx_mj.unix import release_memory
 
 QUALITY = 75
 """Quality of the JPEG pictures, of 100."""
@@ -63,11 +64,11 @@ class RecordWriter:
 
     def rows(self, block: FloatArray) -> None:
         """Record rows (n, columns), in the order of time. They are copied."""
-        rows = np.array(block, np.float64, order="C", ndmin=2)
+        rows = np.atleast_2d(np.asarray(block, np.float64))
         if rows.shape[1] != self._width:
             raise RecordError(f"rows of {rows.shape[1]} columns for '{self._path}', which has {self._width}")
         if len(rows):
-            self._put(ROWS, {"block": [pack_rows(rows)], "company": [np.array([self._boat_set])]})
+            self._put(ROWS, {"block": [plain_rows(rows)], "company": [np.array([self._boat_set])]})
 
     def go_on(self, scene: RecordScene) -> None:
         """Boats have come or gone: later rows and frames are of this scene, which begins now."""
@@ -91,7 +92,7 @@ class RecordWriter:
     def frame(self, t: float, row: FloatArray, messages: Sequence[Message]) -> None:
         """Record a frame that a task's referee looked at, at simulated time `t` [s], with what its team sent."""
         sent = [[0, [[message.topic, message.content] for message in messages]]] if messages else []
-        block = pack_rows(np.array(row, np.float64, ndmin=2))
+        block = plain_rows(np.atleast_2d(np.asarray(row, np.float64)))
         self._put(FRAMES, {"block": [block], "sent": [json.dumps(sent)], "company": [np.array([self._boat_set])]})
 
     def state(self, t: float, blob: bytes) -> None:
@@ -134,6 +135,7 @@ class RecordWriter:
 
 def finish(path: Path, file: RawFile, scenes: Sequence[RecordScene]) -> None:
     """Encode the run in a file, in its place; where there is no room for it, it stays as it is."""
+    release_memory()  # also the code of what the run needed, before the viewer's library is loaded
     from vrx_mj.recording.encoding import UnwrittenError, encode
 
     try:

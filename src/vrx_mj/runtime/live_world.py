@@ -33,7 +33,7 @@ from vrx_mj.runtime.state import (
     save_last_good_state,
     set_integration_state,
 )
-from vrx_mj.runtime.subscriptions import Subscriptions
+from vrx_mj.runtime.subscriptions import ContactSampler, Subscriptions
 from vrx_mj.runtime.task_runner import TaskRunner
 from vrx_mj.runtime.timing import steps_to_multiple, stride_of
 from vrx_mj.runtime.turns import Turn
@@ -79,7 +79,8 @@ class LiveWorld:
         own = weakref.proxy(self)  # a run that nobody holds goes at once, with its models and its drawing context
         self.sensing = Sensing(world, self.arrays, self.drawing, lambda: own.renew_arguments(), self.turn)  # noqa: PLW0108
         self.displays = Displays(self.arrays, self.sensing)
-        self.subscriptions = Subscriptions(self.arrays.sensors, self.sensing.read, self.arrays.timestep)
+        contacts = ContactSampler(lambda: own.world.boats, lambda: own.arrays)
+        self.subscriptions = Subscriptions(self.arrays.sensors, self.sensing.read, self.arrays.timestep, contacts)
         self.task_runner = TaskRunner(world, self.arrays, self.bodies.pose)
         self._pace, self._drained = 1e-5, 0.0
 

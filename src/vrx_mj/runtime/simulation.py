@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-import weakref
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from threading import get_ident
@@ -432,8 +431,7 @@ class Simulation(Roster):
         """
         if not callable(tell):
             raise CommandError(f"invalid tell {shown(tell)}: a function that takes a touch is needed")
-        live = weakref.proxy(self._live)
-        watch = ContactWatch(lambda: live.world.boats, lambda: live.arrays, tell, ended=as_flag("ended", ended))
+        watch = ContactWatch(tell, ended=as_flag("ended", ended))
         self._subscriptions.watch(watch)
         return watch
 

@@ -10,7 +10,6 @@ import sys
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import chain
 from time import perf_counter
 
 import mujoco
@@ -26,6 +25,7 @@ from vrx_mj.runtime.timing import sample_number, steps_to_time
 from vrx_mj.sensors.readings import Reading
 
 __all__ = [
+    "ContactSampler",
     "ContactWatch",
     "Subscription",
     "Subscriptions",
@@ -73,23 +73,46 @@ class Touch:
         return f"{self.boat} touches {self.other}, {self.time:.1f}{until} s, {self.force:.0f} N"
 
 
+class ContactSampler:
+    """Samples the contacts of boats, for all who watch them."""
+
+    def __init__(self, boats: Callable[[], tuple[str, ...]], arrays: Callable[[], LoopArrays]) -> None:
+        """Sample contacts of these boats; `arrays` returns the present arrays."""
+        self._boats, self._arrays = boats, arrays
+        self._due, self._armed = 0, False
+
+    def begin(self) -> None:
+        """Sample at the next look."""
+        self._due = 0
+
+    def steps(self, time: float) -> int:
+        """Steps from `time` [s] to the next sample."""
+        return max(1, self._due - round(time / self._arrays().timestep))
+
+    def look(self, time: float) -> Mapping[Pair, tuple[Vec3, Vec3]] | None:
+        """Forces of the last step and where they act by pairs, as `forces_of_pairs`; None if none is due at `time`."""
+        arrays = self._arrays()
+        step, look = round(time / arrays.timestep), arrays.broadphase[0]
+        stopped = self._armed and not look["armed"]
+        if step < self._due and not stopped:
+            return None
+        free = look["wait"] == 0 and look["clearance"] > 0.0  # the list of contacts is then an earlier step's
+        found = forces_of_pairs(arrays, frozenset(self._boats())) if arrays.data.ncon and not free else {}
+        self._armed = not (found or stopped)  # what holds a boat stops the loop without a contact
+        look["armed"] = self._armed
+        stride = max(
+            1, round(TOUCHING / arrays.timestep)
+        )  # samples are at whole multiples of it, however the run is cut
+        self._due = (step // stride + round((FREE if self._armed else TOUCHING) / TOUCHING)) * stride
+        return found
+
+
 class ContactWatch:
     """Reports every touch of a boat once."""
 
-    def __init__(
-        self,
-        boats: Callable[[], tuple[str, ...]],
-        arrays: Callable[[], LoopArrays],
-        callback: Callable[[Touch], None],
-        *,
-        ended: bool = False,
-    ) -> None:
-        """Watch these boats; `arrays` returns the present arrays, and `callback` is called with every touch.
-
-        That is `SETTLES` after it began, or with `ended` when it is over.
-        """
-        self._boats, self._arrays, self._callback, self._ended = boats, arrays, callback, ended
-        self._due, self._armed = 0, False
+    def __init__(self, callback: Callable[[Touch], None], *, ended: bool = False) -> None:
+        """`callback` is called with every touch: `SETTLES` after it began, or with `ended` when it is over."""
+        self._callback, self._ended = callback, ended
         self._touches: dict[Pair, Touch] = {}
         self._seen: dict[Pair, float] = {}
         self._waiting: set[Pair] = set()
@@ -97,32 +120,13 @@ class ContactWatch:
     def begin(self) -> None:
         """The state was set, maybe to an earlier time: report what is pending, and forget all touches."""
         self.end()
-        self._due = 0
         self._touches.clear()
         self._seen.clear()
 
-    def steps(self, time: float) -> int:
-        """Steps from `time` [s] to the next look."""
-        return max(1, self._due - round(time / self._arrays().timestep))
-
-    def look(self, time: float) -> None:
-        """Sample the contacts of the last step, if a sample is due at `time` [s]."""
-        arrays = self._arrays()
-        step = round(time / arrays.timestep)
-        stopped = self._armed and not arrays.broadphase["armed"][0]
-        if step < self._due and not stopped:
-            return
-        look = arrays.broadphase[0]
-        free = look["wait"] == 0 and look["clearance"] > 0.0  # the list of contacts is then an earlier step's
-        found = forces_of_pairs(arrays, frozenset(self._boats())) if arrays.data.ncon and not free else {}
+    def take(self, found: Mapping[Pair, tuple[Vec3, Vec3]], time: float) -> None:
+        """Take a sample at `time` [s], and report the touches that are due."""
         for pair, (vector, point) in found.items():
             self._note(pair, vector, point, time)
-        self._armed = not (found or stopped)  # what holds a boat stops the loop without a contact
-        look["armed"] = self._armed
-        stride = max(
-            1, round(TOUCHING / arrays.timestep)
-        )  # samples are at whole multiples of it, however the run is cut
-        self._due = (step // stride + round((FREE if self._armed else TOUCHING) / TOUCHING)) * stride
         self._report([pair for pair in self._waiting if self._is_due(pair, time)])
 
     def end(self) -> None:
@@ -216,9 +220,15 @@ class Subscription:
 class Subscriptions:
     """All who take readings of a run, in the order in which they came."""
 
-    def __init__(self, sensors: Sequence[Mounted], read: Callable[[str, str], Reading], timestep: float) -> None:
+    def __init__(
+        self,
+        sensors: Sequence[Mounted],
+        read: Callable[[str, str], Reading],
+        timestep: float,
+        contacts: ContactSampler,
+    ) -> None:
         """Nobody yet; `read` gives the reading of a boat's sensor now."""
-        self._read, self._timestep = read, timestep
+        self._read, self._timestep, self._contacts = read, timestep, contacts
         self._all: tuple[Subscription, ...] = ()
         self._watches: tuple[ContactWatch, ...] = ()
         self.busy = False
@@ -267,6 +277,7 @@ class Subscriptions:
     def watch(self, watch: ContactWatch) -> None:
         """Add a watch of contacts."""
         self._watches = (*self._watches, watch)
+        self._contacts.begin()
 
     def unwatch(self, watch: ContactWatch) -> None:
         """End what `watch` began; nothing happens if it has ended.
@@ -281,6 +292,7 @@ class Subscriptions:
 
     def begin(self, time: float) -> None:
         """The state was set: readings that are due at `time` [s] are to come, and contacts are new ones."""
+        self._contacts.begin()
         for watch in self._watches:
             with self._handing_over():
                 watch.begin()
@@ -298,14 +310,16 @@ class Subscriptions:
 
     def steps(self, time: float) -> int:
         """Steps from `time` [s] to where the next reading, or look at the contacts, may be due."""
-        readings = (one.steps(time, self._timestep) for one in self._all)
-        return min(chain(readings, (watch.steps(time) for watch in self._watches)), default=NEVER)
+        sample = self._contacts.steps(time) if self._watches else NEVER
+        return min([sample, *(one.steps(time, self._timestep) for one in self._all)])
 
     def deliver(self, time: float) -> None:
         """Look at the contacts, and hand over readings, where that is due at `time` [s] and was not done yet."""
-        for watch in self._watches:
-            with self._handing_over():
-                watch.look(time)
+        found = self._contacts.look(time) if self._watches else None
+        if found is not None:
+            for watch in self._watches:
+                with self._handing_over():
+                    watch.take(found, time)
         for one in self._all:
             number = one.number(time)
             if number != one.taken and one in self._all:

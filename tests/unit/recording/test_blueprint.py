@@ -11,7 +11,7 @@ from rerun.chunk import RrdReader
 
 import recorded_run
 from trees import partial
-from vrx_mj.recording.blueprint import LETTER, PLAN_LINES, layout, plan_view, sea_view, unnamed
+from vrx_mj.recording.blueprint import LETTER, PLAN_LINES, layout, plan_view, sea_view, unnamed, whole_run
 from vrx_mj.recording.eyes import PLAN_ASPECT, PLAN_LINE, PLAN_MARGIN, PLAN_SLOPE, followed_circle, sea_eye
 from vrx_mj.recording.static_chunks import boat_chunks, still_chunks
 
@@ -124,6 +124,13 @@ def test_plots_and_the_timeline_show_the_whole_run():
         axis = view.properties["TimeAxis"]
         assert axis.link.as_arrow_array().to_pylist() == [LinkAxis.Independent.value], view.name
         assert axis.view_range.as_arrow_array().to_pylist() == [{"start": None, "end": None}], view.name  # infinite
+
+
+def test_the_shown_range_ends_a_little_after_the_run():
+    """A sixteenth of it, so that the last label of an axis is whole."""
+    span = whole_run(replace(recorded_run.scene(), begun=20.0, ended=100.0))
+    assert (span.start.kind, span.end.kind) == ("infinite", "absolute")
+    assert span.end.inner.value == 105_000_000_000
 
 
 @pytest.mark.parametrize("way", [(20.0, 0.0), (0.0, 20.0)])

@@ -223,7 +223,7 @@ def test_counts_follow_the_rate(own, share):
     """Stops of the slices find every reading that is due by the rule, one after another."""
     sensor = SimpleNamespace(boat="a", name="s", config=SimpleNamespace(rate=own))
     times = []
-    subscriptions = Subscriptions([sensor], lambda boat, name: None, 0.01)
+    subscriptions = Subscriptions([sensor], lambda boat, name: None, 0.01, None)
     clock = SimpleNamespace(step=0)
     subscriptions.add("a", "s", lambda _: times.append(clock.step), own * share, 0.0)
     while clock.step <= 2000:
