@@ -338,9 +338,10 @@ def _read_element(node: Node, robot: Robot) -> None:
     if reference and reference not in robot.urdf.links and reference not in robot.urdf.joints:
         robot.warn(node, f"no link or joint named '{reference}'; the element is ignored")
         return
-    for sensor in node.children("sensor"):
-        if reference in robot.urdf.links or not reference:
-            read_sensor(sensor, reference or robot.urdf.root, robot)
+    sensors = node.children("sensor") if reference in robot.urdf.links or not reference else []
+    types = [sensor.attribute("type") for sensor in sensors]
+    for sensor, kind in zip(sensors, types, strict=True):
+        read_sensor(sensor, reference or robot.urdf.root, robot, alone=types.count(kind) == 1)
     for plugin in node.children("plugin"):
         kind = plugin_kind(plugin)
         if kind in PLUGINS:

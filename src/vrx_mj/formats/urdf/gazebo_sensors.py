@@ -112,11 +112,8 @@ class Scope:
         return (topic.removesuffix(f"/{last}") if last else topic) or instead
 
     def name(self, node: Node, link: str, own: str) -> str:
-        """What a sensor is called: as its link, or by its own name on the root link and on a link with several."""
-        kinds = [one.get("type") for one in node.element.itersiblings("sensor", preceding=True)]
-        kinds += [one.get("type") for one in node.element.itersiblings("sensor")]
-        alone = node.attribute("type") not in kinds
-        wanted = self.local(link).removesuffix("_link") if link and link != self.urdf.root and alone else own
+        """What a sensor is called: as its link, or by its own name without one and on the root link."""
+        wanted = self.local(link).removesuffix("_link") if link and link != self.urdf.root else own
         taken = {sensor.name for sensor in self.sensors}
         wanted = next((name for name in (wanted, own) if name and name not in taken), own or wanted or "sensor")
         wanted = _ODD_CHARACTER.sub("_", wanted)[:60]
@@ -440,8 +437,11 @@ SENSORS = (
 """Gazebo's own sensors by their type."""
 
 
-def read_sensor(node: Node, link: str, scope: Scope) -> None:
-    """A `<sensor>` on a link, which is as the file calls it; its plugin, if it has one, gives topic and frame."""
+def read_sensor(node: Node, link: str, scope: Scope, *, alone: bool = True) -> None:
+    """A `<sensor>` on a link, which is as the file calls it; its plugin, if it has one, gives topic and frame.
+
+    It is called as its link if it is `alone` there of its type.
+    """
     kind = SENSORS.get(node.attribute("type") or "")
     if kind is None:
         if node.attribute("type") not in QUIET_SENSORS:
@@ -452,7 +452,7 @@ def read_sensor(node: Node, link: str, scope: Scope) -> None:
         if plugin is None or one.element is not plugin.element:
             scope.warn_plugin(one)
     own = scope.local((node.attribute("name") or "").removesuffix("_sensor"))
-    name = scope.name(node, link, own)
+    name = scope.name(node, link if alone else "", own)
     topic, frame = (plugin.text(TOPIC), plugin.text(FRAME)) if plugin else ("", "")
     topic = scope.stem(topic or node.text("topic"), kind.ends, kind.instead.format(own or name))
     _add(node, plugin, kind, scope, link, frame, topic, name)
