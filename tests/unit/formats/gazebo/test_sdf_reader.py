@@ -223,3 +223,11 @@ def test_frames_placement_and_merging_are_as_in_libsdformat():
     }
     (joint,) = model.joints
     assert read_sdf_joint(model, *joint).axes[0].xyz == pytest.approx((0.96697248, 0.24514057, 0.06978767), abs=1e-8)
+
+
+def test_a_model_without_links_is_told_and_left_out():
+    found = world('<model name="buoy"/>')
+    assert [(note.what, note.fate, note.ours) for note in found.notes] == [
+        ("<model> 'buoy'", "ignored", "it has no links, so it is nothing")
+    ]
+    assert "objects" not in found.section

@@ -305,7 +305,7 @@ def test_a_model_on_the_path_has_its_meshes_and_no_other_file_is_read(course, tm
     (tmp_path / "here" / "near" / "model.sdf").write_text(text)
     monkeypatch.chdir(tmp_path / "here")
     scene = served(course)
-    assert "no such mesh" in inserted(scene, "alone", text).status_message
+    assert "no file 'model://crate/box.obj'" in inserted(scene, "alone", text).status_message
     assert not inserted(scene, "x", DATABASE.format("near")).success
     monkeypatch.setenv("GAZEBO_MODEL_PATH", str(tmp_path / "shared"))
     assert inserted(scene, "whole", text, x=-490.0).status_message == "whole joins as model://crate"
