@@ -29,7 +29,13 @@ def release_memory() -> None:
     """Give freed memory back where the C library keeps it, as glibc does, and on Linux code until it runs again."""
     if resource is not None and hasattr(library := ctypes.CDLL(None), "malloc_trim"):
         library.malloc_trim(0)
-        maps = Path("/proc/self/smaps")
-        for found in _CODE.finditer(maps.read_text(encoding="utf-8", errors="replace") if maps.exists() else ""):
-            begin, end = (int(address, 16) for address in found.groups())
+        for begin, end in _untouched_code():
             library.madvise(ctypes.c_void_p(begin), ctypes.c_size_t(end - begin), DONTNEED)
+
+
+def _untouched_code() -> list[tuple[int, int]]:
+    try:
+        maps = Path("/proc/self/smaps").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return []
+    return [(int(found[1], 16), int(found[2], 16)) for found in _CODE.finditer(maps)]

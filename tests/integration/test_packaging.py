@@ -93,7 +93,7 @@ def test_the_wheel_is_typed_and_holds_nothing_else(wheel):
 
 def test_the_wheel_holds_no_file_twice(wheel):
     """By name, whatever a system makes of case, and by content; messages of one name in two packages, or of like
-    fields, are alike: Gazebo's states, and UsvDrive, which moved."""
+    fields, are alike: Gazebo's states, UsvDrive, which moved, and lists of transforms."""
     with zipfile.ZipFile(wheel) as stored:
         names = stored.namelist()
         content = {name: stored.read(name) for name in names}
@@ -104,6 +104,9 @@ def test_the_wheel_holds_no_file_twice(wheel):
         "gazebo_msgs/LinkStates",
         "gazebo_msgs/ModelStates",
         "robotx_gazebo/UsvDrive",
+        "tf2_msgs/TFMessage",
+        "tf2_web_republisher/TFArray",
+        "tf2_web_republisher/TFSubscriptionFeedback",
         "usv_gazebo_plugins/UsvDrive",
     )
     assert sorted(twice) == [f"vrx_mj/ros/definitions/{name}.msg" for name in messages]

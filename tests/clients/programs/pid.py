@@ -17,7 +17,8 @@ before, total, faults = None, 0.0, []
 def control(imu):
     """One turn of the loop."""
     global before, total  # noqa: PLW0603 - as such nodes are written
-    q, stamp, now = imu.orientation, imu.header.stamp.to_sec(), rospy.get_time()
+    q, stamp = imu.orientation, imu.header.stamp.to_sec()
+    now = max(rospy.get_time(), stamp)  # the clock comes on a connection of its own, which may be later
     heading = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
     if before is not None:
         error = math.remainder(GOAL - heading, math.tau)

@@ -12,7 +12,7 @@ while not left.get_num_connections() or not right.get_num_connections():
 print("ready", flush=True)
 for service in ("/gazebo/get_model_stat", "/vrx/reset_task", "/team/own_service"):
     try:
-        rospy.wait_for_service(service, timeout=1.0)
+        rospy.wait_for_service(service, timeout=0.5)
         print("there is", service, flush=True)
     except rospy.ROSException as error:
         print("without", service, error, flush=True)
