@@ -158,3 +158,21 @@ def test_generate_worlds_takes_its_files_from_parameters(served, packages, tmp_p
     )
     said = tools(f"ROS_PACKAGE_PATH={packages} roslaunch mine.launch", served.port, tmp_path)
     assert len([*(tmp_path / "worlds").glob("*[0-9].yaml")]) == WORLDS["scan_and_dock_shallow"], said
+
+
+def test_generate_wamv_takes_its_files_from_parameters(served, packages, tmp_path):
+    """As a copy of VRX's launch file sets them, in a namespace; a part that breaks a rule is no failure, as there."""
+    engine = 'engine:\n  - prefix: left\n    position: "-5 1.03 0.32"\n    orientation: "0 0 0"\n'
+    (tmp_path / "engines.yaml").write_text(engine, encoding="utf-8")
+    (tmp_path / "none.yaml").write_text("", encoding="utf-8")
+    files = {"thruster_yaml": "engines.yaml", "component_yaml": "none.yaml", "wamv_target": "boat.urdf"}
+    set_ = "".join(f'<param name="{name}" value="{tmp_path}/{file}"/>' for name, file in files.items())
+    node = '<node name="wamv_generator" pkg="vrx_gazebo" type="generate_wamv.py" required="true" output="screen"/>'
+    (tmp_path / "mine.launch").write_text(
+        f'<launch><group ns="wamv_config">{set_}<param name="wamv_locked" value="true"/>{node}</group></launch>',
+        encoding="utf-8",
+    )
+    said = tools(f"ROS_PACKAGE_PATH={packages} roslaunch mine.launch 2>&1", served.port, tmp_path)
+    assert "process has finished cleanly" in said
+    assert "1 of 1 parts break a rule" in said
+    assert 'name="left_propeller_link"' in (tmp_path / "boat.urdf").read_text(encoding="utf-8").replace("wamv/", "")

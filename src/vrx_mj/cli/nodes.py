@@ -80,23 +80,27 @@ def _gzserver(words: Sequence[str], folder: Path) -> list[Words]:
 
 def _generate_wamv(words: Sequence[str], folder: Path) -> list[Words]:
     """A URDF, and what the rules say."""
-    given = {key: _absolute(value, folder) if key != "wamv_locked" else value for key, value in _given(words).items()}
-    components = given.get("sensor_yaml") or given["component_yaml"]
-    files = ["--thrusters", given["thruster_yaml"], "--components", components]
+    given = _given(words) or _set("thruster_yaml", "component_yaml", "wamv_target", "wamv_locked")
+    paths = {key: _absolute(value, folder) for key, value in given.items() if key != "wamv_locked"}
+    components = paths.get("sensor_yaml") or paths["component_yaml"]
+    files = ["--thrusters", paths["thruster_yaml"], "--components", components]
     locked = ["--locked"] if _is_true(given.get("wamv_locked", "")) else []
-    return [["robot", "build", *files, *locked, "-o", given["wamv_target"]], ["robot", "check", *files]]
+    return [["robot", "build", *files, *locked, "-o", paths["wamv_target"]], ["robot", "check", *files]]
 
 
 def _generate_worlds(words: Sequence[str], folder: Path) -> list[Words]:
-    """The worlds of an axes file; what is not among the arguments is in parameters, as for VRX's node."""
+    """The worlds of an axes file."""
+    given = _given(words) or _set("requested", "world_target")
+    file, target = (_absolute(given[name], folder) for name in ("requested", "world_target"))
+    return [["worlds", "generate", file, "-o", target]]
+
+
+def _set(*names: str) -> dict[str, str]:
+    """Parameters by their names, in which copies of VRX's launch files have what ours give as arguments."""
     from vrx_mj.ros.ros1.client import Client
 
-    given = _given(words)
-    file, target = (
-        _absolute(given.get(name) or str(Client("world_gen").parameter(name)), folder)
-        for name in ("requested", "world_target")
-    )
-    return [["worlds", "generate", file, "-o", target]]
+    client = Client("generator")
+    return {name: str(client.parameter(name)) for name in names}
 
 
 def _keydrive(words: Sequence[str], _: Path) -> list[Words]:
@@ -211,7 +215,7 @@ def _is_true(text: str) -> bool:
 COMMANDS: Mapping[str, Callable[[Sequence[str], Path], list[Words]]] = {
     "vrx_mj_serve": _serve,
     "gzserver": _gzserver,
-    "generate_wamv": _generate_wamv,
+    "generate_wamv.py": _generate_wamv,
     "generate_worlds.py": _generate_worlds,
     "keydrive": _keydrive,
     "teleop_twist_keyboard.py": _twist_keyboard,

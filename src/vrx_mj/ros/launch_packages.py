@@ -21,7 +21,7 @@ NODES = {
         name: f"scripts/{name}"
         for name in (
             SERVING,
-            "generate_wamv",
+            "generate_wamv.py",
             "generate_worlds.py",
             "keydrive",
             "joydrive",

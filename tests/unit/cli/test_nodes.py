@@ -84,11 +84,11 @@ def test_the_empty_world_of_gazebo_is_an_error():
 def test_a_boat_is_built_and_checked():
     words = ["thruster_yaml:=/t.yaml", "component_yaml:=c.yaml", "sensor_yaml:=", "wamv_target:=out.urdf"]
     files = ["--thrusters", "/t.yaml", "--components", "/home/team/c.yaml"]
-    assert COMMANDS["generate_wamv"]([*words, "wamv_locked:=true"], HOME) == [
+    assert COMMANDS["generate_wamv.py"]([*words, "wamv_locked:=true"], HOME) == [
         ["robot", "build", *files, "--locked", "-o", "/home/team/out.urdf"],
         ["robot", "check", *files],
     ]
-    (build, _) = COMMANDS["generate_wamv"]([*words, "sensor_yaml:=s.yaml"], HOME)
+    (build, _) = COMMANDS["generate_wamv.py"]([*words, "sensor_yaml:=s.yaml"], HOME)
     assert build[:6] == ["robot", "build", "--thrusters", "/t.yaml", "--components", "/home/team/s.yaml"]
 
 
@@ -98,7 +98,7 @@ def test_a_boat_that_breaks_a_rule_ends_as_cleanly_as_with_vrx(tmp_path, x, code
     (tmp_path / "t.yaml").write_text(engine, encoding="utf-8")
     (tmp_path / "c.yaml").write_text("", encoding="utf-8")
     words = ["thruster_yaml:=t.yaml", "component_yaml:=c.yaml", "wamv_target:=out.urdf"]
-    ended = subprocess.run([sys.executable, "-m", "vrx_mj.cli.nodes", "generate_wamv", *words],
+    ended = subprocess.run([sys.executable, "-m", "vrx_mj.cli.nodes", "generate_wamv.py", *words],
                            cwd=tmp_path, capture_output=True, encoding="utf-8", check=False)  # fmt: skip
     assert ended.returncode == code, ended.stderr
     assert (tmp_path / "out.urdf").exists() == (code == 0)
