@@ -371,7 +371,7 @@ def _verdict_table(verdict: "Verdict") -> "Table":
 
 
 def _verdict_lines(part: "PartVerdict") -> Iterator[str]:
-    """The verdict on a part; for one outside every box, where it may go."""
+    """The verdict on a part, where one outside every box may go, and what ROS makes of its name."""
     if part.compliant:
         yield f"pass: in {part.box.name}" if part.box else "pass"
     for breach in part.breaches:
@@ -380,6 +380,8 @@ def _verdict_lines(part: "PartVerdict") -> Iterator[str]:
             yield f"nearest legal place: {_point(part.legal.point)} in {part.legal.box.name}"
         elif breach.rule == "place":
             yield "no box has room for it"
+    if part.warning:
+        yield f"warning: {part.warning}"
 
 
 def _conclusion(verdict: "Verdict") -> Iterator[str]:

@@ -235,7 +235,7 @@ WAYS = (
 class Breach:
     """A rule that a part breaks."""
 
-    rule: Literal["type", "count", "parameter", "place", "name"]
+    rule: Literal["type", "count", "parameter", "place"]
     message: str
 
 
@@ -262,6 +262,12 @@ class PartVerdict:
     def compliant(self) -> bool:
         """Whether it breaks no rule."""
         return not self.breaches
+
+    @property
+    def warning(self) -> str:
+        """What ROS makes of a name that no rule of VRX forbids; empty if it takes it."""
+        refused = self.name and not is_ros_name(self.name)
+        return f"ROS refuses the name {shown(self.name)}: {ALLOWED} are allowed" if refused else ""
 
 
 @dataclass(frozen=True)
@@ -323,9 +329,7 @@ def _legal_places(points: list[Point], boxes: Sequence[Box]) -> list[Spot | None
 
 def _against_type(instance: Instance, book: Rules) -> Iterator[Breach]:
     """What a part breaks whatever its place."""
-    part, name = part_types()[instance.type], name_of(instance)
-    if name and not is_ros_name(name):
-        yield Breach("name", f"ROS refuses the name {shown(name)}: {ALLOWED} are allowed")
+    part = part_types()[instance.type]
     rules = book.of(part.kind).types.get(instance.type)
     if rules is None:
         yield Breach("type", f"type {instance.type} is not an accepted {part.kind.removesuffix('s')} type")

@@ -307,6 +307,15 @@ def test_both_files_count(parts):
     assert (verdict.compliant, verdict.generator.passes) == (False, False)
 
 
+@pytest.mark.parametrize("rules", ["classic", "jazzy", "2019"])
+def test_a_name_that_ros_refuses_is_told_beside_the_verdict(parts, rules):
+    text = 'engine: [{prefix: back-left, position: "-2.373776 1.027135 0.318237", orientation: "0 0 0"}]\n'
+    verdict = judge(None, parts(text, "thrusters"), rules)
+    assert verdict.compliant
+    (part,) = verdict.parts
+    assert part.warning == "ROS refuses the name 'back-left': a letter, then letters, digits and '_' are allowed"
+
+
 def test_a_lidar_of_unknown_type_counts(parts):
     with pytest.warns(VrxWarning):
         file = parts("lidar: [{name: a, type: 64_beam}, {name: b}, {name: c}]\n")
