@@ -137,7 +137,8 @@ def _inheritors(sandbox):
 
 def pytest_ignore_collect(collection_path, config):
     """Leave files unread that have no test of the one tier that is wanted: reading them all takes each worker 10 s."""
-    chosen = {"quick": _is_quick, "slow": _may_be_slow}.get(config.option.markexpr)
+    slow = dict.fromkeys(("slow", "slow and not nightly", "nightly"), _may_be_slow)
+    chosen = {"quick": _is_quick, **slow}.get(config.option.markexpr)
     return (chosen is not None and collection_path.is_file() and not chosen(collection_path)) or None
 
 

@@ -108,6 +108,7 @@ def home(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 @needs(WORKSPACES)
 def test_a_teams_repository_sails_after_the_five_commands_of_the_page(home, tmp_path):
     page = REPO / "docs/team_repository.md"

@@ -107,6 +107,7 @@ def test_a_seeded_share_of_all_files_is_used_or_refused(tmp_path):
 
 @LINUX
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_larger_share_of_everything_is_used_or_refused_and_made_again_from_its_number(tmp_path):
     printed("-c", SHARE, "--inputs", "60", "--seed", str(SEED + 1), "--jobs", "1", "--keep", str(tmp_path))
 

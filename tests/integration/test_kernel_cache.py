@@ -20,6 +20,7 @@ def damage(file, number):
     file.write_bytes(os.urandom(len(content)) if number % 2 else content[: len(content) // 2])
 
 
+@pytest.mark.nightly
 def test_a_run_on_a_cache_of_damaged_files_compiles_again_and_says_so_once(tmp_path):
     vrx_mj.Simulation(vrx_mj.compile_world("ocean")).step()  # there are kernels of a run
     kept, place = cache_folder(), tmp_path / "cache"
