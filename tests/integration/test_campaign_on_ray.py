@@ -42,6 +42,7 @@ def folder(tmp_path, monkeypatch):
 @needs(RAY)
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")  # Ray's own
+@pytest.mark.nightly
 def test_a_cluster_gives_what_this_machine_gives(folder):
     cells = [Cell("crew:steady", "bay.yaml", 0), Cell("crew:steady", "bay.yaml", 1), Cell("crew:leaves", "bay.yaml", 0)]
     trials = [Trial(cell) for cell in cells]
