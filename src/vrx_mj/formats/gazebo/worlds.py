@@ -345,7 +345,7 @@ class _Reader:
         if not name:
             raise element.fault("required, but missing", "name")
         if not any(one.tag in {"link", *INSIDE} for one in element.children):
-            self.report.note(element, "ignored", "it has no links, so it is nothing")
+            self.report.note(element, "ignored", "a model without links has no body")
             return
         model = f"{self.file.name}#{name}"
         if is_boat(element):

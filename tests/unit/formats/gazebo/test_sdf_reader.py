@@ -228,6 +228,6 @@ def test_frames_placement_and_merging_are_as_in_libsdformat():
 def test_a_model_without_links_is_told_and_left_out():
     found = world('<model name="buoy"/>')
     assert [(note.what, note.fate, note.ours) for note in found.notes] == [
-        ("<model> 'buoy'", "ignored", "it has no links, so it is nothing")
+        ("<model> 'buoy'", "ignored", "a model without links has no body")
     ]
     assert "objects" not in found.section
