@@ -5,7 +5,8 @@ import re
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 
@@ -50,8 +51,19 @@ HEAVY = (
 )
 
 
+@cache
+def text_of(file: Path) -> str:
+    return file.read_text(encoding="utf-8")
+
+
+@cache
 def parsed(file: Path) -> ast.Module:
-    return ast.parse(file.read_text(encoding="utf-8"), filename=str(file))
+    return ast.parse(text_of(file), filename=str(file))
+
+
+def faults(files: Iterable[Path], found: Callable[[Path], object]) -> dict[str, object]:
+    """What a rule finds in files, by their names."""
+    return {shown(file): fault for file in files if (fault := found(file))}
 
 
 def shown(file: Path) -> str:
@@ -78,50 +90,53 @@ def imported(tree: ast.Module) -> Iterator[str]:
             yield node.module or ""
 
 
-@pytest.mark.parametrize("file", [*SOURCES, *TESTS], ids=shown)
-def test_modules_and_functions_stay_short(file):
-    lines = len(file.read_text(encoding="utf-8").splitlines())
-    assert lines <= MODULE_LINES, f"{shown(file)} has {lines} lines; split it at {MODULE_LINES}"
-    long = {f.name: code_lines(f) for f in functions(parsed(file)) if code_lines(f) > FUNCTION_LINES}
-    assert not long, f"{shown(file)}: functions of more than {FUNCTION_LINES} lines: {long}"
+def test_modules_stay_short():
+    assert faults([*SOURCES, *TESTS], lambda file: len(text_of(file).splitlines()) > MODULE_LINES) == {}, "split them"
 
 
-@pytest.mark.parametrize("file", [*SOURCES, *TESTS, *PROSE], ids=shown)
-def test_nothing_is_left_for_later(file):
-    if file == Path(__file__):
-        return
-    found = [line for line in file.read_text(encoding="utf-8").splitlines() if UNFINISHED.search(line)]
-    assert not found
+def test_functions_stay_short():
+    def long(file):
+        return {f.name: code_lines(f) for f in functions(parsed(file)) if code_lines(f) > FUNCTION_LINES}
+
+    assert faults([*SOURCES, *TESTS], long) == {}
 
 
-@pytest.mark.parametrize("file", sorted((REPO / "src/vrx_mj/physics").rglob("*.py")), ids=shown)
-def test_physics_imports_numpy_numba_and_the_standard_library_only(file):
-    names = set(imported(parsed(file)))
-    assert {name.split(".")[0] for name in names} <= PHYSICS_IMPORTS
-    ours = {name for name in names if name.startswith("vrx_mj")}
+def test_nothing_is_left_for_later():
+    files = {*SOURCES, *TESTS, *PROSE} - {Path(__file__)}
+    assert faults(files, lambda file: [line for line in text_of(file).splitlines() if UNFINISHED.search(line)]) == {}
+
+
+def test_physics_imports_numpy_numba_and_the_standard_library_only():
     allowed = re.compile(r"vrx_mj\.(physics|arrays|cache_folder|constants|linear_waves)\b")
-    assert {name for name in ours if not allowed.match(name)} == set()
+
+    def others(file):
+        names = set(imported(parsed(file)))
+        return {
+            name
+            for name in names
+            if name.split(".")[0] not in PHYSICS_IMPORTS or (name.startswith("vrx_mj") and not allowed.match(name))
+        }
+
+    files = list((REPO / "src/vrx_mj/physics").rglob("*.py"))
+    assert files
+    assert faults(files, others) == {}
 
 
-@pytest.mark.parametrize("file", SOURCES, ids=shown)
-def test_modules_that_a_system_lacks_are_imported_by_name_nowhere(file):
+def test_modules_that_a_system_lacks_are_imported_by_name_nowhere():
     """vrx_mj/unix.py has those that are needed, and None on Windows."""
-    nodes = list(ast.walk(parsed(file)))
-    names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
-    names += [node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)]
-    assert {name.partition(".")[0] for name in names} & LACKED == set()
+    assert faults(SOURCES, lambda file: {name.partition(".")[0] for name in imported(parsed(file))} & LACKED) == {}
 
 
 def test_there_is_no_utils():
     assert not [shown(file) for file in SOURCES if re.search(r"util|helper|misc|common", file.stem)]
 
 
-@pytest.mark.parametrize("file", SOURCES, ids=shown)
-def test_public_names_exist(file):
+def undefined(file: Path) -> set[str]:
+    """Names in a module's `__all__` that it does not define."""
     tree = parsed(file)
     lists = [n.value for n in tree.body if isinstance(n, ast.Assign) and ast.unparse(n.targets[0]) == "__all__"]
     if not lists or file.name == "__init__.py" or not isinstance(lists[0], ast.List):
-        return
+        return set()
     defined = {ast.unparse(target) for n in tree.body if isinstance(n, ast.Assign) for target in n.targets}
     defined |= {n.target.id for n in tree.body if isinstance(n, ast.AnnAssign) and isinstance(n.target, ast.Name)}
     defined |= {n.name for n in tree.body if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef)}
@@ -129,7 +144,11 @@ def test_public_names_exist(file):
     defined |= {
         alias.asname or alias.name for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) for alias in n.names
     }
-    assert {ast.literal_eval(name) for name in lists[0].elts} <= defined
+    return {ast.literal_eval(name) for name in lists[0].elts} - defined
+
+
+def test_public_names_exist():
+    assert faults(SOURCES, undefined) == {}
 
 
 def test_importing_the_package_loads_nothing_heavy():
@@ -205,7 +224,7 @@ def test_the_extra_test_brings_what_tests_and_examples_import():
     [("mujoco", "_MJPYTHON"), ("rerun-sdk", "flush_and_cleanup_orphaned_recordings"), ("typer", "_runtime_param")],
 )
 def test_packages_of_which_private_names_are_used_have_a_last_version(package, name):
-    assert any(name in file.read_text(encoding="utf-8") for file in SOURCES)
+    assert any(name in text_of(file) for file in SOURCES)
     project = tomllib.loads((REPO / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     (wanted,) = (one for one in map(Requirement, project["dependencies"]) if one.name == package)
     assert "<" in {each.operator for each in wanted.specifier}
@@ -239,11 +258,12 @@ INSTRUCTIONS = [
 ]
 
 
-@pytest.mark.parametrize("file", [file for file in INSTRUCTIONS if file.suffix not in {".npz", ".pyc"}], ids=shown)
-def test_no_line_installs_us_from_a_registry(file):
-    lines = file.read_text(encoding="utf-8").splitlines()
-    told = [line for line in lines if file.name != "CHANGELOG.md" or "install" in line]
-    assert [line for line in told if FROM_A_REGISTRY.search(line)] == []
+def test_no_line_installs_us_from_a_registry():
+    def told(file):
+        lines = [line for line in text_of(file).splitlines() if file.name != "CHANGELOG.md" or "install" in line]
+        return [line for line in lines if FROM_A_REGISTRY.search(line)]
+
+    assert faults((file for file in INSTRUCTIONS if file.suffix not in {".npz", ".pyc"}), told) == {}
 
 
 def test_the_version_is_one():
@@ -254,16 +274,18 @@ def test_the_version_is_one():
     assert f'__version__ = "{project["version"]}"\n' in package
 
 
-@pytest.mark.parametrize("file", PROSE, ids=shown)
-def test_links_in_the_documents_lead_somewhere(file):
-    for target in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", file.read_text(encoding="utf-8")):
-        if not re.match(r"[a-z]+:", target):
-            assert (file.parent / target).exists(), f"{shown(file)} points to {target}"
+def test_links_in_the_documents_lead_somewhere():
+    def lost(file):
+        targets = re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", text_of(file))
+        return [one for one in targets if not re.match(r"[a-z]+:", one) and not (file.parent / one).exists()]
+
+    assert faults(PROSE, lost) == {}
 
 
-@pytest.mark.parametrize("file", sorted((REPO / "docs").rglob("*.md")), ids=shown)
-def test_links_of_pages_have_titles_for_texts(file):
-    assert re.findall(r"\[`?[\w./-]+\.md`?\]\(.*?\)", file.read_text(encoding="utf-8")) == []
+def test_links_of_pages_have_titles_for_texts():
+    pages = list((REPO / "docs").rglob("*.md"))
+    assert pages
+    assert faults(pages, lambda file: re.findall(r"\[`?[\w./-]+\.md`?\]\(.*?\)", text_of(file))) == {}
 
 
 def test_every_folder_of_assets_has_its_origin_written_down():
