@@ -27,6 +27,10 @@ ROS2_HOME = Path(os.environ.get("VRX_MJ_ROS2") or Path.home() / ".cache/vrx_mj_r
 ROS2_SITE = ROS2_HOME / "lib" / f"python{sys.version_info.major}.{sys.version_info.minor}" / "site-packages"
 _ROS2_WHEELS = "ros-jazzy-rclpy ros-jazzy-rmw-fastrtps-cpp ros-jazzy-common-interfaces"
 
+DRAKE_HOME = Path(os.environ.get("VRX_MJ_DRAKE") or Path.home() / ".cache/vrx_mj_drake")
+"""The virtual environment with Drake's wheel."""
+DRAKE_PYTHON = DRAKE_HOME / "bin" / "python"
+
 
 @dataclass(frozen=True)
 class Need:
@@ -113,6 +117,11 @@ RCLPY = Need(
     "rclpy",
     f"{shlex.quote(sys.executable)} -m venv {ROS2_HOME} && {ROS2_HOME}/bin/pip install {_ROS2_WHEELS}",
     (ROS2_SITE / "rclpy").is_dir,
+)
+DRAKE = Need(
+    "Drake",
+    f"{shlex.quote(sys.executable)} -m venv {DRAKE_HOME} && {DRAKE_HOME}/bin/pip install drake",
+    lambda: any(DRAKE_HOME.glob("lib/*/site-packages/pydrake")),
 )
 RAY = Need("Ray", "pip install -e '.[ray]'", lambda: importlib.util.find_spec("ray") is not None)
 STABLE_BASELINES3 = Need(

@@ -83,7 +83,7 @@ def command_lines(robot: str) -> Iterator[str]:
 
 def _thrusts(boat: "Boat") -> Iterator[str]:
     """Thrusters that are alike together."""
-    pushing = [thruster for thruster in boat.thrusters if thruster.rudder is None]
+    pushing = [thruster for thruster in boat.thrusters if thruster.blade is None]
     for text, group in groupby(pushing, key=_thrust):
         yield f"{', '.join(thruster.name for thruster in group)} {text}"
 

@@ -64,7 +64,7 @@ MARKS = {
     "worlds": {"sea", "scene", "spawn", "physics", "task", "terrain", "georeference"},
     "fleets": {"usv_count", "positions", "boats", "layout", "engines", "components"},
     "objects": {"mass", "inertia", "buoyancy", "collisions", "visuals", "static"},
-    "robots": {"urdf", "hydrodynamics", "suites", "layouts", "rudders"},
+    "robots": {"urdf", "hydrodynamics", "suites", "layouts", "rudders", "sails"},
     "thrusters": {"engine"},
     "cases": {"signals"},
     "components": {"wamv_camera", "wamv_gps", "wamv_imu", "lidar", "wamv_ball_shooter", "wamv_pinger", "wamv_p3d"},

@@ -25,6 +25,8 @@ from vrx_mj.config.base import (
     Vec3,
     fault,
     faults,
+    numbers,
+    unsorted_rows,
 )
 from vrx_mj.config.dynamics import ContactConfig, HullConfig, ServoConfig, Six, ThrusterConfig
 from vrx_mj.config.hull import MarineHullConfig
@@ -53,6 +55,7 @@ def _scalars(value: object) -> object:
     return {key: str(item).lower() if isinstance(item, bool) else str(item) for key, item in value.items()}
 
 
+SailPoint = Annotated[tuple[Number, Number, NonNegative], numbers("angle lift drag")]
 Arguments = Annotated[dict[str, str], BeforeValidator(_scalars)]
 """Values of xacro arguments by their names."""
 
@@ -73,16 +76,16 @@ class ThrusterEntry(ThrusterConfig):
 
 
 class RudderEntry(Config):
-    """A rudder on a joint: a wing with the normal force of the MMG standard method."""
+    """A rudder or a keel: a wing in the water with the normal force of the MMG standard method."""
 
-    joint: str
-    """Joint that turns it; its axis points up."""
+    joint: str | None = None
+    """Joint that turns it; its axis points up. Without one it is a keel, along x of the base link."""
     area: Positive
     """Area of the blade [m2]."""
     aspect_ratio: Positive
     """Span over mean chord."""
     center: Vec3 = (0.0, 0.0, 0.0)
-    """Centre of pressure in the frame of the joint's child link [m]."""
+    """Centre of pressure in the frame of the joint's child link, or of the base link [m]."""
     propeller: Name | None = None
     """Thruster in whose race it is."""
     propeller_diameter: Positive | None = None
@@ -98,6 +101,36 @@ class RudderEntry(Config):
         if (self.propeller is None) != (self.propeller_diameter is None):
             missing = "propeller" if self.propeller is None else "propeller_diameter"
             yield (missing,), "propeller and propeller_diameter must be given together"
+
+
+class SailEntry(Config):
+    """A sail whose boom turns on a joint: lift and drag over the angle at which the apparent wind meets its chord."""
+
+    joint: str
+    """Joint of the boom; its axis points up. At angle 0 the sail runs aft from it, along -x of its child link."""
+    area: Positive
+    """Area of the sail [m2]."""
+    center: Vec3 = (0.0, 0.0, 0.0)
+    """Centre of effort in the frame of the joint's child link [m]."""
+    aspect_ratio: Positive = 4.0
+    """Square of the height over the area, of which the coefficients are made unless they are given."""
+    coefficients: Annotated[tuple[SailPoint, ...], Field(max_length=361)] = ()
+    """Coefficients over that angle from 0 to 180 [degrees], with straight lines between them, the same on both sides.
+
+    Lift is across the apparent wind; at 180 that meets the leech."""
+    sheet: Switch = True
+    """Whether the command is how far a sheet lets the boom to lee, either way; else the boom goes to that angle."""
+    max_angle: NonNegative = 1.5707963267948966
+    """Largest angle either way [rad]."""
+    servo: ServoConfig = ServoConfig(kp=3000.0, kd=200.0, effort=1000.0, velocity=1.0)
+    """What holds the boom."""
+
+    def _faults(self) -> list[Fault]:
+        angles = [row[0] for row in self.coefficients]
+        found = unsorted_rows("coefficients", angles, "an angle")
+        if angles and (len(angles) < 2 or (angles[0], angles[-1]) != (0.0, 180.0)):
+            found.append((("coefficients",), f"angles from 0 to 180 are needed, got {angles[0]:g} to {angles[-1]:g}"))
+        return found
 
 
 class _Partial(Config):
@@ -189,7 +222,9 @@ class RobotConfig(Config):
     thrusters: dict[Name, ThrusterEntry] = Field(default_factory=dict)
     """Thrusters by the names that commands have; `{}` for a boat that has none, and drifts."""
     rudders: dict[Name, RudderEntry] = Field(default_factory=dict)
-    """Rudders by the names that commands have."""
+    """Rudders, and keels, by the names that commands have."""
+    sails: dict[Name, SailEntry] = Field(default_factory=dict)
+    """Sails by the names that commands have."""
     propellers: dict[Name, PropellerConfig] = Field(default_factory=dict)
     """Measured propellers by the names of their thrusters, in worlds of profile `marine`.
 
@@ -208,11 +243,15 @@ class RobotConfig(Config):
     def _faults(self) -> Iterator[Fault]:
         if not _file_part(self.urdf).lower().endswith(DESCRIPTIONS):
             yield ("urdf",), f"expected a .urdf, .xacro or .sdf, got {shown(self.urdf)}"
+        for kind, blades in (("rudder", self.rudders), ("sail", self.sails)):
+            for name in blades:
+                if name in self.thrusters:
+                    yield (f"{kind}s", name), "duplicate name: it is the name of a thruster"
+                if name in self.propellers:
+                    yield ("propellers", name), f"not allowed for a {kind}; remove it"
+        for name in self.rudders.keys() & self.sails.keys():
+            yield ("sails", name), "duplicate name: it is the name of a rudder"
         for name, rudder in self.rudders.items():
-            if name in self.thrusters:
-                yield ("rudders", name), "duplicate name: it is the name of a thruster"
-            if name in self.propellers:
-                yield ("propellers", name), "not allowed for a rudder; remove it"
             if rudder.propeller is not None and self.thrusters and rudder.propeller not in self.thrusters:
                 known = ", ".join(self.thrusters)
                 yield ("rudders", name, "propeller"), f"no thruster {shown(rudder.propeller)}; known: {known}"

@@ -166,7 +166,8 @@ class Engine:
 def engines_of(world: World, boat: str) -> tuple[Engine, ...]:
     """The thrusters and rudders of a boat that the keys drive."""
     centre = world.parameters.hulls[world.boats.index(boat)].body_com
-    engines = (_engine(thruster, centre) for thruster in world.parameters.thrusters_of(boat))
+    rows = (thruster for thruster in world.parameters.thrusters_of(boat) if thruster.sail is None)
+    engines = (_engine(thruster, centre) for thruster in rows)
     return tuple(engine for engine in engines if engine.rudder or abs(engine.forward) > ACROSS)
 
 

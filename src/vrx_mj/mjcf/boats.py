@@ -1,7 +1,7 @@
-"""A boat as it is built: the parts of a URDF that move together, its thrusters, rudders, water and sensors.
+"""A boat as it is built: the parts of a URDF that move together, its thrusters, rudders, sails, water and sensors.
 
 Links on fixed joints belong to the base link, as in Gazebo; those on joints that do not turn, or that nothing
-steers, are rigid here too, at zero. What steers is a joint of a thruster or of a rudder, with all that hangs on it.
+steers, are rigid here too, at zero. What steers is a joint of a thruster, rudder or sail, with all that hangs on it.
 """
 
 from collections.abc import Collection, Iterator, Mapping
@@ -12,7 +12,7 @@ from typing import Any
 from vrx_mj.config.dynamics import ContactConfig, HydrodynamicsConfig, ServoConfig, ThrusterConfig
 from vrx_mj.config.hull import MarineHullConfig
 from vrx_mj.config.propeller import PropellerConfig
-from vrx_mj.config.robots import RobotConfig
+from vrx_mj.config.robots import RobotConfig, RudderEntry, SailEntry
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.windage import WindageConfig
@@ -57,7 +57,7 @@ class Rudder:
 
 @dataclass(frozen=True)
 class AssembledThruster:
-    """What pushes: a propeller, on an engine that steers or fixed; or a rudder."""
+    """What pushes: a propeller, on an engine that steers or fixed; a rudder or a keel; or a sail."""
 
     name: str
     link: str
@@ -74,7 +74,7 @@ class AssembledThruster:
     servo: ServoConfig
     parts: tuple[Part, ...]
     """All that turns, in the hinge's frame."""
-    rudder: Rudder | None = None
+    blade: Rudder | SailEntry | None = None
     measured: PropellerConfig | None = None
     """Its propeller in profile `marine`."""
 
@@ -118,13 +118,14 @@ def assembled(urdf: Urdf, config: RobotConfig, drive: Mapping[str, object] = Map
     """
     _check_links(urdf)
     gazebo = urdf.gazebo
+    config = config.model_copy(update=_blades_of(gazebo, config))
     thrusters = {
         name: replace(item, drive=item.drive.model_copy(update=drive))
         for name, item in _thrusters(urdf, gazebo, config)
     }
     hinges = read_hinges(urdf, thrusters, config)
     taken = {link for links in hinges.turning.values() for link in links}
-    pushing = (*_engines(urdf, thrusters, config, hinges.by_name), *_rudders(urdf, config, hinges.by_name))
+    pushing = tuple(_pushing(urdf, thrusters, config, hinges.by_name))
     sensors = _sensors(urdf, gazebo, config)
     spinning = {joint.name for item in thrusters.values() if (joint := urdf.above.get(item.propeller_link))
                 and joint.name != item.engine_joint}  # fmt: skip
@@ -193,6 +194,20 @@ def _thrusters(urdf: Urdf, gazebo: Gazebo, config: RobotConfig) -> Iterator[tupl
         yield name, UrdfThruster(name, link, spins, joint, drive, entry.servo.kp, entry.servo.kd)
 
 
+def _blades_of(gazebo: Gazebo, config: RobotConfig) -> Mapping[str, object]:
+    """Rudders and sails of the plugins, where the YAML names none."""
+    return {key: getattr(gazebo, key) for key in ("rudders", "sails") if key not in config.model_fields_set}
+
+
+def _pushing(
+    urdf: Urdf, thrusters: Mapping[str, UrdfThruster], config: RobotConfig, hinges: Mapping[str, Joint]
+) -> Iterator[AssembledThruster]:  # fmt: skip
+    yield from _engines(urdf, thrusters, config, hinges)
+    yield from _rudders(urdf, config, hinges)
+    for name, entry in config.sails.items():
+        yield _blade(urdf, f"sails.{name}", entry, hinges, entry)
+
+
 def _engines(
     urdf: Urdf, thrusters: Mapping[str, UrdfThruster], config: RobotConfig, hinges: Mapping[str, Joint]
 ) -> Iterator[AssembledThruster]:  # fmt: skip
@@ -229,25 +244,38 @@ def _steered(urdf: Urdf, name: str, item: UrdfThruster, hinge: Joint, given: Ser
 
 def _rudders(urdf: Urdf, config: RobotConfig, hinges: Mapping[str, Joint]) -> Iterator[AssembledThruster]:
     for name, entry in config.rudders.items():
-        if name not in hinges:
-            raise own_problem(urdf, f"rudders.{name}.joint", f"the joint '{entry.joint}' does not turn")
-        hinge = hinges[name]
-        turn = facing(hinge.axis)
         wing = Rudder(
             entry.area, entry.aspect_ratio, entry.propeller, entry.propeller_diameter or 0.0, entry.race_share
         )  # fmt: skip
-        yield AssembledThruster(
-            name=name,
-            link=urdf.local(hinge.child),
-            joint=urdf.local(hinge.name),
-            pose=_hinge_pose(urdf, hinge),
-            center=apply(rotation(*inverse(turn)[3:]), entry.center),
-            direction=(0.0, 1.0, 0.0),
-            drive=ThrusterConfig(mapping="linear", max_angle=min(entry.max_angle, room(hinge)), timeout=0.0),
-            servo=entry.servo,
-            parts=tuple(_part(urdf, link, hinge.child, turn) for link in urdf.below(hinge.child)),
-            rudder=wing,
-        )
+        yield _blade(urdf, f"rudders.{name}", entry, hinges, wing)
+
+
+def _blade(
+    urdf: Urdf, path: str, entry: RudderEntry | SailEntry, hinges: Mapping[str, Joint], blade: Rudder | SailEntry
+) -> AssembledThruster:
+    """A rudder or sail on its hinge, or a keel on the base link; `path` is its place in the YAML."""
+    name = path.partition(".")[2]
+    across = (0.0, 1.0, 0.0)
+    if entry.joint is None:
+        fixed = ThrusterConfig(mapping="linear", max_angle=0.0, timeout=0.0)
+        base = urdf.local(urdf.root)
+        return AssembledThruster(name, base, None, ZERO, entry.center, across, fixed, entry.servo, (), blade)
+    if name not in hinges:
+        raise own_problem(urdf, f"{path}.joint", f"the joint '{entry.joint}' does not turn")
+    hinge = hinges[name]
+    turn = facing(hinge.axis)
+    return AssembledThruster(
+        name=name,
+        link=urdf.local(hinge.child),
+        joint=urdf.local(hinge.name),
+        pose=_hinge_pose(urdf, hinge),
+        center=apply(rotation(*inverse(turn)[3:]), entry.center),
+        direction=across,
+        drive=ThrusterConfig(mapping="linear", max_angle=min(entry.max_angle, room(hinge)), timeout=0.0),
+        servo=entry.servo,
+        parts=tuple(_part(urdf, link, hinge.child, turn) for link in urdf.below(hinge.child)),
+        blade=blade,
+    )
 
 
 def _hinge_pose(urdf: Urdf, hinge: Joint) -> Pose:

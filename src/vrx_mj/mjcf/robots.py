@@ -22,13 +22,14 @@ from vrx_mj.config.dynamics import ContactConfig
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.profiles import CLASSIC, MARINE
 from vrx_mj.config.propeller import PropellerConfig
+from vrx_mj.config.robots import SailEntry
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.config.wind import WindConfig
 from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.constants import HULL_GRAVITY
 from vrx_mj.frames import Pose, rotation
 from vrx_mj.mjcf.afloat import outline
-from vrx_mj.mjcf.boats import AssembledThruster, Boat, Part, Rudder
+from vrx_mj.mjcf.boats import AssembledThruster, Boat, Part
 from vrx_mj.mjcf.hulls import vessel_of
 from vrx_mj.mjcf.masses import (
     LIGHTEST,
@@ -45,11 +46,13 @@ from vrx_mj.mjcf.pieces import PREFIX, Piece
 from vrx_mj.mjcf.templates import Geom, geoms, meshes
 from vrx_mj.mjcf.wind import boat_wind, boat_windage
 from vrx_mj.model.boats import Boat as Entry
-from vrx_mj.model.boats import Hull, Propeller, Sensor, Station, Thruster, Vessel
+from vrx_mj.model.boats import Hull, Propeller, Sail, Sensor, Station, Thruster, Vessel
 from vrx_mj.model.kinds import LONGEST_DESCRIPTION
 from vrx_mj.outputs import write_files
-from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER
+from vrx_mj.physics.sail import sail_curve
+from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER, SAIL
 from vrx_mj.physics.thrust import normal_slope
+from vrx_mj.physics.windage import AIR_DENSITY
 
 Color = tuple[float, float, float, float]
 Vector = tuple[float, float, float]
@@ -247,25 +250,31 @@ def thruster_rows(boat: Boat, engines: Engines, prefix: str) -> list[Thruster]:
                 direction=item.direction,
                 body_com=_vector((turning if hinged else whole).center),
                 inertia=max(axis_inertia(turning), LIGHTEST),
-                mapping=RUDDER if item.rudder else MAPPINGS[drive.mapping],
                 max_command=strongest if drive.mapping == "newtons" else drive.max_command,
                 max_forward=drive.max_force_forward,
                 max_reverse=drive.max_force_reverse,
                 timeout=drive.timeout,
                 max_angle=drive.max_angle,
                 **item.servo.model_dump(),
-                **_blade(item.rudder, names, boat),
+                **_force(item, names, boat),
             )
         )
     return rows
 
 
-def _blade(rudder: Rudder | None, names: Sequence[str], boat: Boat) -> dict[str, Any]:
-    """What a thruster's row has of a rudder's blade; `names` are those of the boat's thrusters."""
+def _force(item: AssembledThruster, names: Sequence[str], boat: Boat) -> dict[str, Any]:
+    """What a row has of the force and of a blade; `names` are those of the boat's thrusters."""
+    rudder = item.blade
+    none = {"area": 0.0, "slope": 0.0, "density": 0.0, "race": -1, "race_area": 0.0, "race_share": 0.0}
     if rudder is None:
-        return {"area": 0.0, "slope": 0.0, "density": 0.0, "race": -1, "race_area": 0.0, "race_share": 0.0}
+        return {**none, "mapping": MAPPINGS[item.drive.mapping]}
+    if isinstance(rudder, SailEntry):
+        given = [(math.radians(angle), lift, drag) for angle, lift, drag in rudder.coefficients]
+        sail = Sail(curve=tuple(given or sail_curve(rudder.aspect_ratio)), sheet=rudder.sheet)
+        return {**none, "mapping": SAIL, "area": rudder.area, "density": AIR_DENSITY, "sail": sail}
     assert boat.hydrodynamics is not None, f"{boat.name} has no hydrodynamics"
     return {
+        "mapping": RUDDER,
         "area": rudder.area,
         "slope": normal_slope(rudder.aspect_ratio),
         "density": boat.hydrodynamics.water_density,

@@ -23,31 +23,21 @@ class Hinges:
     """The joints that steer."""
 
     by_name: Mapping[str, Joint]
-    """By the name of the thruster or rudder that they steer."""
+    """By the name of the thruster, rudder or sail that they steer."""
     turning: Mapping[str, tuple[str, ...]]
-    """Links that turn with each thruster or rudder that steers."""
+    """Links that turn with each thruster, rudder or sail."""
     notes: tuple[str, ...] = ()
     """Remarks about what is legal and unusual."""
 
 
 def read_hinges(urdf: Urdf, thrusters: Mapping[str, UrdfThruster], config: RobotConfig) -> Hinges:
-    """The hinges of thrusters and rudders. A joint that is fixed, or that cannot leave zero, steers nothing.
+    """The hinges of thrusters, rudders and sails. A joint that is fixed, or that cannot leave zero, steers nothing.
 
     Raises:
-        ConfigError: a joint cannot steer, or steers two things, or hangs on another that steers; a rudder has the
-            name of a thruster, or is in the race of one that does not exist; a propeller is that of none.
+        ConfigError: a joint cannot steer, or steers two things, or hangs on another that steers; a rudder or sail has
+            the name of a thruster, or is in the race of one that does not exist; a propeller is that of none.
     """
-    wanted = {name: item.engine_joint for name, item in thrusters.items()}
-    for name, entry in config.rudders.items():
-        _check_rudder(urdf, name, entry.propeller, thrusters)
-        wanted[name] = known(urdf, "joint", entry.joint, f"rudders.{name}.joint")
-    for name in config.propellers:
-        if name not in thrusters and not config.layouts:
-            raise own_problem(urdf, f"propellers.{name}", str(UnknownNameError("thruster", name, thrusters)))
-    for name in wanted:
-        if f"{name}_angle" in wanted:
-            message = f"duplicate name '{name}_angle': a thruster, and the command that steers the thruster '{name}'"
-            raise ConfigError([Problem(urdf.label, None, None, "", message)])
+    wanted = _steering_joints(urdf, thrusters, config)
     hinges: dict[str, Joint] = {}
     notes: list[str] = []
     for name, joint in ((name, urdf.joints[joint]) for name, joint in wanted.items() if joint is not None):
@@ -60,6 +50,30 @@ def read_hinges(urdf: Urdf, thrusters: Mapping[str, UrdfThruster], config: Robot
     _check_nesting(urdf, hinges, turning)
     _check_propellers(urdf, thrusters, hinges, turning)
     return Hinges(hinges, turning, tuple(notes))
+
+
+def _steering_joints(
+    urdf: Urdf, thrusters: Mapping[str, UrdfThruster], config: RobotConfig
+) -> dict[str, str | None]:  # fmt: skip
+    """The joint that turns each thruster, rudder and sail; None for what is fixed."""
+    wanted = {name: item.engine_joint for name, item in thrusters.items()}
+    for kind, blades in (("rudders", config.rudders), ("sails", config.sails)):
+        for name, entry in blades.items():
+            if name in thrusters:
+                raise own_problem(urdf, f"{kind}.{name}", "duplicate name: it is the name of a thruster")
+            wanted[name] = entry.joint and known(urdf, "joint", entry.joint, f"{kind}.{name}.joint")
+    for name, rudder in config.rudders.items():
+        if rudder.propeller is not None and rudder.propeller not in thrusters:
+            error = UnknownNameError("thruster", rudder.propeller, thrusters)
+            raise own_problem(urdf, f"rudders.{name}.propeller", str(error))
+    for name in config.propellers:
+        if name not in thrusters and not config.layouts:
+            raise own_problem(urdf, f"propellers.{name}", str(UnknownNameError("thruster", name, thrusters)))
+    for name in wanted:
+        if f"{name}_angle" in wanted:
+            message = f"duplicate name '{name}_angle': a thruster, and the command that steers the thruster '{name}'"
+            raise ConfigError([Problem(urdf.label, None, None, "", message)])
+    return wanted
 
 
 def room(joint: Joint) -> float:
@@ -101,13 +115,6 @@ def _steps(key: str) -> tuple[str | int, ...]:
 
 def _problem(joint: Joint, message: str) -> ConfigError:
     return ConfigError([joint.place.problem(f"joint '{joint.name}'", message)])
-
-
-def _check_rudder(urdf: Urdf, name: str, propeller: str | None, thrusters: Mapping[str, UrdfThruster]) -> None:
-    if name in thrusters:
-        raise own_problem(urdf, f"rudders.{name}", "duplicate name: it is the name of a thruster")
-    if propeller is not None and propeller not in thrusters:
-        raise own_problem(urdf, f"rudders.{name}.propeller", str(UnknownNameError("thruster", propeller, thrusters)))
 
 
 def _check_hinge(urdf: Urdf, name: str, joint: Joint, hinges: Mapping[str, Joint]) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.profiles import CLASSIC, MARINE, NEWER
+from vrx_mj.config.robots import SailEntry
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.wind import WindConfig
 from vrx_mj.config.windage import WindageConfig
@@ -142,7 +143,8 @@ def newcomer_wind(wind: WindConfig | None, physics: PhysicsConfig) -> tuple[Wind
 
 def own_load(boat: Boat, physics: PhysicsConfig) -> object:
     """What a kind of boat has of its own for the wind to push it; None if nothing."""
-    return boat.wind or (boat.windage if physics.profile == MARINE else None)
+    sail = next((item.blade for item in boat.thrusters if isinstance(item.blade, SailEntry)), None)
+    return boat.wind or (boat.windage if physics.profile == MARINE else None) or sail
 
 
 def warn_if_unpushed(

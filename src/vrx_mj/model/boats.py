@@ -1,5 +1,6 @@
 """Boats of a compiled world: what the loop reads of them, and what others do."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import PurePath
@@ -35,15 +36,15 @@ from vrx_mj.model.kinds import (
 )
 
 __all__ = [
-    "Boat", "Diffraction", "Hull", "Memory", "Propeller", "Sensor", "Spawn", "Station", "Thruster", "Vessel",
-    "WindCoefficients", "Windage",
+    "Boat", "Diffraction", "Hull", "Memory", "Propeller", "Sail", "Sensor", "Spawn", "Station", "Thruster",
+    "Vessel", "WindCoefficients", "Windage",
 ]  # fmt: skip
 
 
 MOST_TRIANGLES = 5000
 """Of a hull's mesh."""
-NEWTONS = 3
-"""Value of `Thruster.mapping`, as in `physics.tables`."""
+NEWTONS, SAIL = 3, 4
+"""Values of `Thruster.mapping`, as in `physics.tables`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -246,8 +247,19 @@ class Propeller:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Sail:
+    """What the wind does to a sail."""
+
+    __pydantic_config__ = STRICT
+    curve: Annotated[tuple[tuple[Annotated[float, Field(ge=0.0, le=math.pi)], Real, Real], ...], Field(min_length=2)]
+    """Rising angles between the apparent wind and the chord [rad], from 0 to pi, with coefficients of lift and drag."""
+    sheet: bool
+    """Whether a sheet lets the boom to lee by the angle of the command; else it goes to that angle."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Thruster:
-    """An engine and its propeller, or a rudder; `position` and `rotation` are those of its hinge in the hull."""
+    """An engine and its propeller, a rudder or a sail; `position` and `rotation` are those of its hinge in the hull."""
 
     __pydantic_config__ = STRICT
     name: Text
@@ -270,8 +282,8 @@ class Thruster:
     """Centre of mass of `body` [m], that body's axes."""
     inertia: Positive
     """Inertia about the hinge [kg m2]."""
-    mapping: Literal[0, 1, 2, 3]
-    """From command to force: linear, generalised logistic, rudder, or newtons."""
+    mapping: Literal[0, 1, 2, 3, 4]
+    """From command to force: linear, generalised logistic, rudder, newtons, or sail."""
     max_command: Real
     """Largest command."""
     max_forward: NonNegative
@@ -291,11 +303,11 @@ class Thruster:
     velocity: NonNegative
     """Largest rate of the servo [rad/s]."""
     area: NonNegative
-    """Area of a rudder's blade [m2]."""
+    """Area of a rudder's blade or a sail [m2]."""
     slope: NonNegative
     """Slope of a rudder's normal force over the sine of its angle of attack."""
     density: NonNegative
-    """Density of the water at a rudder [kg/m3]."""
+    """Density of the water at a rudder, or of the air at a sail [kg/m3]."""
     race: Index
     """Thruster in whose race a rudder is, or -1."""
     race_area: NonNegative
@@ -304,6 +316,8 @@ class Thruster:
     """Share of the blade that the race covers."""
     measured: Propeller | None = field(default=None, metadata=LEFT_OUT)
     """Its propeller in profile `marine`, instead of `mapping`."""
+    sail: Sail | None = field(default=None, metadata=LEFT_OUT)
+    """Its sail, where `mapping` is that of one."""
 
     @property
     def in_newtons(self) -> bool:

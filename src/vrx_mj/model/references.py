@@ -7,7 +7,7 @@ from typing import Any
 
 from vrx_mj.model import tasks
 from vrx_mj.model.afloat import Block, Float
-from vrx_mj.model.boats import Boat
+from vrx_mj.model.boats import SAIL, Boat
 from vrx_mj.model.site import Dock, Object
 from vrx_mj.model.world import Parameters
 
@@ -38,6 +38,8 @@ def _boats(world: Parameters) -> Iterator[str]:
             yield f"thrusters[{number}].hull: {thruster.hull} is not the hull whose thruster it is"
         if thruster.race >= len(world.thrusters):
             yield f"thrusters[{number}].race: there is no thruster {thruster.race}"
+        if (thruster.mapping == SAIL) != (thruster.sail is not None):
+            yield f"thrusters[{number}].sail: a sail has a curve, and nothing else has"
     boats = {boat.name for boat in world.boats}
     for number, sensor in enumerate(world.sensors):
         if sensor.boat not in boats:

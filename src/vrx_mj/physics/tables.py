@@ -24,8 +24,11 @@ LINEAR: Final = 0
 GLF: Final = 1
 RUDDER: Final = 2
 NEWTONS: Final = 3
+SAIL: Final = 4
 """Values of `THRUSTER.mapping`: a share of the largest force, the generalised logistic function of one, no propeller
-but a rudder, or the force itself."""
+but a rudder, the force itself, or no propeller but a sail."""
+BLADES: Final = (RUDDER, SAIL)
+"""Those of what takes an angle alone."""
 
 VRX: Final = 0
 VRX3: Final = 1
@@ -212,7 +215,7 @@ THRUSTER = np.dtype(
         ("propeller", *_vector),  # where the force acts [m], engine axes from the hinge
         ("direction", *_vector),  # of the force, unit vector, engine axes
         ("body_com", *_vector),  # CoM of `body` [m], that body's axes
-        ("mapping", _i),  # LINEAR, GLF, NEWTONS or RUDDER
+        ("mapping", _i),  # LINEAR, GLF, NEWTONS, RUDDER or SAIL
         ("max_command", _f),
         ("max_forward", _f),  # [N]
         ("max_reverse", _f),  # [N], at most 0
@@ -224,13 +227,25 @@ THRUSTER = np.dtype(
         ("effort", _f),  # largest servo torque [N m]
         ("velocity", _f),  # the servo pushes up to this rate [rad/s]
         ("inertia", _f),  # of all that turns about the hinge [kg m2]
-        ("area", _f),  # of a rudder's blade [m2]
+        ("area", _f),  # of a rudder's blade or a sail [m2]
         ("slope", _f),  # of a rudder's normal force over the sine of its angle of attack
-        ("density", _f),  # of the water at a rudder [kg/m3]
+        ("density", _f),  # of the water at a rudder, or of the air at a sail [kg/m3]
         ("race", _i),  # row of the thruster in whose race a rudder is; -1: none
         ("race_area", _f),  # of that propeller's disc [m2]
         ("race_share", _f),  # share of the blade that the race covers
         ("measured", _i),  # row of PROPELLER, and of its state; -1: `mapping` gives the force
+        ("curve_start", _i),  # a sail's rows of SAIL_CURVE are consecutive, by rising angle
+        ("curve_count", _i),
+        ("sheeted", _i),  # 1: a sheet lets the boom of a sail to lee by its angle; 0: it goes to that
+    ],
+    align=True,
+)
+
+SAIL_CURVE = np.dtype(
+    [
+        ("angle", _f),  # between the apparent wind and the chord [rad], 0..pi
+        ("lift", _f),  # coefficient
+        ("drag", _f),  # coefficient
     ],
     align=True,
 )
@@ -408,7 +423,7 @@ THRUSTER_STATE = np.dtype(
         ("angle", _f),  # steering angle [rad]
         ("rate", _f),  # [rad/s]
         ("thrust", _f),  # applied in the last step [N]
-        ("applied", _f),  # the command that `thrust` belongs to
+        ("applied", _f),  # the command that `thrust` belongs to; of a sail, the force along its chord [N]
         ("fresh", _i),  # 0 until `thrust` has been computed once
     ],
     align=True,

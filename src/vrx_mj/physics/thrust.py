@@ -69,10 +69,13 @@ def steering_target(thruster: Record, angle: float) -> float:
 
 
 @kernel
-def thruster_wrench(thruster: Record, hull: Record, motion: Motion, force: float, angle: float) -> Wrench:
+def thruster_wrench(
+    thruster: Record, hull: Record, motion: Motion, force: float, angle: float, along: float = 0.0
+) -> Wrench:
     """Return what `force` [N] at the propeller does: world axes, about `hull.link_com`.
 
     `motion` is the hull's; `angle` [rad] is the steering angle, positive counter-clockwise about the hinge's axis.
+    `along` [N] is a force along the engine's x axis besides, as a sail has.
     """
     c, s = math.cos(angle), math.sin(angle)
     p, com = _from_hinge(thruster, thruster.propeller, c, s), hull.link_com
@@ -81,11 +84,14 @@ def thruster_wrench(thruster: Record, hull: Record, motion: Motion, force: float
     z = thruster.position[2] + p[2] - com[2]
     d = _from_hinge(thruster, thruster.direction, c, s)
     fx, fy, fz = d[0] * force, d[1] * force, d[2] * force
+    if along != 0.0:
+        e = _from_hinge(thruster, (along, 0.0, 0.0), c, s)
+        fx, fy, fz = fx + e[0], fy + e[1], fz + e[2]
     return rotated_wrench(motion, Wrench(fx, fy, fz, y * fz - z * fy, z * fx - x * fz, x * fy - y * fx))
 
 
 @kernel
-def engine_wrench(thruster: Record, motion: Motion, force: float, angle: float) -> Wrench:
+def engine_wrench(thruster: Record, motion: Motion, force: float, angle: float, along: float = 0.0) -> Wrench:
     """Return the same for an engine that is a body of its own: world axes, about that body's CoM.
 
     `motion` is the hull's, and the engine's frame is the hinge's turned by `angle` [rad].
@@ -93,7 +99,7 @@ def engine_wrench(thruster: Record, motion: Motion, force: float, angle: float) 
     c, s = math.cos(angle), math.sin(angle)
     p, com, d = thruster.propeller, thruster.body_com, thruster.direction
     x, y, z = p[0] - com[0], p[1] - com[1], p[2] - com[2]
-    fx, fy, fz = d[0] * force, d[1] * force, d[2] * force
+    fx, fy, fz = d[0] * force + along, d[1] * force, d[2] * force
     push = _from_hinge(thruster, (fx, fy, fz), c, s)
     turn = _from_hinge(thruster, (y * fz - z * fy, z * fx - x * fz, x * fy - y * fx), c, s)
     return rotated_wrench(motion, Wrench(push[0], push[1], push[2], turn[0], turn[1], turn[2]))

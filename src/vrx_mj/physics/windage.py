@@ -158,6 +158,23 @@ def windage_rows(curve: Sequence[Sequence[float]], areas: Areas) -> list[dict[st
 
 
 @kernel
+def piece_of_curve(curve: Table, start: int, count: int, angle: float) -> tuple[int, float]:
+    """Return the row of `curve` from which `angle` [rad] is on the way to the next, and the share of that way.
+
+    The curve's rows are `count`, at least two, from `start` on, by rising `angle`.
+    """
+    first, last = start, start + count - 1
+    while last - first > 1:
+        middle = (first + last) // 2
+        if curve[middle].angle <= angle:
+            first = middle
+        else:
+            last = middle
+    low, high = curve[first], curve[first + 1]
+    return first, min(max((angle - low.angle) / (high.angle - low.angle), 0.0), 1.0)
+
+
+@kernel
 def windage_load(hull: Record, windage: Table, motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
     """Return the wind's wrench on a hull of a coefficients' curve: world axes, about `hull.link_com`.
 
@@ -172,15 +189,8 @@ def windage_load(hull: Record, windage: Table, motion: Motion, wind_vector: tupl
     if square == 0.0:
         return zero_wrench()
     angle = math.atan2(abs(v), -u)
-    first, last = hull.windage_start, hull.windage_start + hull.windage_count - 1
-    while last - first > 1:
-        middle = (first + last) // 2
-        if windage[middle].angle <= angle:
-            first = middle
-        else:
-            last = middle
-    low, high = windage[first], windage[last]
-    share = min(max((angle - low.angle) / (high.angle - low.angle), 0.0), 1.0)
+    first, share = piece_of_curve(windage, hull.windage_start, hull.windage_count, angle)
+    low, high = windage[first], windage[first + 1]
     lee = math.copysign(square, v)
     surge = square * (low.surge + share * (high.surge - low.surge))
     sway = lee * (low.sway + share * (high.sway - low.sway))

@@ -8,7 +8,7 @@ from vrx_mj.arguments import as_number, check_name
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
-from vrx_mj.physics.tables import RUDDER, Table
+from vrx_mj.physics.tables import BLADES, Table
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
 Commands = Mapping[str, Mapping[str, float]]
@@ -55,11 +55,11 @@ class Channel(NamedTuple):
 
 
 def channels_of(world: World, thrusters: Table) -> tuple[Channel, ...]:
-    """Every command of a world with that table of thrusters: thrusts, then steering angles; a rudder has an angle."""
+    """Every command of a world with that table of thrusters: thrusts, then angles; rudders and sails have no thrust."""
     pushing, steering = [], []
     for number, (given, row) in enumerate(zip(world.parameters.thrusters, thrusters, strict=True)):
         boat, name, timeout = world.boats[given.hull], given.name, float(row["timeout"])
-        if given.mapping != RUDDER:
+        if given.mapping not in BLADES:
             pushing.append(Channel(boat, name, number, "command", given.command_limits, timeout))
         angle = float(row["max_angle"]) if given.max_angle else 0.0
         steering.append(Channel(boat, name + ANGLE, number, "angle_target", (-angle, angle), timeout))

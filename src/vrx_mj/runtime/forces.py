@@ -13,12 +13,15 @@ from vrx_mj.physics.current import current_step
 from vrx_mj.physics.drag import added_inertia
 from vrx_mj.physics.motion import Motion, Wrench, add, from_origin, motion, shift, zero_wrench
 from vrx_mj.physics.propeller import update_propeller
-from vrx_mj.physics.tables import MARINE, RUDDER, VRX3, Record, Table
-from vrx_mj.physics.thrust import servo_step, steering_target, thruster_wrench
+from vrx_mj.physics.tables import MARINE, RUDDER, SAIL, VRX3, Record, Table
+from vrx_mj.physics.thrust import servo_step, thruster_wrench
 from vrx_mj.physics.vessel import vessel_loads, vessel_work, wave_loads
 from vrx_mj.physics.wind import air_velocity, wind_at_hull, wind_on_hull, wind_step
-from vrx_mj.runtime.loop import hull_loads, motion_through_water, update_force, water_at_vessel
+from vrx_mj.runtime.loop import angle_target, hull_loads, motion_through_water, update_force, water_at_vessel
 from vrx_mj.runtime.loop_arrays import LoopArrays
+
+NAMES = {RUDDER: "rudder", SAIL: "sail"}
+"""Effects of what takes an angle alone, by its mapping; all others are thrust."""
 
 
 class Forces(dict[str, FloatArray]):
@@ -56,7 +59,7 @@ def boat_forces(arrays: LoopArrays, index: int, time: float) -> Forces:
     outside = {
         "gravity": mass * np.array([*arrays.model.opt.gravity, 0.0, 0.0, 0.0]),
         **{name: about_center(wrench) for name, wrench in loads.items() if name != "added_mass_bias"},
-        **{name: about_center(wrench) for name, wrench in _thrusts(arrays, hull, body, stream, then).items()},
+        **{name: about_center(wrench) for name, wrench in _thrusts(arrays, hull, body, air, stream, then).items()},
         "contact": _contacts(arrays, int(hull["body"]), center + np.array(body[:3])),
     }
     return Forces(outside, {"added_mass": about_center(_added_mass(arrays, hull, body, loads["added_mass_bias"]))})
@@ -96,15 +99,17 @@ def _turned(body: Motion, vector: npt.ArrayLike) -> FloatArray:
     return turned
 
 
-def _thrusts(arrays: LoopArrays, hull: Record, body: Motion, stream: Table, time: float) -> dict[str, Wrench]:
-    """What the thrusters do, and the rudders if there are any, about `link_com`."""
+def _thrusts(
+    arrays: LoopArrays, hull: Record, body: Motion, air: tuple[float, float], stream: Table, time: float
+) -> dict[str, Wrench]:
+    """What the thrusters do, and the rudders and sails if there are any, about `link_com`."""
     wrenches = {"thrust": zero_wrench()}
     states, propellers = arrays.thruster_state.copy(), arrays.propeller_state.copy()
     start = int(hull["thruster_start"])
     for row in range(start, start + int(hull["thruster_count"])):
         thruster, state = arrays.thrusters[row], states[row]
         if thruster["dof"] < 0:
-            target = steering_target(thruster, state["angle_target"])
+            target = angle_target(thruster, state, body, arrays.air, air)
             state["angle"], state["rate"] = servo_step(thruster, state["angle"], state["rate"], target, arrays.timestep)
         else:
             state["angle"] = arrays.data.qpos[thruster["qpos"]]
@@ -114,9 +119,10 @@ def _thrusts(arrays: LoopArrays, hull: Record, body: Motion, stream: Table, time
                 arrays.sea[0], arrays.current, stream, arrays.layers, body, time, arrays.timestep,
             )  # fmt: skip
         else:
-            update_force(hull, thruster, state, states, body, time)
-        name = "rudder" if thruster["mapping"] == RUDDER else "thrust"
-        push = thruster_wrench(thruster, hull, body, state["thrust"], state["angle"])
+            update_force(hull, thruster, state, states, arrays.sail_curves, body, arrays.air, air, time)
+        name = NAMES.get(int(thruster["mapping"]), "thrust")
+        along = state["applied"] if name == "sail" else 0.0
+        push = thruster_wrench(thruster, hull, body, state["thrust"], state["angle"], along)
         wrenches[name] = add(wrenches.get(name, zero_wrench()), push)
     return wrenches
 

@@ -10,7 +10,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError
 from vrx_mj.physics.propeller import measured_thrust
-from vrx_mj.physics.tables import NEWTONS, PROPELLER, PROPELLER_POINT, RUDDER, THRUSTER, Record, Table
+from vrx_mj.physics.tables import BLADES, NEWTONS, PROPELLER, PROPELLER_POINT, RUDDER, THRUSTER, Record, Table
 from vrx_mj.physics.thrust import force_point, race_speed, thrust_force
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
@@ -81,7 +81,7 @@ def hull_of(arrays: LoopArrays, row: Record, names: Mapping[str, int]) -> Hull:
         {
             name: _rudder(name, arrays.thrusters[k])
             for name, k in names.items()
-            if arrays.thrusters["mapping"][k] == RUDDER
+            if arrays.thrusters["mapping"][k] == RUDDER and arrays.thrusters["max_angle"][k] > 0.0
         },
     )
 
@@ -161,8 +161,12 @@ class Propeller:
 
 
 def thrusters(arrays: LoopArrays, rows: dict[str, int]) -> dict[str, Propeller]:
-    """A boat's propellers by name; `rows` are those of its thrusters and rudders in the arrays' table."""
-    return {name: _thruster(name, arrays, row) for name, row in rows.items() if not _is_rudder(arrays, row)}
+    """A boat's propellers by name; `rows` are those of its thrusters, rudders and sails in the arrays' table."""
+    return {
+        name: _thruster(name, arrays, row)
+        for name, row in rows.items()
+        if arrays.thrusters["mapping"][row] not in BLADES
+    }
 
 
 def energy_of(arrays: LoopArrays, boat: str, index: int, states: Table) -> FloatArray:
@@ -183,10 +187,6 @@ def energy_of(arrays: LoopArrays, boat: str, index: int, states: Table) -> Float
         )
     energy: FloatArray = states["energy"][..., measured].sum(axis=-1)
     return energy
-
-
-def _is_rudder(arrays: LoopArrays, row: int) -> bool:
-    return bool(arrays.thrusters["mapping"][row] == RUDDER)
 
 
 def _thruster(name: str, arrays: LoopArrays, number: int) -> Propeller:

@@ -41,7 +41,8 @@ from vrx_mj.physics.motion import (
 )  # fmt: skip
 from vrx_mj.physics.propeller import update_propeller
 from vrx_mj.physics.raft import block_load, moor, raft_drag
-from vrx_mj.physics.tables import MARINE, RUDDER, VRX3, Record, Table, Waves
+from vrx_mj.physics.sail import boom_target, sail_force, wind_on_sail
+from vrx_mj.physics.tables import MARINE, RUDDER, SAIL, VRX3, Record, Table, Waves
 from vrx_mj.physics.thrust import (
     effective_command,
     engine_wrench,
@@ -183,7 +184,7 @@ def push_hulls(a: Views, work: VesselWork | None, waves: Waves, air: Air, time: 
         here = air if work is None else wind_at_hull(hull, a.air, air)
         loads = hull_loads(hull, a.stations, windage, waves, a.sea[0], here, body, through, time)
         wrench = add(add(add(loads.hydrostatics, loads.drag), loads.added_mass_bias), loads.wind)
-        push = thrust(hull, body, a, work, time, dt)
+        push = thrust(hull, body, a, work, air, time, dt)
         apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
 
 
@@ -210,7 +211,7 @@ def push_vessel(hull: Record, body: Motion, a: Views, work: VesselWork, air: Air
         hull, vessel, a.memory, a.memory_state, a.diffraction, a.waves, a.sea[0], water, body, loads.wet, time, dt
     )
     wrench = add(wrench, add(made.radiation, made.diffraction))
-    push = thrust(hull, body, a, work, time, dt)
+    push = thrust(hull, body, a, work, air, time, dt)
     apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
 
 
@@ -364,15 +365,15 @@ def turn_by_added_mass(
 
 
 @inlined_kernel
-def thrust(hull: Record, body: Motion, a: Views, work: VesselWork | None, time: float, dt: float) -> Wrench:
-    """Steer the hull's engines and rudders and push with them; returns the wrench on the hull about `link_com`.
+def thrust(hull: Record, body: Motion, a: Views, work: VesselWork | None, air: Air, time: float, dt: float) -> Wrench:
+    """Steer the hull's engines, rudders and sails and push with them; returns the wrench on the hull about `link_com`.
 
     A hinged engine is pushed itself, and steered through its joint; the hull feels it through the hinge.
     """
     wrench = zero_wrench()
     for k in range(hull.thruster_start, hull.thruster_start + hull.thruster_count):
         thruster, own = a.thrusters[k], a.thruster_state[k]
-        target = steering_target(thruster, own.angle_target)
+        target = angle_target(thruster, own, body, a.air, air)
         if thruster.dof >= 0:
             own.angle, own.rate = a.qpos[thruster.qpos], a.qvel[thruster.dof]
             a.qfrc_applied[thruster.dof] = servo_torque(thruster, own.angle, own.rate, target, dt)
@@ -384,23 +385,40 @@ def thrust(hull: Record, body: Motion, a: Views, work: VesselWork | None, time: 
                 a.current, a.current_state, a.layers, body, time, dt,
             )  # fmt: skip
         else:
-            update_force(hull, thruster, own, a.thruster_state, body, time)
+            update_force(hull, thruster, own, a.thruster_state, a.sail_curves, body, a.air, air, time)
+        along = own.applied if thruster.mapping == SAIL else 0.0
         if thruster.dof >= 0:
-            apply(a.xfrc_applied, thruster.body, engine_wrench(thruster, body, own.thrust, own.angle))
+            apply(a.xfrc_applied, thruster.body, engine_wrench(thruster, body, own.thrust, own.angle, along))
         else:
-            wrench = add(wrench, thruster_wrench(thruster, hull, body, own.thrust, own.angle))
+            wrench = add(wrench, thruster_wrench(thruster, hull, body, own.thrust, own.angle, along))
     return wrench
 
 
 @kernel
-def update_force(hull: Record, thruster: Record, own: Record, state: Table, body: Motion, time: float) -> None:
-    """Bring a thruster's or rudder's force [N] up to date; a propeller's comes before its rudder's.
+def angle_target(thruster: Record, own: Record, body: Motion, profile: Table, air: Air) -> float:
+    """Return the angle [rad] to which an engine, a rudder or a boom turns; `profile` is the wind's, over height."""
+    if thruster.mapping == SAIL:
+        flow = wind_on_sail(thruster, profile, air, body, own.angle)
+        return boom_target(thruster, flow, own.angle, own.angle_target)
+    return steering_target(thruster, own.angle_target)
+
+
+@kernel
+def update_force(
+    hull: Record, thruster: Record, own: Record, state: Table, curves: Table, body: Motion, profile: Table, air: Air,
+    time: float,
+) -> None:  # fmt: skip
+    """Bring the force [N] of a thruster, rudder or sail up to date; a propeller's comes before its rudder's.
 
     A propeller at rest pushes nothing, but in VRX's own profiles, where its curve may.
     """
     if thruster.mapping == RUDDER:
         race = state[thruster.race].thrust if thruster.race >= 0 else 0.0
         own.thrust = rudder_force(thruster, body, own.angle, race)
+        return
+    if thruster.mapping == SAIL:
+        flow = wind_on_sail(thruster, profile, air, body, own.angle)
+        own.applied, own.thrust = sail_force(thruster, curves, flow, own.angle)
         return
     command = effective_command(own, time)
     if command != own.applied or own.fresh == 0:

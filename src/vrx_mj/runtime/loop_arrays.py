@@ -15,7 +15,7 @@ from vrx_mj.config.sensors import BallShooterConfig
 from vrx_mj.errors import CompileError, StateError
 from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.mjcf.world import World
-from vrx_mj.model.boats import Hull, Propeller, Station, Thruster, Vessel, Windage
+from vrx_mj.model.boats import Hull, Propeller, Sail, Station, Thruster, Vessel, Windage
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics import tables
 from vrx_mj.physics.lanes import WIDTH
@@ -104,6 +104,13 @@ def _windage(own: Windage) -> list[dict[str, float]]:
     if own.coefficients:
         return windage_rows(three_number_curve(*own.coefficients), areas)
     return windage_rows([(angle, cx, cy, 1.0, cn) for angle, cx, cy, cn in own.curve], areas)
+
+
+def _sail_row(own: Sail | None, starts: Mapping[Sail, int]) -> Row:
+    """What a thruster's row has of a sail, whose curve is from `starts` on."""
+    if own is None:
+        return {"curve_start": 0, "curve_count": 0, "sheeted": 0}
+    return {"curve_start": starts[own], "curve_count": len(own.curve), "sheeted": int(own.sheet)}
 
 
 @functools.lru_cache(maxsize=32)
@@ -281,14 +288,25 @@ class LoopArrays:
         self._vessels(kinds, remembered[-1])
 
     def _thrusters(self, thrusters: Sequence[Thruster]) -> None:
-        """Tables of thrusters, and of their measured propellers, whose curves those of a kind share."""
+        """Tables of thrusters, and of measured propellers and sails, whose curves those of a kind share."""
         measured = [own.measured for own in thrusters if own.measured]
         kinds = list(dict.fromkeys(measured))
         starts = dict(zip(kinds, itertools.accumulate((len(own.thrust) for own in kinds), initial=0), strict=False))
         numbers = itertools.count()
-        rows = [self._engine({**vars(own), "measured": next(numbers) if own.measured else NO_ROW}) for own in thrusters]
+        sails = list(dict.fromkeys(own.sail for own in thrusters if own.sail))
+        curves = dict(zip(sails, itertools.accumulate((len(own.curve) for own in sails), initial=0), strict=False))
+        rows = [
+            self._engine(
+                {**vars(own), **_sail_row(own.sail, curves), "measured": next(numbers) if own.measured else NO_ROW}
+            )
+            for own in thrusters
+        ]
         points = [{"command": command, "thrust": thrust} for own in kinds for command, thrust in own.thrust]
         self.thrusters = tables.table(tables.THRUSTER, rows)
+        columns = tables.SAIL_CURVE.names or ()
+        self.sail_curves = tables.table(
+            tables.SAIL_CURVE, [dict(zip(columns, row, strict=True)) for own in sails for row in own.curve]
+        )
         self.thruster_state = np.zeros(len(rows), tables.THRUSTER_STATE)
         self.propellers = tables.table(tables.PROPELLER, [_propeller_row(own, starts[own]) for own in measured])
         self.propeller_points = tables.table(tables.PROPELLER_POINT, points)
@@ -534,7 +552,7 @@ class LoopArrays:
 
     def _engine(self, row: Row) -> Row:
         """Replace names by ids in a thruster's row; a fixed engine has no joint."""
-        plain = {key: value for key, value in row.items() if key not in ("name", "joint", "body")}
+        plain = {key: value for key, value in row.items() if key not in ("name", "joint", "body", "sail")}
         body = int(self.model.body(row["body"]).id)
         if row["joint"] is None:
             return {**plain, "body": body, "qpos": NO_JOINT, "dof": NO_JOINT}

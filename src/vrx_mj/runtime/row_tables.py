@@ -152,7 +152,7 @@ class RowTables:
         """Warn of parameters that change nothing: wind where it pushes nothing, waves where the sea has none."""
         arrays, name = self._arrays, self.world.name
         pushed = any(table["wind"].any() for table in (arrays.hulls, arrays.floats, arrays.blocks))
-        pushed |= len(arrays.windage) > 0
+        pushed |= len(arrays.windage) > 0 or len(arrays.sail_curves) > 0
         if not pushed and (idle := [key for key in ("wind_speed", "gusts") if key in given and given[key].any()]):
             text = f"{' and '.join(idle)} without effect: the wind pushes nothing in world {name}"
             warnings.warn(f"{text}; give it `wind` with `objects`, or its robot `wind`", VrxWarning, stacklevel=4)

@@ -89,6 +89,7 @@ class Views(NamedTuple):
     thruster_state: Annotated[Table, Array(tables.THRUSTER_STATE, use=STATE)]
     propellers: Annotated[Table, Array(tables.PROPELLER)]
     propeller_points: Annotated[Table, Array(tables.PROPELLER_POINT)]
+    sail_curves: Annotated[Table, Array(tables.SAIL_CURVE)]
     propeller_state: Annotated[Table, Array(tables.PROPELLER_STATE, use=STATE)]
     floats: Annotated[Table, Array(tables.FLOAT)]
     elements: Annotated[Table, Array(tables.ELEMENT)]

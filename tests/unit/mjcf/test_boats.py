@@ -204,7 +204,7 @@ def test_a_rudder_pushes_at_its_centre_of_pressure(axis):
     blade = the(assemble(*rudder(axis), rudders={"rudder": entry}).thrusters)
     assert compose(blade.pose, (*blade.center, 0, 0, 0))[:3] == pytest.approx((-2.1, 0, -0.1))
     assert (blade.name, blade.link, blade.joint, blade.direction) == ("rudder", "blade", "stock", (0, 1, 0))
-    assert (blade.rudder.area, blade.rudder.aspect_ratio, blade.rudder.propeller) == (0.1, 1.5, None)
+    assert (blade.blade.area, blade.blade.aspect_ratio, blade.blade.propeller) == (0.1, 1.5, None)
 
 
 @pytest.mark.parametrize(("limits", "angle"), [((-3, 3), 0.6109), ((-0.3, 0.3), 0.3)])

@@ -57,7 +57,7 @@ def test_a_command_in_newtons_goes_up_to_the_larger_force(ahead, astern, largest
 
 def test_a_rudder_s_race_has_the_area_of_its_propeller_s_disc():
     boat = build_boat(Order("skiff"))
-    rudders = {thruster.name: thruster.rudder for thruster in boat.thrusters if thruster.rudder}
+    rudders = {thruster.name: thruster.blade for thruster in boat.thrusters if thruster.blade}
     rows = {row.name: row for row in thruster_rows(boat, "fixed", "")}
     assert rudders
     for name, rudder in rudders.items():

@@ -135,6 +135,7 @@ def thruster(**changes):
         "max_forward": 250.0, "max_reverse": -100.0, "gain": 1.0, "timeout": 1.0, "max_angle": math.pi / 2,
         "kp": 300.0, "kd": 20.0, "effort": 10.0, "velocity": 10.0, "inertia": 0.131210,
         "area": 0.0, "slope": 0.0, "density": 0.0, "race": -1, "race_area": 0.0, "race_share": 0.0, "measured": -1,
+        "curve_start": 0, "curve_count": 0, "sheeted": 0,
     }  # fmt: skip
     return table(tables.THRUSTER, [row | changes])[0]
 

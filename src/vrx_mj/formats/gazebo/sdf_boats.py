@@ -23,7 +23,8 @@ from vrx_mj.frames import Pose, compose, inverse
 
 def is_boat(model: Element) -> bool:
     """Whether a model pushes itself through the water: by a plugin for a thruster, and nothing that holds it."""
-    pushes = any(one.tag == "plugin" and is_thruster(one.attributes.get("filename", "")) for one in model.walk())
+    plugins = [one for one in model.walk() if one.tag == "plugin"]
+    pushes = any(is_thruster(one.attributes.get("filename", "")) or one.text("thruster", "linkName") for one in plugins)
     held = (WORLD in {one.text("parent"), one.text("child")} for one in model.all("joint"))
     return pushes and not model.switch("static") and not any(held)
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from vrx_mj.config.dynamics import HullConfig, HydrodynamicsConfig, ThrusterConfig
+from vrx_mj.config.robots import RudderEntry, SailEntry
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.urdf.elements import Findings, Node, Tag, numbers_of
 from vrx_mj.formats.urdf.gazebo_sensors import (
@@ -19,6 +20,7 @@ from vrx_mj.formats.urdf.gazebo_sensors import (
 )
 from vrx_mj.formats.urdf.gz_sim import Control, controlled, read_buoyancy, read_controls, read_fossen
 from vrx_mj.formats.urdf.model import Gazebo, Urdf, UrdfThruster
+from vrx_mj.frames import compose
 
 ADDED_MASS = {"xDotU": 5.0, "yDotV": 5.0, "zDotW": 0.1, "kDotP": 0.1, "mDotQ": 0.1, "nDotR": 1.0}
 LINEAR = {"xU": 20.0, "yV": 20.0, "zW": 20.0, "kP": 20.0, "mQ": 20.0, "nR": 20.0}
@@ -61,6 +63,8 @@ USUAL_THRUST = 250.0
 """Largest force [N] where a file gives none: the WAM-V's."""
 FREEFLOATING_THRUST = 100.0
 """Largest force [N] of freefloating_gazebo_control.cpp for a thruster that gives none."""
+STEEPEST = 5.5
+"""Largest slope of a foil's normal force that is taken over: 6.13 is that of an endless blade."""
 SHARES = "commands are shares of the largest thrust, -1 to 1"
 
 
@@ -75,6 +79,8 @@ class Robot(Scope):
     newer_hulls: list[Node] = field(default_factory=list)
     known: dict[str, Any] = field(default_factory=dict)
     controls: list[Control] = field(default_factory=list)
+    rudders: dict[str, RudderEntry] = field(default_factory=dict)
+    sails: dict[str, SailEntry] = field(default_factory=dict)
 
     def thrust(
         self, node: Node, link: str, drive: Mapping[str, object], *, name: str = "", propeller: str | None = None,
@@ -184,11 +190,42 @@ def _freefloating(node: Node, robot: Robot) -> None:
             robot.warn(part, message)
             continue
         link = robot.warned_link(part, "name")
-        largest = part.value("effort|effortUnderWater", FREEFLOATING_THRUST, low=0)
+        over = part.value("effortOverWater", 0.0, low=0)
+        largest = part.value("effort|effortUnderWater", 0.0 if over else FREEFLOATING_THRUST, low=0)
+        if over and over != largest:
+            robot.warn(part, f"one largest thrust under and over water: {largest or over:g} N")
+        largest = largest or over
         drive = {"max_force_forward": largest, "max_force_reverse": -largest}
         if link:
             robot.warn(part, SHARES)
         robot.thrust(part, link, drive, engine=robot.hinge(link), axis=(0.0, 0.0, -1.0))
+
+
+def _foil(node: Node, robot: Robot) -> None:
+    """A rudder, keel or sail of usv_sim_lsa: foil_dynamics_plugin.cpp, where `mult_drag` is written over `mult_lift`.
+
+    Its rudder's normal force is 2 `mult_lift` sin(angle), which is the slope of ours by its aspect ratio. Sails have
+    our own coefficients: the plugin's lift, 8 sin(2 angle), is five times a sail's.
+    """
+    kind, link = node.text("link_type"), robot.warned_link(node, "link_name")
+    if not link:
+        return
+    name, joint = robot.local(link), robot.hinge(link)
+    x, y, z = node.values("cp", "x y z", (0.0, 0.0, 0.0))
+    entry: dict[str, object] = {"area": node.value("area", 1.0, above=0), "center": (x, y, z), "joint": joint}
+    if kind == "sail" and joint:
+        robot.warn(node, "a sail with coefficients of its own, on a sheet: its command is how far the boom goes to lee")
+        if (sail := node.configured(SailEntry, entry)) is not None:
+            robot.sails[name] = sail
+    elif kind in {"rudder", "keel"}:
+        slope = min(2.0 * node.value("mult_drag|mult_lift", 1.5, above=0), STEEPEST)
+        if joint is None:
+            entry["center"] = compose(robot.urdf.pose(link, robot.urdf.root), (x, y, z, 0.0, 0.0, 0.0))[:3]
+        turns = {"aspect_ratio": 2.25 * slope / (6.13 - slope), "max_angle": math.pi / 2}
+        if (blade := node.configured(RudderEntry, entry | turns)) is not None:
+            robot.rudders[name] = blade
+    else:
+        robot.warn(node, f"a foil of link_type '{kind}' {'that no joint turns ' if kind == 'sail' else ''}is ignored")
 
 
 def _hydrodynamics(node: Node, robot: Robot) -> None:
@@ -266,6 +303,7 @@ THRUSTERS: Mapping[str, Callable[[Node, Robot], None]] = {
     "uuv_thruster_plugin": _uuv_thruster,
     "uuv_thruster_ros_plugin": _uuv_thruster,
     "freefloating_gazebo_control": _freefloating,
+    "foil_dynamics_plugin": _foil,
 }
 PLUGINS: Mapping[str, Callable[[Node, Robot], None]] = {
     **THRUSTERS,
@@ -325,6 +363,8 @@ def read_gazebo(urdf: Urdf, tags: Sequence[Node], findings: Findings) -> Gazebo:
         hydrodynamics=robot.water,
         water=robot.known,
         wind=robot.wind,
+        rudders=robot.rudders,
+        sails=robot.sails,
         sensors=tuple(robot.sensors),
         warnings=tuple(robot.warnings),
     )
@@ -346,6 +386,9 @@ def _read_element(node: Node, robot: Robot) -> None:
         kind = plugin_kind(plugin)
         if kind in PLUGINS:
             PLUGINS[kind](plugin, robot)
+        elif plugin.text("thruster/linkName"):
+            robot.warn(plugin, f"the plugin {plugin.attribute('filename')} is read as VRX's thrust plugin, by its tags")
+            _thrusters(plugin, robot)
         elif kind not in QUIET_PLUGINS:
             robot.warn_plugin(plugin)
     robot.check(node, HELD)

@@ -6,6 +6,7 @@ from functools import cached_property, reduce
 from pathlib import Path
 
 from vrx_mj.config.dynamics import HullConfig, HydrodynamicsConfig, ThrusterConfig
+from vrx_mj.config.robots import RudderEntry, SailEntry
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.errors import Problem
@@ -147,6 +148,9 @@ class Gazebo:
     """Fields of `HydrodynamicsConfig` that are known where the rest is not; in a six None is what is not."""
     wind: tuple[float, float, float] | None = None
     """Coefficients, from VRX's wind plugin."""
+    rudders: Mapping[str, RudderEntry] = field(default_factory=dict)
+    """Rudders and keels."""
+    sails: Mapping[str, SailEntry] = field(default_factory=dict)
     sensors: tuple[SensorConfig, ...] = ()
     """Posed in the root link's frame, names without the namespace."""
     warnings: tuple[str, ...] = ()

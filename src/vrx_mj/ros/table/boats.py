@@ -18,7 +18,7 @@ from vrx_mj.frames import quaternion
 from vrx_mj.mjcf.build import boat_urdf
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
-from vrx_mj.physics.tables import RUDDER
+from vrx_mj.physics.tables import BLADES
 from vrx_mj.ros.interface import BOTH, VRX, VRX3, Input, Output
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.table.host import Host, header, turned, vector
@@ -359,7 +359,7 @@ class BoatFrames:
 
 
 def _joints_of(row: Thruster, moving: Sequence[BoatJoint]) -> ThrusterJoints:
-    shaft = None if row.mapping == RUDDER else _at(_propeller(row), moving[::-1])  # the outermost that is there
+    shaft = None if row.mapping in BLADES else _at(_propeller(row), moving[::-1])  # the outermost that is there
     engine = _at(np.array(row.position), [joint for joint in moving if joint is not shaft])
     return ThrusterJoints(row.name, engine, shaft)
 

@@ -340,6 +340,40 @@ def test_the_inertia_of_a_full_box_is_that_of_the_box(size, place, density):
     assert made.inertial.tensor == pytest.approx(found, abs=1e-6 * mass)
 
 
+R, L, A, B, C = 0.7, 1.6, 0.3, 0.5, 0.9
+BALL, TUBE = 4 / 3 * math.pi * R**3, math.pi * R**2 * L
+AROUND = BALL * (2 * R**2 / 5 + 3 * R * L / 8 + L**2 / 4) + TUBE * (R**2 / 4 + L**2 / 12)
+EDGES = "".join(f"v {x} {y} {z}\n" for x in (-A, A) for y in (-B, B) for z in (-C, C))
+FACES = "".join(f"f {face}\n" for face in ("1 2 4 3", "5 7 8 6", "1 5 6 2", "3 4 8 7", "1 3 7 5", "2 6 8 4"))
+
+
+@pytest.mark.parametrize(("geometry", "volume", "moments"), [
+    (f"<sphere><radius>{R}</radius></sphere>", BALL, [BALL * 2 / 5 * R**2] * 3),
+    (f"<cylinder><radius>{R}</radius><length>{L}</length></cylinder>", TUBE,
+     [TUBE * (R**2 / 4 + L**2 / 12)] * 2 + [TUBE * R**2 / 2]),
+    (f"<capsule><radius>{R}</radius><length>{L}</length></capsule>", BALL + TUBE,
+     [AROUND, AROUND, BALL * 2 / 5 * R**2 + TUBE * R**2 / 2]),
+    (f"<ellipsoid><radii>{A} {B} {C}</radii></ellipsoid>", (ball := 4 / 3 * math.pi * A * B * C),
+     [ball / 5 * (B**2 + C**2), ball / 5 * (A**2 + C**2), ball / 5 * (A**2 + B**2)]),
+    ("<mesh><uri>box.obj</uri></mesh>", (box := 8 * A * B * C),
+     [box / 3 * (B**2 + C**2), box / 3 * (A**2 + C**2), box / 3 * (A**2 + B**2)]),
+])  # fmt: skip
+def test_the_inertia_of_full_shapes_is_that_of_textbooks(geometry, volume, moments):
+    """Each twice, 2 m apart along y and turned by 90 degrees about z: parallel axes."""
+    Path("box.obj").write_text(EDGES + FACES, encoding="utf-8")
+    shapes = "".join(
+        f'<collision name="c{y}"><pose>0 {y} 0 0 0 {math.pi / 2}</pose><geometry>{geometry}</geometry></collision>'
+        for y in (-1, 1)
+    )
+    text = f'<link name="base_link"><inertial auto="true"><density>10</density></inertial>{shapes}</link>'
+    found = boat(text, version="1.11").links["base_link"].inertial
+    xx, yy, zz = moments
+    assert found.mass == pytest.approx(20 * volume, rel=1e-9)
+    away = 20 * volume  # times the square of 1 m
+    wanted = (20 * yy + away, 20 * xx, 20 * zz + away, 0, 0, 0)
+    assert found.tensor == pytest.approx(wanted, rel=1e-9, abs=1e-9 * away)
+
+
 def test_a_folder_of_a_model_is_a_robot():
     Path("model.sdf").write_text(BOATS["raft"](), encoding="utf-8")
     assert load_robot("./boat", Path("..")).is_sdf

@@ -1,0 +1,94 @@
+"""Sails: lift and drag over the angle at which the apparent wind meets the chord, and the sheet that holds the boom.
+
+A sail's row is one of `tables.THRUSTER`: at angle zero its chord runs aft from the mast, along -x of the hinge.
+"""
+
+import math
+
+from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.motion import Motion
+from vrx_mj.physics.tables import Record, Table
+from vrx_mj.physics.thrust import force_point, steering_target
+from vrx_mj.physics.wind import wind_share
+from vrx_mj.physics.windage import piece_of_curve
+
+STALL = math.radians(15.0)
+"""Angle of attack at which the flow separates [rad]."""
+LEAST_DRAG = 0.02
+"""Coefficient of drag of a sail without lift."""
+REVERSED = 0.7
+"""Share of its lift that a wing has in a flow from its trailing edge."""
+
+
+def sail_curve(aspect_ratio: float) -> list[tuple[float, float, float]]:
+    """Return angles of attack [rad] and coefficients of lift and drag, each 5 degrees from 0 to 180.
+
+    To the stall a wing of lifting-line theory (Prandtl): CL = 2 pi sin a / (1 + 2 / AR), CD = CD0 + CL^2 / (pi AR);
+    from there to 90 degrees the model of Viterna and Corrigan (1982, NASA CP-2230, 69-85), and beyond the mirror image
+    with 0.7 of the lift (Viterna and Janetzke, 1982, NASA TM-82944).
+    """
+    ahead = [(angle, *_lift_and_drag(angle, aspect_ratio)) for angle in (math.radians(5.0 * k) for k in range(19))]
+    astern = [(math.pi - angle, -REVERSED * lift, drag) for angle, lift, drag in reversed(ahead[:-1])]
+    return [*ahead, *astern]
+
+
+def _lift_and_drag(angle: float, aspect_ratio: float) -> tuple[float, float]:
+    """Return the coefficients at an angle of attack [rad] of 0 to pi / 2."""
+    lift = 2.0 * math.pi * math.sin(min(angle, STALL)) / (1.0 + 2.0 / aspect_ratio)
+    drag = LEAST_DRAG + lift * lift / (math.pi * aspect_ratio)
+    if angle <= STALL:
+        return lift, drag
+    most, s, c = 1.11 + 0.018 * aspect_ratio, math.sin(STALL), math.cos(STALL)
+    a, b = (lift - most * s * c) * s / (c * c), (drag - most * s * s) / c
+    sine, cosine = math.sin(angle), math.cos(angle)
+    return most * sine * cosine + a * cosine * cosine / sine, most * sine * sine + b * cosine
+
+
+@kernel
+def wind_on_sail(
+    sail: Record, air: Table, wind_vector: tuple[float, float], motion: Motion, angle: float
+) -> tuple[float, float]:
+    """Return the wind less the velocity of the centre of effort [m/s], along the hinge's x and y axes.
+
+    The wind is that at the centre's height over the link's origin; `motion` is the hull's and `angle` [rad] the
+    boom's, whose own rate is not considered.
+    """
+    x, y, z = force_point(sail, angle)
+    share = wind_share(air, z)
+    east, north = share * wind_vector[0], share * wind_vector[1]
+    u = motion.r00 * east + motion.r10 * north - (motion.u + motion.q * z - motion.r * y)
+    v = motion.r01 * east + motion.r11 * north - (motion.v + motion.r * x - motion.p * z)
+    w = motion.r02 * east + motion.r12 * north - (motion.w + motion.p * y - motion.q * x)
+    m = sail.rotation
+    return m[0, 0] * u + m[1, 0] * v + m[2, 0] * w, m[0, 1] * u + m[1, 1] * v + m[2, 1] * w
+
+
+@kernel
+def boom_target(sail: Record, flow: tuple[float, float], angle: float, command: float) -> float:
+    """Return the angle [rad] to which the boom goes: the commanded one, or, on a sheet, that in which it streams.
+
+    The sheet lets the boom to lee by the size of the command, either way (Jaulin and Le Bars, 2013, Robotic Sailing).
+    `flow` is `wind_on_sail`, `angle` the boom's own, which it keeps in no wind.
+    """
+    if sail.sheeted == 0:
+        return steering_target(sail, command)
+    streaming = math.atan2(-flow[1], -flow[0]) if flow[0] != 0.0 or flow[1] != 0.0 else angle
+    most = min(abs(command), sail.max_angle)
+    return float(min(max(streaming, -most), most))
+
+
+@kernel
+def sail_force(sail: Record, curves: Table, flow: tuple[float, float], angle: float) -> tuple[float, float]:
+    """Return the force [N] on a sail along its own x and y axes, which are the hinge's turned by `angle` [rad].
+
+    Drag is along the apparent wind `flow`, of the hinge's axes, and lift across it, away from the windward side.
+    """
+    c, s = math.cos(angle), math.sin(angle)
+    ahead, aside = c * flow[0] + s * flow[1], c * flow[1] - s * flow[0]
+    speed = math.hypot(ahead, aside)
+    low, share = piece_of_curve(curves, sail.curve_start, sail.curve_count, math.atan2(abs(aside), -ahead))
+    one, two = curves[low], curves[low + 1]
+    pressure = 0.5 * sail.density * sail.area * speed
+    drag = pressure * (one.drag + share * (two.drag - one.drag))
+    lift = math.copysign(pressure, aside) * (one.lift + share * (two.lift - one.lift))
+    return drag * ahead + lift * aside, drag * aside - lift * ahead

@@ -1,0 +1,70 @@
+"""Propellers in the air, foils of usv_sim_lsa, and thrusters by their tags: what of other simulators becomes ours."""
+
+import math
+
+import pytest
+
+from unit.formats.urdf.test_gazebo import FREE, boat_with
+from vrx_mj.physics.thrust import normal_slope
+
+
+@pytest.mark.parametrize(("efforts", "thrust"), [
+    ("<effortUnderWater>0</effortUnderWater><effortOverWater>4.12</effortOverWater>", 4.12),
+    ("<effortOverWater>4.12</effortOverWater>", 4.12),
+    ("<effortUnderWater>11.5</effortUnderWater><effortOverWater>0</effortOverWater>", 11.5),
+])  # fmt: skip
+def test_a_propeller_in_the_air_pushes(efforts, thrust):
+    """usv_sim's airboat gives no effort under water."""
+    boat = boat_with(FREE, f"<thruster><name>thruster_0</name>{efforts}</thruster>", kind="revolute", limits=(-1, 1))
+    (found,) = boat.thrusters
+    assert (found.drive.max_force_forward, found.drive.max_force_reverse) == (thrust, -thrust)
+    said = any("one largest thrust under and over water: 4.12 N" in line for line in boat.warnings)
+    assert said == (thrust == 4.12)
+
+
+def test_vrxs_thrusters_are_known_by_their_tags():
+    content = "<thruster><linkName>thruster_0</linkName><cmdTopic>left_thrust_cmd</cmdTopic></thruster>"
+    boat = boat_with("libusv_gazebo_thrust_plugin_v2.so", content)
+    assert [thruster.name for thruster in boat.thrusters] == ["left"]
+    assert any("libusv_gazebo_thrust_plugin_v2.so is read as VRX's thrust plugin, by its tags" in line
+               for line in boat.warnings)  # fmt: skip
+
+
+FOIL = "libfoil_dynamics_plugin.so"
+
+
+def foil(type_, more="", **joint_of_it):
+    content = f"<link_type>{type_}</link_type><link_name>thruster_0</link_name><area>0.02</area><cp>-0.2 0 0</cp>{more}"
+    return boat_with(FOIL, content, axis="0 0 1", **joint_of_it)
+
+
+@pytest.mark.parametrize(("more", "lift"), [
+    ("", 1.5), ("<mult_lift>2</mult_lift>", 2.0), ("<mult_lift>2</mult_lift><mult_drag>1</mult_drag>", 1.0),
+])  # fmt: skip
+def test_rudders_of_usv_sim_have_the_force_of_their_plates(more, lift):
+    """A plate of lift c sin(2 a) and drag c (1 - cos(2 a)) has the normal force 2 c sin(a)."""
+    (blade,) = foil("rudder", more, kind="revolute", limits=(-1.57, 1.57)).thrusters
+    assert (blade.name, blade.joint, blade.drive.max_angle) == ("thruster_0", "thruster_0_joint", 1.57)
+    assert blade.blade.area == 0.02
+    assert normal_slope(blade.blade.aspect_ratio) == pytest.approx(2.0 * lift)
+    assert blade.center == pytest.approx((-0.2, 0, 0))
+
+
+def test_a_foil_that_no_joint_turns_is_a_keel():
+    (blade,) = foil("keel", kind="fixed").thrusters
+    assert (blade.joint, blade.drive.max_angle, blade.center) == (None, 0.0, pytest.approx((-0.7, -0.4, -0.2)))
+
+
+def test_sails_of_usv_sim_are_ours():
+    boat = foil("sail", kind="revolute", limits=(-3.14, 3.14))
+    (found,) = boat.thrusters
+    assert (found.blade.area, found.blade.sheet, found.drive.max_angle) == (0.02, True, pytest.approx(math.pi / 2))
+    assert any("a sail with coefficients of its own, on a sheet" in line for line in boat.warnings)
+
+
+@pytest.mark.parametrize(("kind", "words"), [
+    ("sail", "a foil of link_type 'sail' that no joint turns is ignored"),
+    ("wing", "a foil of link_type 'wing' is ignored"),
+])  # fmt: skip
+def test_other_foils_are_told(kind, words):
+    assert any(words in line for line in foil(kind, kind="fixed").warnings)
