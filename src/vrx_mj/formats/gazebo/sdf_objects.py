@@ -85,10 +85,13 @@ def _is_composite(model: Element) -> bool:
 def _composite(source: Source, report: Report) -> Content:
     """A model that is made of others."""
     known, folder = catalogue("objects"), source.file.absolute().parent
-    includes = in_world_frame(source.model, source.file).all("include")
     objects: list[Content] = []
     counts: dict[str, int] = {}
-    for include in includes:
+    for include in in_world_frame(source.model, source.file):
+        if isinstance(include, ConfigError):
+            raise include
+        if include.tag != "include":
+            continue
         name = model_name(include)
         if name not in known and not has_model(name, folder):
             report.note(include, "ignored", f"no model of this name: {name}")
@@ -103,7 +106,7 @@ def _composite(source: Source, report: Report) -> Content:
         )
         report.note(include, "taken over", "`objects`")
     if not objects:
-        names = ", ".join(dict.fromkeys(map(model_name, includes)))
+        names = ", ".join(dict.fromkeys(map(model_name, source.model.all("include"))))
         raise source.model.fault(f"none of the models in it is known: {shortened(names)}")
     return {"objects": objects}
 

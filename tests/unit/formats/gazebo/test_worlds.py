@@ -23,7 +23,7 @@ BASES = {name for name in macros() if macros()[name].part == "base"}
 
 
 @pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
+def _elsewhere(tmp_path, monkeypatch, strict):
     monkeypatch.chdir(tmp_path)
 
 
