@@ -343,7 +343,12 @@ def follow_path(element: Element, report: Report) -> Content | None:
     plugin = plugins[0]
     newer = _is(plugin, "trajectoryfollower")
     found: Content = {"loop": _loops(plugin, report)}
-    points = [point.read_numbers("x y") for group in plugin.all("waypoints") for point in group.all("waypoint")]
+    points = []
+    for point in (point for group in plugin.all("waypoints") for point in group.all("waypoint")):
+        x, y, *height = point.read_numbers("x y z" if len(point.own_text.split()) == 3 else "x y")
+        points.append([x, y])
+        if any(height):
+            report.note(point, "approximated", "paths are on the water, without its third number")
     if points:
         found["waypoints"] = points
     for tag, keys in (("circle", ("radius",)), ("line", ("length", "direction"))):

@@ -58,6 +58,8 @@ NO_BOATS = "none"
 BALL = "blue_projectile"
 CLOSE = 2e-3
 """Difference of numbers [m, rad] up to which an object is that of the base."""
+STEEP = 1e-3
+"""Slope up to which gravity points down."""
 GZ_SIM = (1, 7)
 """Version of SDF from which a world is one of gz-sim."""
 STALE_LINK = "base_link"
@@ -179,7 +181,7 @@ class _Reader:
     def __init__(self, file: Path, root: Element, world: Element, known: Mapping[str, Path]) -> None:
         self.file = file
         self.root = world
-        self.others = [one for one in root.all("world") if one is not world]
+        self.others = root.all("world")[1:]
         self.report = Report()
         self.parts: dict[Problem, Element] = {}
         """What each problem is in."""
@@ -189,7 +191,7 @@ class _Reader:
         self.terrain: Element | None = None
         self.boats: list[Content] = []
         self.afloat: list[tuple[Element, str]] = []
-        self.kinds: dict[str, bool] = {}
+        self.models: dict[str, Element] = {}
         self.known = known
         self.told: set[str] = set()
         self.hints: dict[str, str] = {}
@@ -305,10 +307,7 @@ class _Reader:
         if ours is None and not has_model(name, self.file.parent):
             self.report.note(element, "ignored", f"no model named '{name}'; {self.hint(name)}")
             return
-        if ours is None and self.has_water(element, name):
-            return
-        if ours is None and not element.switch("static") and self.has_boat(name):
-            self.add_boat(element, element.text("name") or name, f"{SCHEME}{name}")
+        if ours is None and self.has_other(element, name):
             return
         numbered = element.child("name") is not None and not element.text("name")  # as `insert_model` has it
         own = None if numbered else At(safe_name(element.text("name") or named_as(name)), element.place)
@@ -323,12 +322,24 @@ class _Reader:
             content["path"] = At(path, element.place)
         self.placed.append((element, content))
 
-    def has_water(self, element: Element, name: str) -> bool:
-        """Whether the model of a folder is the water, which is taken over; what is wrong is said of an object."""
-        try:
-            return self.take_water(element, model_element(model_file(f"{SCHEME}{name}", self.file.parent)).model, name)
-        except VrxError:
+    def has_other(self, element: Element, name: str) -> bool:
+        """Whether the model of a folder is the water, a boat or no body, and not an object: that is taken over."""
+        if name not in self.models:
+            self.models[name] = model_element(model_file(f"{SCHEME}{name}", self.file.parent)).model
+        model = self.models[name]
+        if self.take_water(element, model, name) or self.lacks_body(element, model):
+            return True
+        if element.switch("static") or not is_boat(model):
             return False
+        self.add_boat(element, element.text("name") or name, f"{SCHEME}{name}")
+        return True
+
+    def lacks_body(self, element: Element, model: Element) -> bool:
+        """Whether a model has no links, which is noted."""
+        found = not any(one.tag in {"link", *INSIDE} for one in model.children)
+        if found:
+            self.report.note(element, "ignored", "a model without links has no body")
+        return found
 
     def take_water(self, element: Element, model: Element, name: str) -> bool:
         """Take over a model that is the water, with its waves; False: it is another."""
@@ -352,15 +363,6 @@ class _Reader:
         for one in section.get("objects", ()):
             if str(one["model"]).startswith(SCHEME):
                 self.tell(str(one["model"]), Path(str(file).partition("#")[0]).parent)
-
-    def has_boat(self, name: str) -> bool:
-        """Whether the model of a folder is a boat; what is wrong with its file is said where it is an object."""
-        if name not in self.kinds:
-            try:
-                self.kinds[name] = is_boat(model_element(model_file(f"{SCHEME}{name}", self.file.parent))[0])
-            except VrxError:
-                self.kinds[name] = False
-        return self.kinds[name]
 
     def hint(self, name: str) -> str:
         """What may be meant by the name of a model that is not there; guesses are slow, and are made of the first."""
@@ -397,8 +399,7 @@ class _Reader:
             return
         if not name:
             raise element.fault("required, but missing", "name")
-        if not any(one.tag in {"link", *INSIDE} for one in element.children):
-            self.report.note(element, "ignored", "a model without links has no body")
+        if self.lacks_body(element, element):
             return
         model = f"{self.file.name}#{name}"
         if is_boat(element):
@@ -461,8 +462,10 @@ class _Reader:
     def take_gravity(self, element: Element) -> None:
         """Take over gravity."""
         x, y, z = element.read_numbers("x y z")
-        if x or y or z > 0:
+        if z > 0 or math.hypot(x, y) > STEEP * -z:
             raise element.fault(f"gravity must point down, got {shown(element.own_text)}")
+        if x or y:
+            self.report.note(element, "approximated", "it points straight down")
         self.add_piece("gravity", element, {"physics": {"gravity": -z}}, "`physics: gravity`")
 
     def take_light(self, element: Element) -> None:
