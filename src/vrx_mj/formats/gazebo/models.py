@@ -117,8 +117,10 @@ def _only(root: Element) -> Element:
     """The model of a file; of several the first."""
     found = next((one for one in root.walk() if one.tag == "model"), None)
     if found is None:
-        world = any(one.tag == "world" for one in root.walk())
-        raise root.fault("a world without a <model>; WORLD takes worlds" if world else "expected <sdf> with a <model>")
+        if any(one.tag == "world" for one in root.walk()):
+            raise root.fault("a world without a <model>; WORLD takes worlds")
+        inside = ", ".join(dict.fromkeys(f"<{one.tag}>" for one in root.children)) or "nothing"
+        raise root.fault(f"expected <sdf> with a <model>, got {inside}")
     return found
 
 
@@ -209,8 +211,10 @@ def _main_file(folder: Path) -> str:
     named = [one for one in read_document(config).all("sdf") if one.own_text]
     found = max(named, key=lambda one: _version(one.attributes.get("version", "")), default=None)
     text = found.own_text if found else "model.sdf"
-    if found and (PurePosixPath(text).name != text or not is_file(folder / text)):
+    if found and PurePosixPath(text).name != text:
         raise found.fault(f"expected the name of a file in this folder, got {shown(text)}")
+    if found and not is_file(folder / text):
+        raise found.fault(f"no file {shown(text)} in this folder")
     return _within(folder, text)
 
 

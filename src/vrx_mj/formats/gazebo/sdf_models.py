@@ -211,21 +211,23 @@ def as_node(element: Element, findings: Findings | None = None) -> Node:
     return Node(_markup(element, str), element.label, found)
 
 
-def in_world_frame(world: Element, file: Path) -> Element:
-    """A world, or a model of models, with the poses of the models in it in its own frame.
+def in_world_frame(world: Element, file: Path) -> list[Element | ConfigError]:
+    """The elements of a world, or of a model of models, with the poses of the models among them in its own frame.
 
-    Raises:
-        ConfigError: a pose is relative to what is not there, or to itself.
+    In the place of one whose pose is relative to what is not there, or to itself, is the error.
     """
     if not any(map(_is_turned, world.children)):
-        return world
+        return list(world.children)
     model = Model(Source(world, "", file))
-    model.findings.problems.clear()  # of models: they are said where these are read
-    poses = {node.element: model.frames.placed(given, Scope(), MODEL) for node, given in model.given}
-    model.findings.settle()
+    given = {node.element: one for node, one in model.given}
     children = zip(world.children, model.root.element, strict=True)
-    made = (_posed(child, poses[one]) if one in poses else child for child, one in children)
-    return replace(world, children=tuple(made))
+    return [_in_frame(child, model, given[one]) if one in given else child for child, one in children]
+
+
+def _in_frame(child: Element, model: Model, given: Given) -> Element | ConfigError:
+    model.findings.problems.clear()  # of models: they are said where these are read
+    pose = model.frames.placed(given, Scope(), MODEL)
+    return ConfigError(model.findings.problems[:]) if model.findings.problems else _posed(child, pose)
 
 
 def _is_turned(child: Element) -> bool:

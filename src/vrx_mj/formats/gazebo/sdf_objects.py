@@ -85,10 +85,13 @@ def _is_composite(model: Element) -> bool:
 def _composite(source: Source, report: Report) -> Content:
     """A model that is made of others."""
     known, folder = catalogue("objects"), source.file.absolute().parent
-    includes = in_world_frame(source.model, source.file).all("include")
     objects: list[Content] = []
     counts: dict[str, int] = {}
-    for include in includes:
+    for include in in_world_frame(source.model, source.file):
+        if isinstance(include, ConfigError):
+            raise include
+        if include.tag != "include":
+            continue
         name = model_name(include)
         if name not in known and not has_model(name, folder):
             report.note(include, "ignored", f"no model of this name: {name}")
@@ -103,7 +106,7 @@ def _composite(source: Source, report: Report) -> Content:
         )
         report.note(include, "taken over", "`objects`")
     if not objects:
-        names = ", ".join(dict.fromkeys(map(model_name, includes)))
+        names = ", ".join(dict.fromkeys(map(model_name, source.model.all("include"))))
         raise source.model.fault(f"none of the models in it is known: {shortened(names)}")
     return {"objects": objects}
 
@@ -340,7 +343,12 @@ def follow_path(element: Element, report: Report) -> Content | None:
     plugin = plugins[0]
     newer = _is(plugin, "trajectoryfollower")
     found: Content = {"loop": _loops(plugin, report)}
-    points = [point.read_numbers("x y") for group in plugin.all("waypoints") for point in group.all("waypoint")]
+    points = []
+    for point in (point for group in plugin.all("waypoints") for point in group.all("waypoint")):
+        x, y, *height = point.read_numbers("x y z" if len(point.own_text.split()) == 3 else "x y")
+        points.append([x, y])
+        if any(height):
+            report.note(point, "approximated", "paths are on the water, without its third number")
     if points:
         found["waypoints"] = points
     for tag, keys in (("circle", ("radius",)), ("line", ("length", "direction"))):

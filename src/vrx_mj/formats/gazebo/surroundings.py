@@ -190,10 +190,7 @@ def _color(element: Element, tag: str) -> list[float] | None:
 
 def georeference(element: Element) -> Content:
     """Where the origin is on Earth."""
-    latitude, longitude = element.number("latitude_deg"), element.number("longitude_deg")
-    if latitude is None or longitude is None:
-        raise element.fault("<latitude_deg> and <longitude_deg> are required")
-    found: Content = {"latitude": latitude, "longitude": longitude}
+    found: Content = {key: element.number(f"{key}_deg", 0.0) for key in ("latitude", "longitude")}
     return found | {"elevation": element.number("elevation", 0.0), "heading": element.number("heading_deg", 0.0)}
 
 

@@ -3,17 +3,19 @@
 import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeGuard
 
-from vrx_mj.config.loading import path_of, read_source
+from vrx_mj.config.loading import Loading, path_of, read_source, validated
+from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.profiles import CLASSIC, NEWER
 from vrx_mj.config.search import SCHEME, WORLD_SUFFIXES, catalogue
-from vrx_mj.config.tree import Place, Section
+from vrx_mj.config.tree import File, Place, Section
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ConfigError, VrxError, VrxWarning, first_lines, nearest, shortened
-from vrx_mj.formats.gazebo.document import Element, Note, Report, read_document
+from vrx_mj.config.world import WorldConfig
+from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning, first_lines, nearest, shortened
+from vrx_mj.formats.gazebo.document import STRICT, Element, Note, Report, read_document
 from vrx_mj.formats.gazebo.models import (
     NO_MODEL,
     has_model,
@@ -23,7 +25,7 @@ from vrx_mj.formats.gazebo.models import (
     model_file,
     model_name,
 )
-from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat
+from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat, read_boat
 from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
 from vrx_mj.formats.gazebo.sdf_models import INSIDE, in_world_frame, pose_of_included
 from vrx_mj.formats.gazebo.sdf_objects import buoyancy_of, follow_path, model_section, same_buoyancy
@@ -56,6 +58,8 @@ NO_BOATS = "none"
 BALL = "blue_projectile"
 CLOSE = 2e-3
 """Difference of numbers [m, rad] up to which an object is that of the base."""
+STEEP = 1e-3
+"""Slope up to which gravity points down."""
 GZ_SIM = (1, 7)
 """Version of SDF from which a world is one of gz-sim."""
 STALE_LINK = "base_link"
@@ -67,6 +71,8 @@ TOPICS = {
 """Elements of a wind plugin that name topics, and the names that these have here."""
 MOST_HINTS = 100
 """Unknown names of models for which a known one is guessed."""
+ROUNDS = 20
+"""How often a world is read again without the parts that could not be read."""
 SHOWN = 6
 """Notes that a warning lists."""
 
@@ -103,7 +109,34 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
     if "#" in str(file):
         raise world.fault("the path of the file has a '#', which stands for what follows it, a model: rename it")
     hold_models(file, root)
-    return world_of(file, root, world, catalogue("objects"))
+    known = catalogue("objects")
+    return world_of(file, root, world, known) if STRICT.get() else _readable_world(file, root, world, known)
+
+
+def _readable_world(file: Path, root: Element, world: Element, known: Mapping[str, Path]) -> GazeboWorld:
+    """A world without the parts that cannot be read, which are notes. Raises ConfigError."""
+    unread: list[Note] = []
+    for rounds_left in reversed(range(ROUNDS)):
+        reader = _Reader(file, root, world, known)
+        try:
+            found = reader.world()
+            with warnings.catch_warnings(action="ignore", category=VrxWarning):  # said again where it is loaded
+                validated(WorldConfig, read_source("worlds", found.section), Loading(), name=found.name)
+            return replace(found, notes=(*found.notes, *unread))
+        except ConfigError as error:
+            parts = [reader.part_of(problem) for problem in error.problems]
+            left = tuple(child for child in world.children if not any(child is part for part in parts))
+            if None in parts or not rounds_left:
+                raise
+            problems = dict.fromkeys(zip(error.problems, (part.label for part in parts if part), strict=True))
+            unread += [_unread(problem, label) for problem, label in problems]
+            world = replace(world, children=left)
+    raise AssertionError
+
+
+def _unread(problem: Problem, label: str) -> Note:
+    place = Place(File(problem.file, None), problem.line, problem.column)
+    return Note(place, problem.key or label, "not read", problem.message)
 
 
 def world_of(file: Path, root: Element, world: Element, known: Mapping[str, Path]) -> GazeboWorld:
@@ -147,16 +180,18 @@ class _Reader:
 
     def __init__(self, file: Path, root: Element, world: Element, known: Mapping[str, Path]) -> None:
         self.file = file
-        self.root = in_world_frame(world, file)
-        self.others = [one for one in root.all("world") if one is not world]
+        self.root = world
+        self.others = root.all("world")[1:]
         self.report = Report()
+        self.parts: dict[Problem, Element] = {}
+        """What each problem is in."""
         self.pieces: list[Piece] = []
         self.placed: list[tuple[Element, Content]] = []
         self.scoring: list[Element] = []
         self.terrain: Element | None = None
         self.boats: list[Content] = []
         self.afloat: list[tuple[Element, str]] = []
-        self.kinds: dict[str, bool] = {}
+        self.models: dict[str, Element] = {}
         self.known = known
         self.told: set[str] = set()
         self.hints: dict[str, str] = {}
@@ -164,11 +199,14 @@ class _Reader:
 
     def world(self) -> GazeboWorld:
         """All of it."""
-        for child in self.root.children:
-            self.checked(child, self.take)
+        for part, child in zip(self.root.children, in_world_frame(self.root, self.file), strict=True):
+            self.checked(part, child)
         for other in self.others:
             self.report.note(other, "ignored", "a file has one world: the first")
-        self.checked(self.root, self.finish)
+        try:
+            self.finish()
+        except ConfigError as error:
+            self.report.problems += error.problems
         self.report.settle()
         place = self.root.place
         name = self.root.attributes.get("name") or self.file.name.partition(".")[0]
@@ -186,19 +224,34 @@ class _Reader:
         """Add a boat of the fleet."""
         self.afloat.append((element, safe_name(name)))
         folder = self.file.absolute().parent
+        with warnings.catch_warnings(action="ignore", category=VrxWarning):  # said again where it is loaded
+            read_boat(model_file(robot, folder))
         pose, place = pose_of_included(element, folder) if element.tag == "include" else pose_of(element)
         whole = At(list(boat_pose(pose, model_file(robot, folder))), place)
         self.boats.append({"name": safe_name(name), "pose": whole, "robot": At(robot, element.place)})
         self.report.note(element, "taken over", "a boat, unless a fleet is given")
 
-    def checked(self, element: Element, work: Callable[[Element], None]) -> None:
-        """Do something with an element; what is wrong is kept for the end."""
+    def checked(self, part: Element, child: Element | ConfigError) -> None:
+        """Take over a part of the world, in its frame; what is wrong is kept for the end."""
         try:
-            work(element)
-        except ConfigError as error:
-            self.report.problems += error.problems
+            if isinstance(child, ConfigError):
+                raise child
+            self.take(child)
         except VrxError as error:
-            self.report.problems += element.fault(str(error)).problems
+            problems = (error if isinstance(error, ConfigError) else part.fault(str(error))).problems
+            self.report.problems += problems
+            self.parts |= dict.fromkeys(problems, part)
+
+    def part_of(self, problem: Problem) -> Element | None:
+        """The part of the world in which a problem is; None: in no one."""
+        if problem in self.parts:
+            return self.parts[problem]
+        spot = problem.line or 0, problem.column or 0
+        before = (
+            one for one in self.root.children
+            if one.place.file.name == problem.file and (one.place.line or 0, one.place.column or 0) <= spot
+        )  # fmt: skip
+        return max(before, key=lambda one: (one.place.line or 0, one.place.column or 0), default=None)
 
     def take(self, element: Element) -> None:
         """Take over one element of the world."""
@@ -254,10 +307,7 @@ class _Reader:
         if ours is None and not has_model(name, self.file.parent):
             self.report.note(element, "ignored", f"no model named '{name}'; {self.hint(name)}")
             return
-        if ours is None and self.has_water(element, name):
-            return
-        if ours is None and not element.switch("static") and self.has_boat(name):
-            self.add_boat(element, element.text("name") or name, f"{SCHEME}{name}")
+        if ours is None and self.has_other(element, name):
             return
         numbered = element.child("name") is not None and not element.text("name")  # as `insert_model` has it
         own = None if numbered else At(safe_name(element.text("name") or named_as(name)), element.place)
@@ -272,12 +322,24 @@ class _Reader:
             content["path"] = At(path, element.place)
         self.placed.append((element, content))
 
-    def has_water(self, element: Element, name: str) -> bool:
-        """Whether the model of a folder is the water, which is taken over; what is wrong is said of an object."""
-        try:
-            return self.take_water(element, model_element(model_file(f"{SCHEME}{name}", self.file.parent)).model, name)
-        except VrxError:
+    def has_other(self, element: Element, name: str) -> bool:
+        """Whether the model of a folder is the water, a boat or no body, and not an object: that is taken over."""
+        if name not in self.models:
+            self.models[name] = model_element(model_file(f"{SCHEME}{name}", self.file.parent)).model
+        model = self.models[name]
+        if self.take_water(element, model, name) or self.lacks_body(element, model):
+            return True
+        if element.switch("static") or not is_boat(model):
             return False
+        self.add_boat(element, element.text("name") or name, f"{SCHEME}{name}")
+        return True
+
+    def lacks_body(self, element: Element, model: Element) -> bool:
+        """Whether a model has no links, which is noted."""
+        found = not any(one.tag in {"link", *INSIDE} for one in model.children)
+        if found:
+            self.report.note(element, "ignored", "a model without links has no body")
+        return found
 
     def take_water(self, element: Element, model: Element, name: str) -> bool:
         """Take over a model that is the water, with its waves; False: it is another."""
@@ -296,18 +358,11 @@ class _Reader:
         if str(file) in self.told:
             return
         self.told.add(str(file))
-        for one in model_section(file, self.report).get("objects", ()):
+        section = model_section(file, self.report)
+        validated(ObjectConfig, section, Loading((file.resolve(),)))
+        for one in section.get("objects", ()):
             if str(one["model"]).startswith(SCHEME):
                 self.tell(str(one["model"]), Path(str(file).partition("#")[0]).parent)
-
-    def has_boat(self, name: str) -> bool:
-        """Whether the model of a folder is a boat; what is wrong with its file is said where it is an object."""
-        if name not in self.kinds:
-            try:
-                self.kinds[name] = is_boat(model_element(model_file(f"{SCHEME}{name}", self.file.parent))[0])
-            except VrxError:
-                self.kinds[name] = False
-        return self.kinds[name]
 
     def hint(self, name: str) -> str:
         """What may be meant by the name of a model that is not there; guesses are slow, and are made of the first."""
@@ -344,8 +399,7 @@ class _Reader:
             return
         if not name:
             raise element.fault("required, but missing", "name")
-        if not any(one.tag in {"link", *INSIDE} for one in element.children):
-            self.report.note(element, "ignored", "a model without links has no body")
+        if self.lacks_body(element, element):
             return
         model = f"{self.file.name}#{name}"
         if is_boat(element):
@@ -408,8 +462,10 @@ class _Reader:
     def take_gravity(self, element: Element) -> None:
         """Take over gravity."""
         x, y, z = element.read_numbers("x y z")
-        if x or y or z > 0:
+        if z > 0 or math.hypot(x, y) > STEEP * -z:
             raise element.fault(f"gravity must point down, got {shown(element.own_text)}")
+        if x or y:
+            self.report.note(element, "approximated", "it points straight down")
         self.add_piece("gravity", element, {"physics": {"gravity": -z}}, "`physics: gravity`")
 
     def take_light(self, element: Element) -> None:
@@ -417,7 +473,7 @@ class _Reader:
         sun = element.attributes.get("type") == "directional"
         self.report.note(element, "approximated" if sun else "ignored", "every world has one sun, where ours is")
 
-    def finish(self, _: Element) -> None:
+    def finish(self) -> None:
         """Add what needs the whole file: the base, the objects that it lacks, and the task."""
         base = self.base()
         extended = any(piece.part == "base" for piece in self.pieces)

@@ -38,6 +38,9 @@ def numbers_of(text: str, labels: Sequence[str]) -> list[float]:
         values = [float(word) for word in text.split()] if "_" not in text else []
     except ValueError:
         values = []
+    too_large = [word for word, value in zip(text.split(), values, strict=False) if LARGEST < abs(value) < math.inf]
+    if len(values) == len(labels) and too_large:
+        raise ValueError(f"must lie between -{LARGEST:g} and {LARGEST:g}, got {too_large[0]}")
     if len(values) != len(labels) or not all(abs(value) <= LARGEST for value in values):
         form = "a number" if len(labels) == 1 else f"{len(labels)} numbers {' '.join(labels)}"
         raise ValueError(f"expected {form}, got {shown(text)}")

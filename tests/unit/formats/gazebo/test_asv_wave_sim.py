@@ -80,6 +80,6 @@ def test_waves_whose_folder_is_not_there_are_told():
     assert losses(world) == [f"<include> 'model://waves' approximated: {told}"]
 
 
-def test_an_unknown_kind_of_waves_is_an_error():
+def test_an_unknown_kind_of_waves_is_an_error(strict):
     with pytest.raises(ConfigError, match="no algorithm named 'ftt'; known: fft, sinusoid, trochoid"):
         world_of(f'<model name="waves">{WAVES.format("<algorithm>ftt</algorithm>")}</model>')

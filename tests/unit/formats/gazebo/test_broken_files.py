@@ -7,8 +7,9 @@ import pytest
 import yaml
 
 from vrx_mj.config.world import load_world
-from vrx_mj.errors import ConfigError, VrxError
+from vrx_mj.errors import ConfigError, Problem, VrxError
 from vrx_mj.formats.gazebo.importing import import_files
+from vrx_mj.formats.gazebo.worlds import gazebo_world
 from work import calls_at_most
 
 pytestmark = pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
@@ -443,7 +444,7 @@ SLOW = {"macros_that_double", "power_tower", "eval_power", "eval_sum"}
 
 
 @pytest.mark.parametrize("case", [pytest.param(case, marks=[pytest.mark.slow] * (case in SLOW)) for case in CASES])
-def test_a_broken_file_says_what_and_where(case, home):
+def test_a_broken_file_says_what_and_where(case, home, strict):
     files, target, arguments, said = CASES[case]
     written(files, home)
     with calls_at_most(CALLS), pytest.raises(VrxError) as caught:
@@ -453,12 +454,34 @@ def test_a_broken_file_says_what_and_where(case, home):
 
 
 @pytest.mark.parametrize("case", WORLDS)
-def test_a_world_that_is_loaded_says_the_same(case, home):
+def test_a_world_that_is_loaded_says_the_same(case, home, strict):
     body, said = WORLDS[case]
     Path("bay.world").write_text(world(body), encoding="utf-8")
     with pytest.raises(ConfigError) as caught:
         load_world("bay.world")
     assert str(caught.value) == said
+
+
+NO_WORLD = {"tag_never_closed", "attribute_twice", "nested_too_deep", "too_many_elements"}
+"""Cases that are no XML."""
+
+
+@pytest.mark.parametrize("case", [case for case in WORLDS if case not in NO_WORLD])
+def test_a_part_that_cannot_be_read_is_told_and_the_rest_is_kept(case, home):
+    body, said = WORLDS[case]
+    kept = "<include><uri>model://surmark46104</uri><pose>9 9 0 0 0 0</pose></include>"
+    Path("bay.world").write_text(world(f"{body}\n{kept}"), encoding="utf-8")
+    with calls_at_most(2 * CALLS):
+        found = gazebo_world(Path("bay.world"))
+    problems = [Problem(*place(note), note.what, note.ours) for note in found.notes if note.fate == "not read"]
+    assert "\n".join(map(str, problems)) == said
+    assert [9, 9, 0, 0, 0, 0] in [list(one["pose"]) for one in found.section["objects"]]
+    load_world("bay.world")
+
+
+def place(note):
+    """File, line and column of a note."""
+    return note.place.file.name, note.place.line, note.place.column
 
 
 @pytest.mark.parametrize("case", IGNORED)
