@@ -2,6 +2,7 @@
 
 import os.path
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -19,8 +20,10 @@ from vrx_mj.formats.urdf.xml_document import Table, read_bytes, read_text
 LIBRARIES = frozenset({"robotx_gazebo", "vmrc_gazebo", "vorc_gazebo", "vrx_2019", "vrx_gazebo", "wave_gazebo"})
 """Packages of VRX, whose files may be missing: macros of ours stand for theirs."""
 
-Fate = Literal["taken over", "approximated", "ignored"]
+Fate = Literal["taken over", "approximated", "ignored", "not read"]
 """What became of a part of a file."""
+STRICT = ContextVar("STRICT", default=False)
+"""Whether a part of a world that cannot be read is an error; otherwise the rest is read, and it is a note."""
 
 
 @dataclass(frozen=True)

@@ -53,7 +53,7 @@ MARKS = ("<xacro:", "${", "$(")
 """Text by which a description with something to expand is recognized."""
 EXPANDED = {"urdf", "arguments", "layouts", "suites"}
 """Keys of a robot's YAML that are about its xacro."""
-FATES: tuple[Fate, ...] = ("taken over", "approximated", "ignored")
+FATES: tuple[Fate, ...] = ("taken over", "approximated", "ignored", "not read")
 
 
 @dataclass

@@ -26,6 +26,7 @@ from vrx_mj.formats.gazebo.launched import (
 )
 from vrx_mj.formats.gazebo.models import NO_MODEL, has_model, is_gazebo_model, model_element, model_file
 from vrx_mj.formats.gazebo.packages import (
+    LEFT_OUT,
     NOWHERE,
     is_nowhere,
     named_world,
@@ -243,6 +244,9 @@ class _Run:
             if self.holds(arg, scope):
                 key = "value" if "value" in arg.attributes else "default"
                 passed[self.value(arg, "name", scope)] = self.value(arg, key, scope, "")
+        if name.startswith(LEFT_OUT):
+            self.leave_out(element, name, f"<include> {PurePosixPath(name).name}")
+            return
         if not name.startswith(NOWHERE):
             self.included.append(self.allowed(element, name))
             declared = self.read(self.included[-1], inner)
@@ -258,6 +262,10 @@ class _Run:
             self.open_stock(stock, passed, element)
         else:
             self.report.note(element, "ignored", "not part of the simulation", f"<include> {path.name}")
+
+    def leave_out(self, element: Element, path: str, what: str) -> None:
+        """Note what is not there, as its package is missing."""
+        self.report.note(element, "not read", f"no package named '{PurePosixPath(path).parts[2]}'", what)
 
     def open_world(self, element: Element, path: str) -> None:
         """Take the world that Gazebo is started with."""
@@ -342,6 +350,8 @@ class _Run:
         if named is None and path.startswith(NOWHERE):
             raise element.fault(f"no package for {path.removeprefix(NOWHERE)}: add its folder to VRX_MJ_PACKAGE_PATH")
         ends = (".xacro", ".erb") if path.lower().endswith(".sdf") else ()
+        if path.startswith(LEFT_OUT):
+            return path
         return named or self.allowed(element, self.made_from(path, *ends))
 
     def node(self, element: Element, scope: _Scope) -> None:
@@ -371,6 +381,9 @@ class _Run:
             robot, arguments = found, dict[str, str]()
         else:
             robot, arguments = self.spawned(element, options, scope)
+        if isinstance(robot, str) and robot.startswith(LEFT_OUT):
+            self.leave_out(element, robot, f"<node> '{name}'")
+            return
         if robot in self.known_objects or (isinstance(robot, Path) and _is_object(robot)):
             self.spawn_object(element, SpawnedObject(name, pose, element.place, robot))
             return
@@ -522,6 +535,8 @@ class _Run:
     def allowed(self, element: Element, path: str) -> Path:
         """A file that may be read: beside the first file, or in a package."""
         try:
+            if path.startswith(LEFT_OUT):
+                raise VrxError(f"no package named '{PurePosixPath(path).parts[2]}', in which it would be")
             return self.files.allowed(str(self.open[0].parent / path) if self.open else path)
         except VrxError as error:
             raise element.fault(str(error)) from None

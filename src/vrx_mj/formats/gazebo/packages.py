@@ -19,6 +19,8 @@ PACKAGES = LIBRARIES | {
 """Packages of ROS and VRX that need not be there: what they hold is known here, or not needed."""
 NOWHERE = "/package:/"
 """Beginning of a path in such a package that is missing."""
+LEFT_OUT = "/missing:/"
+"""Beginning of a path in any other package that is missing, where such are ignored."""
 OURS = {"wamv_gazebo": "wamv", "cora_gazebo": "cora"}
 """How the names of VRX's descriptions begin, and our robots."""
 DEEPEST = 5
