@@ -177,6 +177,12 @@ def workspace_packages(folder: Path) -> dict[str, Path]:
         return {}
 
 
+def packages_around(folder: Path) -> dict[str, Path]:
+    """The packages of the workspace that a folder is, or is in."""
+    sources = folder / SOURCES
+    return workspace_packages(sources if sources.is_dir() else folder)
+
+
 def _source_space(folder: Path) -> tuple[Path | None, int]:
     """The folder of the packages of a workspace, and how far below it they lie."""
     package = _package_of(folder)

@@ -28,11 +28,9 @@ from vrx_mj.formats.gazebo.models import NO_MODEL, has_model, is_gazebo_model, m
 from vrx_mj.formats.gazebo.packages import (
     LEFT_OUT,
     NOWHERE,
-    is_nowhere,
     named_world,
     object_named,
     robot_named,
-    world_named,
 )
 from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat
 from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
@@ -277,12 +275,11 @@ class _Run:
 
     def world_of(self, element: Element, path: str) -> Path | str:
         """A world's file; one of VRX's that is not at hand by its name here."""
-        if is_nowhere(path):
-            try:
-                return world_named(path)
-            except UnknownNameError as error:
-                raise element.fault(f"{error} (or add its package's folder to VRX_MJ_PACKAGE_PATH)") from None
-        return self.allowed(element, self.made_from(path, ".xacro"))
+        try:
+            found = named_world(path)
+        except UnknownNameError as error:
+            raise element.fault(f"{error} (or add its package's folder to VRX_MJ_PACKAGE_PATH)") from None
+        return found if isinstance(found, str) else self.allowed(element, self.made_from(str(found), ".xacro"))
 
     def made_from(self, path: str, *endings: str) -> str:
         """A path; where there is no such file, that of the one with another ending that catkin makes it from."""

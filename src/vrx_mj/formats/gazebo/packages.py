@@ -1,10 +1,11 @@
 """Packages of ROS and VRX that need not be there: which worlds and robots of ours their files are."""
 
+import os.path
 from pathlib import Path, PurePosixPath
 
 from vrx_mj.config.search import catalogue, is_built_in
 from vrx_mj.errors import UnknownNameError
-from vrx_mj.formats.gazebo.document import LIBRARIES, home_path
+from vrx_mj.formats.gazebo.document import LIBRARIES, home_path, is_file
 from vrx_mj.formats.gazebo.stock import PLACES
 
 PACKAGES = LIBRARIES | {
@@ -52,15 +53,28 @@ def named_world(path: str) -> Path | str:
     """A world's file, or the name here of one of VRX's that is not at hand.
 
     Raises:
-        UnknownNameError: it leads into a package of VRX, which has none of this name.
+        UnknownNameError: it leads into a package of VRX, which has none of this name, nor a link to one.
     """
-    return world_named(path) if is_nowhere(path) else home_path(path)
+    try:
+        return world_named(path) if is_nowhere(path) else home_path(path)
+    except UnknownNameError:
+        if (found := linked(path) or linked(f"{path}.xacro")) is None:
+            raise
+        return found
 
 
 def robot_named(path: str) -> str | None:
     """The name here of a description of VRX's that is not at hand; None: it is another."""
     name = PurePosixPath(path).name
-    return next((robot for start, robot in OURS.items() if name.startswith(start) and is_nowhere(path)), None)
+    if not is_nowhere(path) or linked(path):
+        return None
+    return next((robot for start, robot in OURS.items() if name.startswith(start)), None)
+
+
+def linked(path: str) -> Path | None:
+    """The file of a user's to which a link of `vrx-mj ros packages --over` leads; None: there is no such file."""
+    real = Path(os.path.realpath(path))
+    return real if is_file(real) and not is_nowhere(str(real)) else None
 
 
 def object_named(path: str) -> str | None:
