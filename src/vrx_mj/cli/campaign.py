@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vrx_mj.bar import Bar
-from vrx_mj.cli.options import Fleet, Packages
+from vrx_mj.cli.options import Fleet, reads_files
 from vrx_mj.cli.screen import text_table
 from vrx_mj.errors import CommandError
 from vrx_mj.outputs import writing
@@ -54,6 +54,7 @@ Waits = Annotated[
 ]
 
 
+@reads_files
 def campaign(
     worlds: Worlds,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for results; a stopped campaign continues.")],
@@ -71,7 +72,6 @@ def campaign(
     rosbridge: Annotated[bool, typer.Option("--rosbridge", help="With --exec: rosbridge in every trial.")] = False,
     ray: Annotated[bool, typer.Option("--ray", help="Run on Ray: the cluster of RAY_ADDRESS, or here.")] = False,
     restart: Annotated[bool, typer.Option("--restart", help="Discard the folder's results, start again.")] = False,
-    package_path: Packages = None,
 ) -> None:
     """Sail controllers in many worlds, and compare their scores. Every controller sails every world with every seed.
 

@@ -17,12 +17,13 @@ from vrx_mj.cli.options import (
     Json,
     Nudge,
     Output,
-    Packages,
     Record,
     Recording,
     Seed,
+    Strict,
     World,
     opened_by,
+    reads_files,
 )
 from vrx_mj.cli.screen import pace_text, print_summary, program, score_line, to_open
 from vrx_mj.errors import CommandError, RecordError, VrxError
@@ -47,6 +48,7 @@ BagTopics = Annotated[
 ]
 
 
+@reads_files
 def compile_(
     world: World,
     output: Output,
@@ -54,7 +56,7 @@ def compile_(
     fleet: Fleet = None,
     seed: Seed = None,
     nudge: Nudge = False,
-    package_path: Packages = None,
+    strict: Strict = False,
 ) -> None:
     """Compile a world to MJCF that plain MuJoCo opens. The assets it needs are written beside it.
 
@@ -69,6 +71,7 @@ def compile_(
     typer.echo("there the boats fall: water, wind and thrust come from vrx_mj's loop alone (vrx-mj run, vrx-mj view)")
 
 
+@reads_files
 def run(
     world: World,
     arguments: Arguments = None,
@@ -92,7 +95,7 @@ def run(
     topic: BagTopics = None,
     follow: Annotated[str | None, typer.Option(help="The boat that the recording's camera follows.")] = None,
     nudge: Nudge = False,
-    package_path: Packages = None,
+    strict: Strict = False,
 ) -> None:
     """Sail a world, and print where the boats end and how the task is scored.
 
@@ -154,6 +157,7 @@ def _print_files(record: Path | None, bag: Path | None) -> None:
         typer.echo(f"bag: {bag} ({sum(file.stat().st_size for file in files) / 1e6:.3g} MB)")
 
 
+@reads_files
 def view(
     world: World,
     arguments: Arguments = None,
@@ -171,7 +175,6 @@ def view(
         bool, typer.Option("--browser", help="Open in a browser, even where there is a display.")
     ] = False,
     nudge: Nudge = False,
-    package_path: Packages = None,
 ) -> None:
     """Watch a world live, and drive its boats with the keyboard. Without a display it opens in a browser.
 
@@ -254,13 +257,13 @@ def list_(
         typer.echo(line)
 
 
+@reads_files
 def map_(
     world: World,
     arguments: Arguments = None,
     output: Output = Path("map.png"),
     fleet: Fleet = None,
     nudge: Nudge = False,
-    package_path: Packages = None,
 ) -> None:
     """Draw a world as seen from above. The map shows shore, docks, objects, boats, the task's course, wind and waves.
 
@@ -309,6 +312,7 @@ def new(
         typer.echo(f"vrx-mj run ocean --fleet './{folder}'")
 
 
+@reads_files
 def doctor(
     world: Annotated[str | None, typer.Argument(help="A world to check too, with its fleet.")] = None,
     fleet: Fleet = None,

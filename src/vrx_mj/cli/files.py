@@ -8,7 +8,7 @@ from itertools import groupby
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, get_args
 
-from vrx_mj.config.search import KINDS, PACKAGE_PATH, catalogue
+from vrx_mj.config.search import KINDS, catalogue
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 from vrx_mj.outputs import write_file, write_files, writing
 from vrx_mj.resources import root
@@ -186,18 +186,3 @@ def new_folder(name: str) -> Path:
     with writing("the folder", folder):
         folder.mkdir()
     return folder
-
-
-def look_in(folders: list[Path] | None) -> list[Path] | None:
-    """Have robots' files look for packages in these folders, before those of the environment.
-
-    Raises:
-        VrxError: one of them is not a folder.
-    """
-    for folder in folders or ():
-        if not folder.is_dir():
-            raise VrxError(f"invalid --package-path '{folder}': not a folder")
-    if folders:
-        inherited = os.environ.get(PACKAGE_PATH)
-        os.environ[PACKAGE_PATH] = os.pathsep.join([*map(str, folders), *([inherited] if inherited else [])])
-    return folders

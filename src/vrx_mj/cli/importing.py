@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vrx_mj.cli.options import Arguments, named_values
+from vrx_mj.cli.options import Arguments, Strict, named_values, reads_files
+from vrx_mj.errors import CommandError
 from vrx_mj.outputs import Content, begins, write_files
 
 if TYPE_CHECKING:
@@ -14,10 +15,12 @@ if TYPE_CHECKING:
 __all__ = ["import_"]
 
 
+@reads_files
 def import_(
     source: Annotated[Path, typer.Argument(help="A world, launch file, boat or model, or a folder of them.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for our files.")],
     arguments: Arguments = None,
+    strict: Strict = False,
 ) -> None:
     """Write files of Gazebo and VRX as files of ours. The file import.md has a table of what became of each part.
 
@@ -37,6 +40,8 @@ def import_(
     for world, fleet in made.sails[:3]:
         named, afloat = (_word(output / name if name in made.texts else name) for name in (world, fleet or ""))
         typer.echo(f"to sail: vrx-mj run {named}{f' --fleet {afloat}' if afloat else ''}")
+    if strict and (made.failed or made.count("not read")):
+        raise CommandError("--strict: there are parts that are not read")
 
 
 def _word(path: Path | str) -> str:

@@ -1,13 +1,18 @@
 """Options and arguments that several commands share, and ports that may be left out."""
 
-from collections.abc import Sequence
+import inspect
+import os
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from enum import Enum
+from functools import wraps
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, TypeVar
 
 import typer
 
-from vrx_mj.cli.files import look_in
-from vrx_mj.errors import CommandError
+from vrx_mj.config.search import MISSING, OWN_PATH, PACKAGE_PATH
+from vrx_mj.errors import CommandError, VrxError, VrxWarning
 
 __all__ = [
     "DEFAULT_PORT",
@@ -16,13 +21,14 @@ __all__ = [
     "Json",
     "Nudge",
     "Output",
-    "Packages",
     "Record",
     "Recording",
     "Seed",
+    "Strict",
     "World",
     "named_values",
     "opened_by",
+    "reads_files",
     "with_default_port",
 ]
 
@@ -48,14 +54,70 @@ Nudge = Annotated[
     bool, typer.Option("--nudge", help="Move boats that start on land, docks or each other to free water.")
 ]
 Seed = Annotated[int | None, typer.Option(help="Seed of waves, gusts and noise; default: the world's.")]
-Packages = Annotated[
-    list[Path] | None,
-    typer.Option(
-        "--package-path",
-        metavar="<folder>",
-        help="A ROS package with a robot's files, or a folder of packages; may be repeated.",
-        callback=look_in,
-    ),
+VARIABLES = {"package_path": PACKAGE_PATH, "allow": OWN_PATH}
+Missing = Enum("Missing", {"error": "error", "ignore": "ignore"})
+
+
+def put_first(param: typer.CallbackParam, folders: list[Path] | None) -> list[Path] | None:
+    """Put the folders of an option before those of the environment variable that `VARIABLES` has for it.
+
+    Raises:
+        VrxError: one of them is not a folder.
+    """
+    variable, option = VARIABLES[str(param.name)], param.opts[0]
+    for folder in folders or ():
+        if not folder.is_dir():
+            raise VrxError(f"invalid {option} '{folder}': not a folder")
+    if folders:
+        inherited = os.environ.get(variable)
+        os.environ[variable] = os.pathsep.join([*map(str, folders), *([inherited] if inherited else [])])
+    return folders
+
+
+def _set_missing(missing: Missing | None) -> Missing | None:
+    if missing is not None:
+        os.environ[MISSING] = missing.value
+    return missing
+
+
+def _be_strict(strict: bool) -> bool:
+    if strict:
+        from vrx_mj.formats.gazebo.document import STRICT
+
+        STRICT.set(True)
+        warnings.simplefilter("error", VrxWarning)
+    return strict
+
+
+READING: Mapping[str, Any] = {
+    "package_path": Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="<folder>",
+            help="A ROS package with a robot's files, or a folder of packages; may be repeated.",
+            callback=put_first,
+        ),
+    ],
+    "allow": Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="<folder>",
+            help="A folder that files may be in which other files name, as an entry of VRX_MJ_PATH; may be repeated.",
+            callback=put_first,
+        ),
+    ],
+    "missing": Annotated[
+        Missing | None,
+        typer.Option(
+            help="Packages of a launch file that are missing: ignore leaves out what is in them; default: error.",
+            callback=_set_missing,
+        ),
+    ],
+}
+"""Options of all commands that read users' files: each acts before the command, which does not see it."""
+Strict = Annotated[
+    bool,
+    typer.Option("--strict", help="Warnings, and parts that are not read, are errors.", callback=_be_strict),
 ]
 Output = Annotated[Path, typer.Option("--output", "-o", help="The file or folder to write.")]
 Record = Annotated[Path | None, typer.Option(help="Write a recording for rerun (.rrd).")]
@@ -72,6 +134,23 @@ PORTS = {"--rosbridge": DEFAULT_PORT, "--web": DEFAULT_WEB_PORT, "--foxglove": "
 """Options whose port may be left out."""
 LOCALIZATION, SOURCES = "--localization", ("navigator", "truth")
 """An option whose value may be left out, and its values, the default first."""
+
+
+T = TypeVar("T")
+
+
+def reads_files(command: Callable[..., T]) -> Callable[..., T]:
+    """A command with the options of `READING`."""
+
+    @wraps(command)
+    def reads(*arguments: Any, **options: Any) -> T:
+        return command(*arguments, **{name: value for name, value in options.items() if name not in READING})
+
+    own = inspect.signature(command, eval_str=True)
+    kind = inspect.Parameter.KEYWORD_ONLY
+    added = (inspect.Parameter(name, kind, default=None, annotation=each) for name, each in READING.items())
+    reads.__signature__ = own.replace(parameters=[*own.parameters.values(), *added])  # type: ignore[attr-defined]
+    return reads
 
 
 def opened_by(world: str, words: Sequence[str] | None) -> tuple[str, dict[str, str]]:

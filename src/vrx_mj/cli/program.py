@@ -23,7 +23,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from vrx_mj.cli.options import with_default_port
 from vrx_mj.cli.screen import show_error, warn_once
-from vrx_mj.errors import ChoiceError, CommandError, DivergedError, UnknownNameError, VrxError
+from vrx_mj.errors import ChoiceError, CommandError, DivergedError, UnknownNameError, VrxError, VrxWarning
 from vrx_mj.packages import MissingPackageError
 from vrx_mj.signals import ended_by_signals
 
@@ -382,7 +382,7 @@ def _code(command: Any, words: list[str]) -> int:
     """Run a command line; its exit code."""
     try:
         code = command.main(words, prog_name="vrx-mj", standalone_mode=False)
-    except (VrxError, MissingPackageError) as error:
+    except (VrxError, VrxWarning, MissingPackageError) as error:
         show_error(error.text(words[0]) if isinstance(error, ChoiceError) else f"{error}{list_hint(error)}")
         return 1 if isinstance(error, DivergedError) else 2
     except UsageError as error:

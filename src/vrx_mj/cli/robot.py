@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vrx_mj.bar import Bar
-from vrx_mj.cli.options import Packages, named_values
+from vrx_mj.cli.options import named_values, reads_files
 from vrx_mj.cli.screen import text_table
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, shown
 from vrx_mj.outputs import write_file, writing, written
@@ -184,6 +184,7 @@ def parts(
 
 
 @app.command()
+@reads_files
 def show(
     robot: Annotated[str, typer.Argument(help="A URDF, xacro or SDF, the folder of one, or the name of a robot.")],
     arguments: Annotated[
@@ -193,7 +194,6 @@ def show(
         Path | None,
         typer.Option(help="Write a recording for rerun (.rrd) instead; without a display: NAME_joints.rrd."),
     ] = None,
-    package_path: Packages = None,
 ) -> None:
     """Show a robot in MuJoCo's viewer, its joints as sliders under 'Control' on the right.
 

@@ -54,7 +54,13 @@ def messages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder
 
 
 @app.command()
-def packages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the packages.")]) -> None:
+def packages(
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the packages.")],
+    over: Annotated[
+        Path | None,
+        typer.Option(help="A workspace with VRX's packages: files of yours in them are there too, by links."),
+    ] = None,
+) -> None:
     """Write ROS 1 packages with VRX's launch files, which start vrx-mj serve, and print the line that has them found.
 
     The packages are vrx_gazebo, vrx_2019, wave_gazebo, vorc_gazebo, wamv_gazebo, wamv_description, gazebo_ros,
@@ -68,7 +74,7 @@ def packages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder
     """
     from vrx_mj.ros.launch_packages import write_launch_packages
 
-    show(f"{output}: {', '.join(write_launch_packages(output))}")
+    show(f"{output}: {', '.join(write_launch_packages(output, over))}")
     show("paste into every shell, or into ~/.bashrc:")
     top = shlex.quote(str(output.absolute()))
     typer.echo(f"export ROS_PACKAGE_PATH={top}${{ROS_PACKAGE_PATH:+:$ROS_PACKAGE_PATH}}")

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from vrx_mj.cli.options import DEFAULT_PORT, Arguments, Fleet, Nudge, Record, Seed, World, opened_by
+from vrx_mj.cli.options import DEFAULT_PORT, Arguments, Fleet, Nudge, Record, Seed, World, opened_by, reads_files
 from vrx_mj.cli.screen import is_watched, show
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.packages import install_extra
@@ -55,6 +55,7 @@ Localized = Annotated[
 Duration = Annotated[float | None, typer.Option(help="Simulated seconds after which it ends; default: never.")]
 
 
+@reads_files
 def serve(
     world: World,
     arguments: Arguments = None,

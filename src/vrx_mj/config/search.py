@@ -10,7 +10,7 @@ import stat
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from itertools import chain
-from pathlib import Path, PurePosixPath, PureWindowsPath
+from pathlib import Path, PurePosixPath
 
 from vrx_mj.config.kinds import kind_of
 from vrx_mj.config.readers import function_of
@@ -177,6 +177,12 @@ def workspace_packages(folder: Path) -> dict[str, Path]:
         return {}
 
 
+def packages_around(folder: Path) -> dict[str, Path]:
+    """The packages of the workspace that a folder is, or is in."""
+    sources = folder / SOURCES
+    return workspace_packages(sources if sources.is_dir() else folder)
+
+
 def _source_space(folder: Path) -> tuple[Path | None, int]:
     """The folder of the packages of a workspace, and how far below it they lie."""
     package = _package_of(folder)
@@ -321,6 +327,12 @@ MODEL_SUFFIXES = (*WORLD_SUFFIXES, ".sdf.erb")
 PATH_SUFFIXES = (".yaml", ".yml", ".txt", *WORLD_SUFFIXES, *XML_SUFFIXES)
 PACKAGE_PATH = "VRX_MJ_PACKAGE_PATH"
 """Environment variable with the folders in which `package://` and `$(find ...)` look."""
+OWN_PATH = "VRX_MJ_PATH"
+"""Environment variable with the folders in which names are looked for, and files may lie that other files name."""
+MISSING = "VRX_MJ_MISSING"
+"""Environment variable that says `ignore` where launch files may name packages that are missing."""
+ALLOW = f"add its folder by --allow FOLDER or {OWN_PATH}"
+"""What to do where a file lies in no folder that may be read."""
 
 
 def package_paths() -> tuple[Path, ...]:
@@ -387,25 +399,41 @@ def find_terrain(name: str, near: Path | None = None) -> Path:
 
 
 def contained(text: str, folder: Path | None) -> Path:
-    """The file at a relative path, which may not lead out of `folder`, not even through a link.
+    """The file at a path, which may not lead out of `folder` and the allowed ones, not even through a link.
 
     Without a folder it is what the caller wrote in Python: any path, from the current folder on.
     """
     if folder and "\\" in text:
         raise VrxError(f"path '{text}' has a backslash; type '/'")
-    if folder and (PurePosixPath(text).is_absolute() or PureWindowsPath(text).drive):
-        raise VrxError(f"path '{text}' is absolute; give one relative to this file's folder")
     base = (folder or Path.cwd()).resolve()
     missing = f"no file '{shortened(text)}'{'' if Path(text).is_absolute() else f' in {display(base)}'}"
     try:
-        file = (base / text).resolve()
-        if folder and not file.is_relative_to(base):
-            raise VrxError(f"path '{text}' leaves the folder of the file that names it")
-        if not file.is_file():
+        if folder and not is_inside(base / text, base, *allowed_folders()):
+            raise leaves_folder(text)
+        if not (base / text).is_file():
             raise VrxError(missing)
     except (OSError, ValueError, RuntimeError):
         raise VrxError(missing) from None
     return (folder or Path.cwd()) / text
+
+
+def leaves_folder(text: str) -> VrxError:
+    """The error about a path in a file that leads to where nothing may be read."""
+    return VrxError(f"path '{text}' leaves the folder of the file that names it; {ALLOW}")
+
+
+def allowed_folders() -> tuple[Path, ...]:
+    """The folders of VRX_MJ_PATH."""
+    return tuple(Path(entry) for entry in os.environ.get(OWN_PATH, "").split(os.pathsep) if entry)
+
+
+def is_inside(path: Path, *folders: Path) -> bool:
+    """Whether a path leads into one of some folders, links followed."""
+    try:
+        real = path.resolve()
+        return any(real.is_relative_to(folder.resolve()) for folder in folders)
+    except (OSError, ValueError, RuntimeError):
+        return False
 
 
 def display(path: Path) -> str:
@@ -421,7 +449,7 @@ def _folders(near: Path | None) -> Iterator[Path]:
     yield Path.cwd()
     if near is not None:
         yield near
-    yield from (Path(entry) for entry in os.environ.get("VRX_MJ_PATH", "").split(os.pathsep) if entry)
+    yield from allowed_folders()
     yield root()
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from shlex import quote
 
-from vrx_mj.config.search import BUILT_IN
+from vrx_mj.config.search import BUILT_IN, is_built_in, packages_around
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.gazebo.launch import SERVING
 from vrx_mj.formats.gazebo.stock import PACKAGES, StockLaunch, stock_launches
@@ -53,20 +53,46 @@ WORLDS = {"vrx_2019": "vrx2019/"}
 """How the names of a package's worlds begin here."""
 
 
-def write_launch_packages(folder: str | Path) -> tuple[str, ...]:
+def write_launch_packages(folder: str | Path, over: Path | None = None) -> tuple[str, ...]:
     """Write the packages into a folder, one folder each, and return their names.
 
-    What an earlier call wrote there is replaced.
+    What an earlier call wrote there is replaced. What packages of these names in a workspace, `over`, have besides is
+    there by links; nothing is written into the workspace.
 
     Raises:
-        VrxError: a file is in the way, or cannot be written.
+        VrxError: a file is in the way, or cannot be written; or the workspace has no such package.
     """
     top = Path(folder).absolute()
     if ":" in str(top):
         raise VrxError(f"invalid folder of packages '{top}': ':' in a path separates entries of a list")
-    put_files(launch_packages(), top, listed_files(top / LIST, PACKAGE_NAMES), LIST)
+    made = launch_packages()
+    links = _links(over, made) if over else {}
+    put_files(made, top, listed_files(top / LIST, PACKAGE_NAMES), LIST, links)
     hide_twins(top)
     return PACKAGE_NAMES
+
+
+def _links(over: Path, made: Mapping[str, bytes]) -> dict[str, Path]:
+    """Where files and folders are that packages of ours lack, in those of the same names in a workspace."""
+    found = {name: place for name, place in packages_around(over).items() if not is_built_in(place)}
+    named = {name: found[name].resolve() for name in PACKAGE_NAMES if name in found}
+    if not named:
+        raise VrxError(f"no package {', '.join(PACKAGE_NAMES)} in workspace '{over}'")
+    return dict(link for name, place in named.items() for link in _lacking(place, name, made))
+
+
+def _lacking(folder: Path, name: str, made: Mapping[str, bytes]) -> Iterator[tuple[str, Path]]:
+    """What is in a folder of a package and not in ours, but for programs of which ours has one of the name."""
+    programs = NODES.get(name.partition("/")[0], {})
+    for entry in sorted(folder.iterdir()):
+        own = f"{name}/{entry.name}"
+        if own in made or entry.name.startswith(".") or entry.name in programs:
+            continue
+        inside = entry.rglob("*") if entry.is_dir() and not entry.is_symlink() else ()
+        if any(each.startswith(f"{own}/") for each in made) or any(each.name in programs for each in inside):
+            yield from _lacking(entry, own, made)
+        else:
+            yield own, entry
 
 
 def launch_packages() -> dict[str, bytes]:

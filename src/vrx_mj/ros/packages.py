@@ -9,6 +9,7 @@ import subprocess
 import tempfile
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 from vrx_mj.config.search import DEEPEST, SOURCES, ReadingError, is_built_in, read_limited
@@ -215,21 +216,36 @@ def _write(path: Path, raw: bytes) -> None:
     path.write_bytes(raw)
 
 
-def put_files(made: Mapping[str, bytes], top: Path, before: Mapping[str, str], list_name: str) -> None:
+def put_files(
+    made: Mapping[str, bytes], top: Path, before: Mapping[str, str], list_name: str,
+    links: Mapping[str, Path] = MappingProxyType({}),
+) -> None:  # fmt: skip
     """Put files into a folder, over those that we wrote there before and nobody changed since; scripts can be run.
+
+    Links that we made there before go first: nothing is written through them.
 
     Args:
         made: the files, by their paths in the folder.
         top: the folder.
         before: what an earlier call wrote there, with sha256.
         list_name: the file that lists them for the next call.
+        links: what links in the folder lead to, by their paths.
 
     Raises:
         VrxError: a file is in the way, or cannot be written.
     """
-    listed = {name: hashlib.sha256(raw).hexdigest() for name, raw in sorted(made.items())}
-    for name in before:
+    targets = {name: str(target).encode() for name, target in links.items()}
+    listed = {name: hashlib.sha256(raw).hexdigest() for name, raw in sorted({**made, **targets}.items())}
+    for name, sha in before.items():
+        check_inside(top, str(Path(name).parent), WHAT)
+        path = top / name
+        with writing(WHAT, path):
+            if path.is_symlink() and hashlib.sha256(os.fsencode(path.readlink())).hexdigest() == sha:
+                path.unlink()
         check_inside(top, name, WHAT)
+    for name in links:
+        if os.path.lexists(top / name):
+            raise VrxError(f"{top / name} exists and is not of this command, or was changed: choose another folder")
 
     def is_ours(name: str) -> bool:
         return name == list_name or _sha256(top / name) in {before.get(name), listed.get(name)}
@@ -243,6 +259,9 @@ def put_files(made: Mapping[str, bytes], top: Path, before: Mapping[str, str], l
             (top / name).unlink()
         for name in (name for name, raw in made.items() if raw.startswith(b"#!")):
             (top / name).chmod(0o755)
+        for name, target in links.items():
+            (top / name).parent.mkdir(parents=True, exist_ok=True)
+            (top / name).symlink_to(target)
 
 
 def hide_twins(top: Path) -> None:

@@ -1,10 +1,12 @@
 """What `vrx-mj list robots --verbose` says of commands."""
 
 import os
+from types import SimpleNamespace
 
 import pytest
 
-from vrx_mj.cli.files import NEW_KINDS, command_lines, listing, look_in
+from vrx_mj.cli.files import NEW_KINDS, command_lines, listing
+from vrx_mj.cli.options import put_first
 from vrx_mj.config.search import KINDS, PACKAGE_PATH, catalogue, package_paths
 from vrx_mj.config.tasks import TASKS
 from vrx_mj.errors import VrxError
@@ -197,10 +199,11 @@ def test_folders_that_are_named_come_before_those_of_the_environment(tmp_path, m
     for folder in folders:
         folder.mkdir()
     monkeypatch.setenv(PACKAGE_PATH, str(folders[2]))
-    look_in(folders[:2])
+    option = SimpleNamespace(name="package_path", opts=["--package-path"])
+    put_first(option, folders[:2])
     assert package_paths() == tuple(folders)
     monkeypatch.setenv(PACKAGE_PATH, "")
-    look_in(folders[:1])
+    put_first(option, folders[:1])
     assert os.environ[PACKAGE_PATH] == str(folders[0])
     with pytest.raises(VrxError):
-        look_in([tmp_path / "none"])
+        put_first(option, [tmp_path / "none"])

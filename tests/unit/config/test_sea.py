@@ -125,6 +125,6 @@ def test_a_spectrum_of_a_file_stays_in_its_folder(tmp_path, path):
     folder.mkdir()
     (tmp_path / "tank.csv").write_text("0.1 1\n0.2 2\n0.3 1\n", encoding="utf-8")
     (folder / "link.csv").symlink_to(tmp_path / "tank.csv")
-    with pytest.raises(VrxError, match=f"^path '{path}' leaves the folder of the file that names it$"):
+    with pytest.raises(VrxError, match=f"^path '{path}' leaves the folder of the file that names it; add its folder"):
         read_spectrum(path, folder)
     assert read_spectrum(str(tmp_path / "tank.csv"), None).frequencies == (0.1, 0.2, 0.3)

@@ -11,6 +11,7 @@ from vrx_mj.cli.nodes import COMMANDS, PROGRAMS
 from vrx_mj.config.search import package_name
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.gazebo.launch import launch_of
+from vrx_mj.formats.gazebo.packages import named_world
 from vrx_mj.formats.gazebo.stock import PACKAGES, stock_launch, stock_launches
 from vrx_mj.formats.urdf.expand import expand
 from vrx_mj.ros import launch_packages
@@ -160,3 +161,91 @@ def test_a_folder_that_is_read_only_is_named(tmp_path):
     tmp_path.chmod(0o555)
     with pytest.raises(VrxError, match=r"cannot write the packages '.*': Permission denied"):
         write_launch_packages(Path(tmp_path) / "new")
+
+
+MY_LAUNCH = """<launch>
+  <include file="$(find gazebo_ros)/launch/empty_world.launch">
+    <arg name="world_name" value="$(find vrx_gazebo)/worlds/%s.world"/>
+  </include>
+  <param name="d" command="$(find xacro)/xacro $(find wamv_gazebo)/urdf/wamv_gazebo_my.urdf.xacro"/>
+  <node name="s" pkg="gazebo_ros" type="spawn_model" args="-urdf -param d -model cat"/>
+</launch>
+"""
+THEIRS = {
+    "vrx_gazebo/package.xml": "<package><name>vrx_gazebo</name></package>",
+    "vrx_gazebo/launch/vrx.launch": "<launch/>",
+    "vrx_gazebo/launch/my.launch": MY_LAUNCH % "my_bay",
+    "vrx_gazebo/launch/course.launch": MY_LAUNCH % "example_course",
+    "vrx_gazebo/worlds/my_bay.world.xacro": '<sdf version="1.6"><world name="my_bay"/></sdf>',
+    "vrx_gazebo/worlds/example_course.world": '<sdf version="1.6"><world name="theirs"/></sdf>',
+    "vrx_gazebo/nodes/my_node.py": "#!/usr/bin/env python3\n",
+    "vrx_gazebo/nodes/generate_wamv.py": "#!/usr/bin/env python3\n",
+    "vrx_gazebo/.git": "",
+    "wamv_gazebo/package.xml": "<package><name>wamv_gazebo</name></package>",
+    "wamv_gazebo/urdf/wamv_gazebo_my.urdf.xacro": '<robot name="my" xmlns:xacro="http://ros.org/wiki/xacro"/>',
+    "wamv_gazebo/models/hull/hull.dae": "",
+    "team/package.xml": "<package><name>team</name></package>",
+}
+
+
+@pytest.fixture
+def workspace(tmp_path):
+    """A workspace with VRX's packages, in which a user has put files."""
+    for name, text in THEIRS.items():
+        file = tmp_path / "ws/src/vrx" / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+    return tmp_path / "ws"
+
+
+def links(folder):
+    """Links in a folder, and what they lead to."""
+    return {link.relative_to(folder).as_posix(): link.readlink() for link in folder.rglob("*") if link.is_symlink()}
+
+
+def test_files_of_a_workspace_are_there_by_links(workspace, tmp_path):
+    top = tmp_path / "packages"
+    for _ in range(2):  # the second call writes through no link of the first
+        write_launch_packages(top, workspace)
+        assert links(top) == {
+            name: workspace / "src/vrx" / name
+            for name in (
+                "vrx_gazebo/launch/course.launch", "vrx_gazebo/launch/my.launch", "vrx_gazebo/nodes/my_node.py",
+                "vrx_gazebo/worlds", "wamv_gazebo/models", "wamv_gazebo/urdf/wamv_gazebo_my.urdf.xacro",
+            )
+        }  # fmt: skip
+    write_launch_packages(top)
+    assert links(top) == {}
+    kept = {name: (workspace / "src/vrx" / name).read_text(encoding="utf-8") for name in THEIRS}
+    assert kept == THEIRS
+    assert len([file for file in workspace.rglob("*") if file.is_file()]) == len(THEIRS)
+
+
+def test_a_link_of_the_users_own_is_never_removed(workspace, tmp_path):
+    top = tmp_path / "packages"
+    write_launch_packages(top, workspace)
+    (top / "vrx_gazebo/worlds").unlink()
+    (top / "vrx_gazebo/worlds").symlink_to(tmp_path)
+    with pytest.raises(VrxError, match="is a link; remove it"):
+        write_launch_packages(top, workspace)
+    assert (top / "vrx_gazebo/worlds").readlink() == tmp_path
+
+
+def test_a_launch_file_behind_a_link_starts_the_users_own_world_and_boat(workspace, tmp_path, monkeypatch):
+    write_launch_packages(tmp_path / "packages", workspace)
+    monkeypatch.setenv("ROS_PACKAGE_PATH", os.pathsep.join(map(str, (tmp_path / "packages", workspace / "src"))))
+    launch = launch_of(str(tmp_path / "packages/vrx_gazebo/launch/my.launch"), {})
+    theirs = workspace / "src/vrx"
+    assert launch.world == theirs / "vrx_gazebo/worlds/my_bay.world.xacro"
+    assert launch.boats[0].robot.resolve() == theirs / "wamv_gazebo/urdf/wamv_gazebo_my.urdf.xacro"
+    course = tmp_path / "packages/vrx_gazebo/launch/course.launch"
+    assert launch_of(str(course), {}).world == theirs / "vrx_gazebo/worlds/example_course.world"
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "packages"))  # as roslaunch gives paths to vrx-mj serve
+    worlds = tmp_path / "packages/vrx_gazebo/worlds"
+    assert named_world(f"{worlds}/my_bay.world") == theirs / "vrx_gazebo/worlds/my_bay.world.xacro"
+    assert named_world(f"{worlds}/example_course.world") == "example_course"
+
+
+def test_a_workspace_without_such_packages_is_named(tmp_path):
+    with pytest.raises(VrxError, match=r"^no package vrx_gazebo, .*, xacro in workspace '.*/nowhere'$"):
+        write_launch_packages(tmp_path / "packages", tmp_path / "nowhere")

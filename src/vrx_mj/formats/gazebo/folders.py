@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePath
 
-from vrx_mj.config.search import display
+from vrx_mj.config.search import display, is_inside
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.urdf.xml_document import MAX_BYTES
 
@@ -33,13 +33,13 @@ def files_below(folder: Path, kinds: tuple[str, ...]) -> Iterator[Path]:
     Raises:
         VrxError: there are too many, or too much is in them.
     """
-    found, size, top = 0, 0, os.path.realpath(folder)
+    found, size = 0, 0
     for place, names in _places(folder):
         present = set(names)
         for name in sorted(names):
             file = Path(place, name)
             made = f"{name}.xacro" in present or f"{name}.erb" in present
-            if made or not name.lower().endswith(kinds) or not _is_inside(file, top):
+            if made or not name.lower().endswith(kinds) or not (os.path.exists(file) and is_inside(file, folder)):  # noqa: PTH110 - as is_folder
                 continue
             found, size = found + 1, size + _size(file)
             if found > MOST_FILES:
@@ -63,12 +63,6 @@ def _places(folder: Path) -> Iterator[tuple[str, list[str]]]:
         if folders and place[len(top) :].count(os.sep) > DEEPEST:
             raise VrxError(f"folders more than {DEEPEST} deep in {display(folder)}: name a smaller one")
         yield place, names
-
-
-def _is_inside(file: Path, folder: str) -> bool:
-    """Whether there is a file, which is not a link that leads out of a folder."""
-    real = os.path.realpath(file)  # Path.resolve raises a RuntimeError for links in a circle
-    return os.path.exists(real) and Path(real).is_relative_to(folder)  # noqa: PTH110 - as is_folder
 
 
 def _size(file: Path) -> int:

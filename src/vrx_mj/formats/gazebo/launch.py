@@ -26,12 +26,11 @@ from vrx_mj.formats.gazebo.launched import (
 )
 from vrx_mj.formats.gazebo.models import NO_MODEL, has_model, is_gazebo_model, model_element, model_file
 from vrx_mj.formats.gazebo.packages import (
+    LEFT_OUT,
     NOWHERE,
-    is_nowhere,
     named_world,
     object_named,
     robot_named,
-    world_named,
 )
 from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat
 from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
@@ -243,6 +242,9 @@ class _Run:
             if self.holds(arg, scope):
                 key = "value" if "value" in arg.attributes else "default"
                 passed[self.value(arg, "name", scope)] = self.value(arg, key, scope, "")
+        if name.startswith(LEFT_OUT):
+            self.leave_out(element, name, f"<include> {PurePosixPath(name).name}")
+            return
         if not name.startswith(NOWHERE):
             self.included.append(self.allowed(element, name))
             declared = self.read(self.included[-1], inner)
@@ -259,6 +261,10 @@ class _Run:
         else:
             self.report.note(element, "ignored", "not part of the simulation", f"<include> {path.name}")
 
+    def leave_out(self, element: Element, path: str, what: str) -> None:
+        """Note what is not there, as its package is missing."""
+        self.report.note(element, "not read", f"no package named '{PurePosixPath(path).parts[2]}'", what)
+
     def open_world(self, element: Element, path: str) -> None:
         """Take the world that Gazebo is started with."""
         if not path:
@@ -269,12 +275,11 @@ class _Run:
 
     def world_of(self, element: Element, path: str) -> Path | str:
         """A world's file; one of VRX's that is not at hand by its name here."""
-        if is_nowhere(path):
-            try:
-                return world_named(path)
-            except UnknownNameError as error:
-                raise element.fault(f"{error} (or add its package's folder to VRX_MJ_PACKAGE_PATH)") from None
-        return self.allowed(element, self.made_from(path, ".xacro"))
+        try:
+            found = named_world(path)
+        except UnknownNameError as error:
+            raise element.fault(f"{error} (or add its package's folder to VRX_MJ_PACKAGE_PATH)") from None
+        return found if isinstance(found, str) else self.allowed(element, self.made_from(str(found), ".xacro"))
 
     def made_from(self, path: str, *endings: str) -> str:
         """A path; where there is no such file, that of the one with another ending that catkin makes it from."""
@@ -342,6 +347,8 @@ class _Run:
         if named is None and path.startswith(NOWHERE):
             raise element.fault(f"no package for {path.removeprefix(NOWHERE)}: add its folder to VRX_MJ_PACKAGE_PATH")
         ends = (".xacro", ".erb") if path.lower().endswith(".sdf") else ()
+        if path.startswith(LEFT_OUT):
+            return path
         return named or self.allowed(element, self.made_from(path, *ends))
 
     def node(self, element: Element, scope: _Scope) -> None:
@@ -371,6 +378,9 @@ class _Run:
             robot, arguments = found, dict[str, str]()
         else:
             robot, arguments = self.spawned(element, options, scope)
+        if isinstance(robot, str) and robot.startswith(LEFT_OUT):
+            self.leave_out(element, robot, f"<node> '{name}'")
+            return
         if robot in self.known_objects or (isinstance(robot, Path) and _is_object(robot)):
             self.spawn_object(element, SpawnedObject(name, pose, element.place, robot))
             return
@@ -522,6 +532,8 @@ class _Run:
     def allowed(self, element: Element, path: str) -> Path:
         """A file that may be read: beside the first file, or in a package."""
         try:
+            if path.startswith(LEFT_OUT):
+                raise VrxError(f"no package named '{PurePosixPath(path).parts[2]}', in which it would be")
             return self.files.allowed(str(self.open[0].parent / path) if self.open else path)
         except VrxError as error:
             raise element.fault(str(error)) from None

@@ -10,8 +10,11 @@ from vrx_mj.config.search import (
     MODEL_SUFFIXES,
     SCHEME,
     TEMPLATE,
+    allowed_folders,
     contained,
     display,
+    is_inside,
+    leaves_folder,
     package_paths,
     workspace_packages,
 )
@@ -86,7 +89,10 @@ def model_file(text: str, near: Path | None) -> Path:
 def file_in_folder(text: object, near: Path | None = None) -> Path | None:
     """The file of the robot or model in a folder that a path leads to; None: it leads to no folder of one.
 
-    In a file the folder must be inside that of the file, `near`; on the command line it may be anywhere.
+    In a file the folder must be inside that of the file, `near`, or allowed; on the command line it may be anywhere.
+
+    Raises:
+        VrxError: it is elsewhere.
     """
     if not isinstance(text, str | Path) or "/" not in str(text):
         return None
@@ -97,7 +103,9 @@ def file_in_folder(text: object, near: Path | None = None) -> Path | None:
         main = _main_file(folder)
     else:
         return None
-    return folder / main if near is None or _is_inside(folder, near) else None
+    if near is not None and not is_inside(folder, near, *allowed_folders()):
+        raise leaves_folder(str(text))
+    return folder / main
 
 
 def model_element(file: Path) -> Source:
@@ -178,7 +186,7 @@ def model_folder(name: str, near: Path) -> Path | None:
     packages = [below for path in (*package_paths(), *around) for below in (path, path / "models")]
     beside = [near, near / "models", near.parent / "models", near.parent]
     found = next((place / name for place in (*beside, *model_paths(), *packages) if _is_model(place / name)), None)
-    if found is not None and found.parent in beside and not _is_inside(found, near.parent):
+    if found is not None and found.parent in beside and not is_inside(found, near.parent, *allowed_folders()):
         raise VrxError(f"model '{name}' is a link that leads out of {display(near.parent)}")
     return found
 
@@ -190,14 +198,6 @@ def model_paths() -> list[Path]:
 
 def _is_model(folder: Path) -> bool:
     return any(is_file(folder / name) for name in ("model.sdf", "model.config", TEMPLATE))
-
-
-def _is_inside(path: Path, folder: Path) -> bool:
-    """Whether a path leads into a folder, links followed."""
-    try:
-        return path.resolve().is_relative_to(folder.resolve())
-    except (OSError, RuntimeError):
-        return False
 
 
 def _main_file(folder: Path) -> str:
@@ -220,7 +220,7 @@ def _main_file(folder: Path) -> str:
 
 def _within(folder: Path, name: str) -> str:
     """The name of a file in the folder of a model, which may not be a link to elsewhere."""
-    if not _is_inside(folder / name, folder) and not is_installed(folder / name):
+    if not is_inside(folder / name, folder, *allowed_folders()) and not is_installed(folder / name):
         raise VrxError(f"'{name}' of model '{folder.name}' is a link that leads out of its folder")
     return name
 

@@ -8,14 +8,13 @@ from pathlib import Path
 
 from vrx_mj.config.loading import Source, file_of, path_of, read_source
 from vrx_mj.config.search import (
-    SOURCES,
     WORLD_SUFFIXES,
     catalogue,
     display,
     is_built_in,
     package_name,
     package_paths,
-    workspace_packages,
+    packages_around,
 )
 from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
@@ -205,15 +204,9 @@ def file_in(folder: str, name: str) -> str:
     return str(found[0])
 
 
-def _around() -> dict[str, Path]:
-    """The packages of the workspace that the current folder is, or is in."""
-    sources = Path.cwd() / SOURCES
-    return workspace_packages(sources if is_folder(sources) else Path.cwd())
-
-
 def _package(name: str) -> Path | None:
     """The folder of a package, by its name."""
-    found = _around().get(name)
+    found = packages_around(Path.cwd()).get(name)
     below = [folder for path in package_paths() for folder in (path / name, path)]
     named = (folder for folder in below if is_folder(folder) and name in {folder.name, package_name(folder)})
     place = found or next(named, None)
@@ -223,7 +216,7 @@ def _package(name: str) -> Path | None:
 def _of_vrx(package: str, name: str) -> str:
     """One of VRX's own launch files, whose package is not there; of the package of 2019 a world."""
     if package not in PACKAGES and not (package in NEWER and is_tool(name)):
-        raise UnknownNameError("folder or package", package, sorted({*_around(), *PACKAGES}))
+        raise UnknownNameError("folder or package", package, sorted({*packages_around(Path.cwd()), *PACKAGES}))
     stock = stock_launch(name)
     if stock is None:
         if not is_tool(name):

@@ -1,10 +1,11 @@
 """Packages of ROS and VRX that need not be there: which worlds and robots of ours their files are."""
 
+import os.path
 from pathlib import Path, PurePosixPath
 
 from vrx_mj.config.search import catalogue, is_built_in
 from vrx_mj.errors import UnknownNameError
-from vrx_mj.formats.gazebo.document import LIBRARIES, home_path
+from vrx_mj.formats.gazebo.document import LIBRARIES, home_path, is_file
 from vrx_mj.formats.gazebo.stock import PLACES
 
 PACKAGES = LIBRARIES | {
@@ -19,6 +20,8 @@ PACKAGES = LIBRARIES | {
 """Packages of ROS and VRX that need not be there: what they hold is known here, or not needed."""
 NOWHERE = "/package:/"
 """Beginning of a path in such a package that is missing."""
+LEFT_OUT = "/missing:/"
+"""Beginning of a path in any other package that is missing, where such are ignored."""
 OURS = {"wamv_gazebo": "wamv", "cora_gazebo": "cora"}
 """How the names of VRX's descriptions begin, and our robots."""
 DEEPEST = 5
@@ -50,15 +53,28 @@ def named_world(path: str) -> Path | str:
     """A world's file, or the name here of one of VRX's that is not at hand.
 
     Raises:
-        UnknownNameError: it leads into a package of VRX, which has none of this name.
+        UnknownNameError: it leads into a package of VRX, which has none of this name, nor a link to one.
     """
-    return world_named(path) if is_nowhere(path) else home_path(path)
+    try:
+        return world_named(path) if is_nowhere(path) else home_path(path)
+    except UnknownNameError:
+        if (found := linked(path) or linked(f"{path}.xacro")) is None:
+            raise
+        return found
 
 
 def robot_named(path: str) -> str | None:
     """The name here of a description of VRX's that is not at hand; None: it is another."""
     name = PurePosixPath(path).name
-    return next((robot for start, robot in OURS.items() if name.startswith(start) and is_nowhere(path)), None)
+    if not is_nowhere(path) or linked(path):
+        return None
+    return next((robot for start, robot in OURS.items() if name.startswith(start)), None)
+
+
+def linked(path: str) -> Path | None:
+    """The file of a user's to which a link of `vrx-mj ros packages --over` leads; None: there is no such file."""
+    real = Path(os.path.realpath(path))
+    return real if is_file(real) and not is_nowhere(str(real)) else None
 
 
 def object_named(path: str) -> str | None:

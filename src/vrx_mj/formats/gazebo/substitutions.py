@@ -1,10 +1,12 @@
 """What `$(...)` means in a launch file of ROS 1; the environment stays closed."""
 
+import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from vrx_mj.config.search import MISSING
 from vrx_mj.errors import UnknownNameError, VrxError, nearest
-from vrx_mj.formats.gazebo.packages import NOWHERE, PACKAGES
+from vrx_mj.formats.gazebo.packages import LEFT_OUT, NOWHERE, PACKAGES
 from vrx_mj.formats.urdf.expressions import evaluated_argument, packages_in
 from vrx_mj.formats.urdf.xacro_files import Files
 
@@ -67,9 +69,11 @@ class Substitutions:
         found = self.files.package(name)
         if found is None and name in PACKAGES:
             return f"{NOWHERE}{name}"
+        if found is None and os.environ.get(MISSING) == "ignore":
+            return f"{LEFT_OUT}{name}"
         if found is None:
             words = str(UnknownNameError("package", name, self.files.known()))
-            raise VrxError(f"{words} (or add its folder to the package paths)")
+            raise VrxError(f"{words} (or add its folder to the package paths, or --missing ignore)")
         return str(found)
 
     def _evaluated(self, expression: str, arguments: Mapping[str, str], folder: Path) -> str:

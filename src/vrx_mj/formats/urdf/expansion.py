@@ -24,6 +24,7 @@ from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, nearest
 from vrx_mj.formats.urdf.expand import Expanded
 from vrx_mj.formats.urdf.expressions import Result
+from vrx_mj.formats.urdf.xacro_files import OUTSIDE
 from vrx_mj.formats.urdf.xml_document import MAX_BYTES, Table, decoded, markup, parse_xml, table_of
 
 _NAME = re.compile(r"[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*(:[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*)?")
@@ -333,8 +334,7 @@ def _unread(filename: str, error: ReadingError) -> str:
     try:
         close = nearest(path.name, [entry.name for entry in path.parent.iterdir()][:1000])
     except PermissionError:
-        outside = "it is neither in the folder of the first file nor in a package; add its folder to the package paths"
-        return f"may not read '{display(path)}': {outside}"
+        return f"may not read '{display(path)}': {OUTSIDE}"
     except OSError:
         return f"no file '{display(path)}': no such folder"
     if os.path.lexists(path):

@@ -14,9 +14,12 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.search import (
+    ALLOW,
     ReadingError,
+    allowed_folders,
     display,
     enclosing_packages,
+    is_inside,
     package_above,
     packages_named,
     read_limited,
@@ -62,12 +65,13 @@ class MeshFiles:
             raise VrxError(f"expected a path with '/' in it, got {shown(name)}")
         outside, bases = False, self._bases(text)
         for file in self._candidates(text):
-            base = next((base for base in bases if _contains(base, file)), None)
+            base = next((base for base in bases if is_inside(file, base)), None)
             if base is not None and _is_file(file):
                 return base, _inside(file, base)
             outside = outside or base is None
         if outside:
-            raise MissingMeshError(f"{shown(name)} is outside the folders that may be read: {self._shown_bases()}")
+            where = f"outside the folders that may be read: {self._shown_bases()}"
+            raise MissingMeshError(f"{shown(name)} is {where}; {ALLOW}")
         raise MissingMeshError(f"no file {shown(name)}; {self._advice(text)}")
 
     def _candidates(self, text: str) -> Iterator[Path]:
@@ -91,7 +95,7 @@ class MeshFiles:
         package = _PACKAGE.fullmatch(text)
         near, name = self.folder.absolute(), package[2] if package else ""
         above, inside = (package_above(near, name), workspace_packages(near).get(name)) if name else (None, None)
-        known = (self.folder, *self.packages.values(), *self._around.values(), *self.package_paths)
+        known = (self.folder, *self.packages.values(), *self._around.values(), *self.package_paths, *allowed_folders())
         return [base for base in (above, *known, inside) if base]
 
     def _advice(self, text: str) -> str:
@@ -123,13 +127,6 @@ def with_mesh_names(text: str, files: MeshFiles, named: Callable[[Path, str], st
         return found[0] if name is None else found[1] + quoteattr(name)
 
     return _MESH.sub(renamed, text)
-
-
-def _contains(base: Path, file: Path) -> bool:
-    try:
-        return file.resolve().is_relative_to(base.resolve())
-    except (OSError, ValueError, RuntimeError):
-        return False
 
 
 def _is_file(file: Path) -> bool:

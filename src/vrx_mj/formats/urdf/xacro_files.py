@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from vrx_mj.config.search import (
+    ALLOW,
+    allowed_folders,
     display,
     enclosing_packages,
     is_built_in,
@@ -16,6 +18,9 @@ from vrx_mj.config.search import (
 )
 from vrx_mj.errors import VrxError, nearest, shortened
 from vrx_mj.resources import root
+
+OUTSIDE = f"it is neither in the folder of the first file nor in a package; {ALLOW}"
+"""Why a file may not be read."""
 
 
 def own_packages() -> dict[str, Path]:
@@ -45,8 +50,8 @@ class Files:
             **{name: Path(folder).absolute() for name, folder in packages.items()},
         }
         self.spare = {name: Path(folder).absolute() for name, folder in (spare or {}).items()}
-        folders = (self.folder, file.resolve().parent, *self.packages.values(), *self.paths, *self.spare.values())
-        self.roots = [folder.resolve() for folder in folders]
+        known = (*self.packages.values(), *self.paths, *self.spare.values(), *allowed_folders())
+        self.roots = [folder.resolve() for folder in (self.folder, file.resolve().parent, *known)]
 
     def package(self, name: str) -> Path | None:
         """The folder of a package, which may be read from then on; None: there is none of this name."""
@@ -66,10 +71,7 @@ class Files:
         except (OSError, ValueError, RuntimeError):
             raise VrxError(f"'{path[:200]}' is not a path") from None
         if not any(found.is_relative_to(folder) for folder in self.roots):
-            raise VrxError(
-                f"may not read '{_shown(path)}': it is neither in the folder of the first file nor in a package; "
-                "add its folder to the package paths"
-            )
+            raise VrxError(f"may not read '{_shown(path)}': {OUTSIDE}")
         if not os.path.isfile(found):  # noqa: PTH113 - Path.is_file raises an OSError for a name that is too long
             raise VrxError(_missing(path))
         return found

@@ -334,7 +334,7 @@ IGNORED = {
         ),
         (
             "bay.world:3: <mesh> ignored: 'file:///etc/passwd.stl' is outside the folders that may be read: "
-            "the current folder"
+            "the current folder; add its folder by --allow FOLDER or VRX_MJ_PATH"
         ),
     ),
     "mesh_upwards": (
@@ -342,7 +342,10 @@ IGNORED = {
             '<model name="wall"><static>true</static><link name="l"><visual name="v"><geometry><m'
             "esh><uri>../../a.stl</uri></mesh></geometry></visual></link></model>"
         ),
-        "bay.world:3: <mesh> ignored: '../../a.stl' is outside the folders that may be read: the current folder",
+        (
+            "bay.world:3: <mesh> ignored: '../../a.stl' is outside the folders that may be read: "
+            "the current folder; add its folder by --allow FOLDER or VRX_MJ_PATH"
+        ),
     ),
     "mesh_missing": (
         (

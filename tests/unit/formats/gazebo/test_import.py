@@ -162,7 +162,10 @@ def test_a_mesh_that_is_a_link_out_of_the_folder_is_not_copied(tmp_path):
     made = import_files(Path("ws/bay.world"))
     assert made.copies == {}
     (note,) = [note for note in dict.fromkeys(made.notes) if note.fate == "ignored"]
-    assert note.ours == "'a.stl' is outside the folders that may be read: ws/hull"
+    assert (
+        note.ours
+        == "'a.stl' is outside the folders that may be read: ws/hull; add its folder by --allow FOLDER or VRX_MJ_PATH"
+    )
 
 
 def test_links_in_a_folder_lead_nowhere_else(tmp_path):

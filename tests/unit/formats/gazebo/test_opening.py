@@ -225,7 +225,7 @@ def test_what_is_beside_the_workspace_is_not_read():
     file.write_text(body, encoding="utf-8")
     assert message(launch_of, str(file), {}) == (
         f"{file.as_posix()}:1:9: <param> 'd': may not read 'ws/src/team_gazebo/../../../two/boat.urdf': it is neither "
-        "in the folder of the first file nor in a package; add its folder to the package paths"
+        "in the folder of the first file nor in a package; add its folder by --allow FOLDER or VRX_MJ_PATH"
     )
 
 
