@@ -44,7 +44,7 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
 
     hydro = read_hydro(config.hydro, config.folder) if config.hydro else None
     if hydro:
-        added = about_origin(hydro.added_mass_infinite, hydro.point) * density / hydro.density
+        added = about_origin(np.array(hydro.added_mass_infinite), hydro.point) * density / hydro.density
     else:
         added = moved(config.added_mass, water.added_mass)
     check_mass(boat.name, added, body, "hydro" if hydro else "added_mass")
