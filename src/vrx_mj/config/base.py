@@ -5,7 +5,7 @@ import inspect
 import itertools
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, Self, get_args, get_origin
@@ -15,6 +15,7 @@ from pydantic import (
     BaseModel,
     BeforeValidator,
     ConfigDict,
+    Discriminator,
     Field,
     PrivateAttr,
     ValidationError,
@@ -90,6 +91,15 @@ def unsorted_rows(key: str, values: Iterable[float], what: str, unit: str = "") 
     ]
 
 
+def exclusive(thing: "Config", *keys: str, required: bool = False) -> Iterator[Fault]:
+    """Keys of which at most one is to be given, or with `required` exactly one, as faults where that is not so."""
+    given = [key for key in keys if getattr(thing, key) not in {None, ()}]
+    if len(given) > 1:
+        yield (given[1],), f"give {one_of(keys)}, not {'both' if len(keys) == 2 else ' and '.join(given)}"
+    elif required and not given:
+        yield (keys[0],), f"required, unless {one_of(keys[1:])} is given"
+
+
 class _Called(Protocol):
     """What has a name."""
 
@@ -155,6 +165,7 @@ class Config(BaseModel):
             for key, value in data.items()
             if value is not None or key not in sections
         }
+        plain |= dict.fromkeys(plain.keys() - fields.keys(), keys_of(cls))  # for the message about an unknown key
         if isinstance(data, Section):
             plain = without_ignored_keys(cls, plain, data.entries)
             for own in (name for name, field in fields.items() if field.exclude):
@@ -277,6 +288,17 @@ def _in_brackets(value: object, *counts: int) -> str:
     ):
         return ""
     return f"; write [{', '.join(f'{float(part):g}' for part in parts)}]"
+
+
+def by_type(expected: str, words: Sequence[str] = (), **members: type | tuple[type, ...]) -> Discriminator:
+    """Chooses the member of a union: `word` for one of the words, others by type; `expected` names them all."""
+
+    def tag(value: object) -> str | None:
+        if isinstance(value, str):
+            return "word" if value in words else None
+        return next((tag for tag, types in members.items() if isinstance(value, types)), None)
+
+    return Discriminator(tag, "union_of_types", f"expected {expected}")
 
 
 def demand(holds: Callable[[Any], object], message: str) -> AfterValidator:

@@ -125,7 +125,7 @@ class MarineHullConfig(Config):
     """Drag of the flow across the hull by strips; with it, quadratic damping of sway and yaw is 0 unless given."""
     skegs: Annotated[tuple[SkegConfig, ...], Field(max_length=MOST_SKEGS)] = ()
     """Fins that keep the boat on its course, against Munk's moment."""
-    restoring: Annotated[SixBySix | None, OfMatrix] = None
+    restoring: Annotated[SixBySix | None, Only("hydrostatics", ("matrix",), required=True)] = None
     """Stiffness at rest, of `hydrostatics: matrix` [N/m, N, N m], six rows of six, or the diagonal."""
     displacement: Annotated[Positive | None, OfMatrix] = None
     """Mass at which the water is at `waterline`, of `hydrostatics: matrix` [kg]; by default the boat's."""
@@ -158,7 +158,5 @@ class MarineHullConfig(Config):
         return value
 
     def _faults(self) -> Iterator[Fault]:
-        if self.hydrostatics == "matrix" and not self.restoring:
-            yield ("hydrostatics",), "matrix needs `restoring`, the stiffness at rest"
         if self.hydro and self.added_mass:
             yield ("added_mass",), "not used with hydro, which has that; remove it"

@@ -85,7 +85,7 @@ class RudderEntry(Config):
     """Centre of pressure in the frame of the joint's child link [m]."""
     propeller: Name | None = None
     """Thruster in whose race it is."""
-    propeller_diameter: Positive | None = None
+    propeller_diameter: Annotated[Positive | None, Only("propeller", required=True)] = None
     """Diameter of that thruster's propeller [m]."""
     race_share: Annotated[Share, Only("propeller")] = 1.0
     """Share of the blade that the race covers."""
@@ -93,11 +93,6 @@ class RudderEntry(Config):
     """Largest angle either way [rad]."""
     servo: ServoConfig = ServoConfig(kp=300.0, kd=20.0, effort=10.0, velocity=0.6)
     """What turns the rudder."""
-
-    def _faults(self) -> Iterator[Fault]:
-        if (self.propeller is None) != (self.propeller_diameter is None):
-            missing = "propeller" if self.propeller is None else "propeller_diameter"
-            yield (missing,), "propeller and propeller_diameter must be given together"
 
 
 class _Partial(Config):

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.config.base import Config, Fault, NonNegative, Number, Only, Positive, Seed, Vec3
+from vrx_mj.config.base import Config, Fault, NonNegative, Number, Only, Positive, Seed, Vec3, exclusive
 
 
 class WindObject(Config):
@@ -56,7 +56,6 @@ class WindConfig(Config):
     `[]`: nothing at all."""
 
     def _faults(self) -> Iterator[Fault]:
-        if self.exponent is not None and self.roughness is not None:
-            yield ("roughness",), "a profile has an exponent or a roughness: give one of them"
+        yield from exclusive(self, "exponent", "roughness")
         if self.roughness is not None and self.roughness >= self.height:
             yield ("roughness",), f"a roughness below `height`, {self.height:g} m, is needed, got {self.roughness:g} m"

@@ -4,14 +4,13 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.config.base import Config, Fault, NonNegative, Number, Positive, numbers, unsorted_rows
+from vrx_mj.config.base import Config, Fault, NonNegative, Number, Positive, exclusive, numbers, unsorted_rows
 
 Vessel = Literal[
     "car_carrier", "cargo_vessel", "cargo_vessel_containers", "container_ship", "destroyer", "diving_support_vessel",
     "drilling_vessel", "ferry", "fishing_vessel", "lng_tanker", "offshore_supply_vessel", "passenger_liner",
     "research_vessel", "speed_boat", "tanker_loaded", "tanker_ballast", "tender",
 ]  # fmt: skip
-FORMS = ("coefficients", "curve", "isherwood", "vessel")
 Point = Annotated[tuple[Number, Number, Number, Number], numbers("angle cx cy cn")]
 Three = Annotated[tuple[NonNegative, NonNegative, Number], numbers("cx cy cn")]
 
@@ -56,11 +55,7 @@ class WindageConfig(Config):
     """Type of vessel, whose coefficients Blendermann (1994) gives."""
 
     def _faults(self) -> list[Fault]:
-        given = [name for name in FORMS if getattr(self, name)]
-        found: list[Fault] = []
-        if len(given) != 1:
-            text = f"one of {', '.join(FORMS)} is needed, got {' and '.join(given) or 'none'}"
-            found.append(((given[-1],) if given else (), text))
+        found = list(exclusive(self, "coefficients", "curve", "isherwood", "vessel", required=True))
         angles = [row[0] for row in self.curve]
         if angles and (len(angles) < 2 or (angles[0], angles[-1]) != (0.0, 180.0)):
             found.append((("curve",), f"angles from 0 to 180 are needed, got {angles[0]:g} to {angles[-1]:g}"))
