@@ -77,11 +77,6 @@ def faults(*found: Fault) -> ValidationError:
     return ValidationError.from_exception_data("config", details)
 
 
-def text_faults(*found: tuple[int, int, str]) -> ValidationError:
-    """Errors inside a block of text, each as (row, column, message); both count from 1."""
-    return faults(*(((), fault(message, row=row, column=column)) for row, column, message in found))
-
-
 def unsorted_rows(key: str, values: Iterable[float], what: str, unit: str = "") -> list[Fault]:
     """Rows of a table whose number is not above that of the row before; `what` the number is, as "an angle"."""
     return [

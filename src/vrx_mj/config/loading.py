@@ -73,6 +73,8 @@ def _loc(details: ErrorDetails) -> Loc:
 
 def _problem(details: ErrorDetails, section: Section) -> Problem:
     loc, inside = _loc(details), details.get("ctx", {})
+    if "row" in inside:  # in a block of text, or in a list of rows
+        loc = (*loc, inside["row"] - 1)
     place, path, owner = locate(section, loc, tagged=True)
     message = _message(details)
     if "row" in inside:
@@ -95,12 +97,12 @@ def _inside(place: Place, row: int, column: int) -> Place:
     """A row and column of a block of text ('|') as a line and column of its file."""
     lines = place.file.lines[place.line or 0 :]
     header = place.file.lines[place.line - 1] if place.line and lines else ""
-    if "|" not in header or row > len(lines):
+    block = re.search(r"\|[-+]?(\d*)[-+]?\s*(#.*)?$", header)
+    if not block or row > len(lines):
         return place
     first = next(filter(str.strip, lines), "")
-    digit = re.search(r"\|[-+]?(\d)", header)
     parent = len(header) - len(re.sub(r"^ *(- +)*", "", header))
-    indent = parent + int(digit[1]) if digit else len(first) - len(first.lstrip(" "))
+    indent = parent + int(block[1]) if block[1] else len(first) - len(first.lstrip(" "))
     return Place(place.file, (place.line or 0) + row, indent + column)
 
 
