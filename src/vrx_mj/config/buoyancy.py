@@ -3,8 +3,9 @@
 import math
 from typing import Annotated, Literal
 
-from vrx_mj.config.base import Config, NonNegative, NotEmpty, Number, Positive
+from vrx_mj.config.base import Config
 from vrx_mj.config.shapes import Shape
+from vrx_mj.config.values import NonNegative, NotEmpty, Number, Positive
 from vrx_mj.constants import WATER_DENSITY
 
 

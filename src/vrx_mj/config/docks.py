@@ -15,7 +15,7 @@ from pydantic import BeforeValidator, field_validator
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.arguments import as_number
-from vrx_mj.config.base import Config, Fault, Folder, Name, Number, Only, Pose, Switch, fault, faults, repeated
+from vrx_mj.config.base import Config, Fault, Folder, Only, fault, faults, repeated
 from vrx_mj.config.bays import (
     BLOCKS,
     FIRST_SYMBOL,
@@ -35,6 +35,7 @@ from vrx_mj.config.bays import (
 from vrx_mj.config.loading import check, referenced
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import Items
+from vrx_mj.config.values import Name, Number, Pose, Switch
 from vrx_mj.config.wording import one_of, shown
 from vrx_mj.config.yaml_text import find_lookalikes, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError

@@ -4,7 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.config.base import MAX_NUMBER, Config, NonNegative, NotEmpty, Number, Positive, Vec3, numbers
+from vrx_mj.config.base import Config
+from vrx_mj.config.values import MAX_NUMBER, NonNegative, NotEmpty, Number, Positive, Vec3, numbers
 
 Six = Annotated[tuple[NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative],
                 numbers("surge sway heave roll pitch yaw")]  # fmt: skip

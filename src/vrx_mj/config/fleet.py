@@ -11,24 +11,7 @@ from typing import Annotated, ClassVar, Literal, NamedTuple, get_args
 from pydantic import Field, Tag, field_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import (
-    MAX_COORDINATE,
-    Color,
-    Config,
-    Coordinate,
-    Fault,
-    Folder,
-    FromFile,
-    Name,
-    Number,
-    Only,
-    Pose,
-    Positive,
-    Seed,
-    by_type,
-    demand,
-    numbers,
-)
+from vrx_mj.config.base import Config, Fault, Folder, FromFile, Only
 from vrx_mj.config.layouts import HEIGHT, Facing, Layout, LayoutName, headings, spots, square
 from vrx_mj.config.loading import check, joining, loads, problem_at
 from vrx_mj.config.profiles import CLASSIC
@@ -36,6 +19,19 @@ from vrx_mj.config.readers import function_of
 from vrx_mj.config.robots import Arguments, load_robot
 from vrx_mj.config.search import contained, is_path
 from vrx_mj.config.tree import Loc
+from vrx_mj.config.values import (
+    MAX_COORDINATE,
+    Color,
+    Coordinate,
+    Name,
+    Number,
+    Pose,
+    Positive,
+    Seed,
+    by_type,
+    demand,
+    numbers,
+)
 from vrx_mj.config.world import Sensors, SpawnConfig, WorldConfig, check_thrusters
 from vrx_mj.errors import ConfigError, Problem
 

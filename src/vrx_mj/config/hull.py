@@ -5,25 +5,12 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, field_validator
 
-from vrx_mj.config.base import (
-    Config,
-    Coordinate,
-    Fault,
-    Folder,
-    NonNegative,
-    NotEmpty,
-    Number,
-    Only,
-    Positive,
-    Switch,
-    Vec3,
-    fault,
-    numbers,
-)
+from vrx_mj.config.base import Config, Fault, Folder, Only, fault
 from vrx_mj.config.dynamics import Six
 from vrx_mj.config.hydro import read_hydro
 from vrx_mj.config.loading import loads
 from vrx_mj.config.shapes import Shape
+from vrx_mj.config.values import Coordinate, NonNegative, NotEmpty, Number, Positive, Switch, Vec3, numbers
 from vrx_mj.config.wording import shown
 
 MOST_STRIPS = 200

@@ -11,9 +11,10 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from vrx_mj.config.base import Fault, demand, faults, unsorted_rows
+from vrx_mj.config.base import Fault, faults, unsorted_rows
 from vrx_mj.config.loading import fault_text
 from vrx_mj.config.search import ReadingError, contained, read_limited
+from vrx_mj.config.values import demand
 from vrx_mj.errors import VrxError
 
 FORMAT = 1

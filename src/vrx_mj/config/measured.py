@@ -10,11 +10,12 @@ from typing import Any, ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
-from vrx_mj.config.base import Config, Fault, Folder, NonNegative, Number, Pose, Positive, Seed, unsorted_rows
+from vrx_mj.config.base import Config, Fault, Folder, unsorted_rows
 from vrx_mj.config.dynamics import Six
 from vrx_mj.config.kinds import wrong_kind
 from vrx_mj.config.loading import Loading, read_file, validated
 from vrx_mj.config.search import ReadingError, display, read_limited
+from vrx_mj.config.values import NonNegative, Number, Pose, Positive, Seed
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, VrxError, shortened
 

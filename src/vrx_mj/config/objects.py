@@ -10,27 +10,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import (
-    Config,
-    Coordinate,
-    Fault,
-    Folder,
-    Inertia,
-    Name,
-    NonNegative,
-    NotEmpty,
-    Number,
-    Only,
-    Pose,
-    Positive,
-    Seed,
-    Switch,
-    Vec3,
-    exclusive,
-    faults,
-    numbers,
-    repeated,
-)
+from vrx_mj.config.base import Config, Fault, Folder, Only, exclusive, faults, repeated
 from vrx_mj.config.bays import LightConfig, Symbol
 from vrx_mj.config.buoyancy import BuoyancyConfig
 from vrx_mj.config.docks import DockPlacement, Placed, berths, load_dock
@@ -40,6 +20,20 @@ from vrx_mj.config.readers import file_of_others, read_others
 from vrx_mj.config.search import display, kind_name
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.tree import Section
+from vrx_mj.config.values import (
+    Coordinate,
+    Inertia,
+    Name,
+    NonNegative,
+    NotEmpty,
+    Number,
+    Pose,
+    Positive,
+    Seed,
+    Switch,
+    Vec3,
+    numbers,
+)
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 from vrx_mj.frames import rotation
 

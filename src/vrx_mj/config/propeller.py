@@ -4,7 +4,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from vrx_mj.config.base import MAX_NUMBER, Config, Fault, NonNegative, Number, Positive, numbers, unsorted_rows
+from vrx_mj.config.base import Config, Fault, unsorted_rows
+from vrx_mj.config.values import MAX_NUMBER, NonNegative, Number, Positive, numbers
 
 Point = Annotated[tuple[Number, Number], numbers("command thrust")]
 

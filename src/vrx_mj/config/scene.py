@@ -5,22 +5,9 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, Tag, field_validator
 
-from vrx_mj.config.base import (
-    Color,
-    Config,
-    Coordinate,
-    Fault,
-    NonNegative,
-    Number,
-    Only,
-    Share,
-    Switch,
-    by_type,
-    fault,
-    numbers,
-    switched,
-)
+from vrx_mj.config.base import Config, Fault, Only, fault
 from vrx_mj.config.shapes import Size
+from vrx_mj.config.values import Color, Coordinate, NonNegative, Number, Share, Switch, by_type, numbers, switched
 
 Place = Annotated[tuple[Coordinate, Coordinate, Number], numbers("x y yaw")]
 

@@ -7,10 +7,11 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import Field, PrivateAttr, model_validator
 
-from vrx_mj.config.base import Config, Fault, Folder, NonNegative, Number, Only, Positive, demand, exclusive, numbers
+from vrx_mj.config.base import Config, Fault, Folder, Only, exclusive
 from vrx_mj.config.loading import loads
 from vrx_mj.config.search import ReadingError, contained, read_limited
 from vrx_mj.config.tree import Section
+from vrx_mj.config.values import NonNegative, Number, Positive, demand, numbers
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import SEA_WATER_DENSITY
 from vrx_mj.errors import VrxError

@@ -4,9 +4,10 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator
 
-from vrx_mj.config.base import Color, Config, Folder, Name, Number, Only, Pose, Positive, demand, numbers
+from vrx_mj.config.base import Config, Folder, Only
 from vrx_mj.config.loading import loads
 from vrx_mj.config.search import contained
+from vrx_mj.config.values import Color, Name, Number, Pose, Positive, demand, numbers
 from vrx_mj.config.wording import one_of
 
 MESH_SUFFIXES = (".obj", ".stl", ".dae", ".ply", ".glb")

@@ -5,10 +5,10 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from vrx_mj.config.base import (
-    Config,
+from vrx_mj.config.base import Config, Fault, exclusive, fault
+from vrx_mj.config.bays import LIGHT_COLORS, ColorName, Symbol, three
+from vrx_mj.config.values import (
     Coordinate,
-    Fault,
     Latitude,
     Longitude,
     NonNegative,
@@ -18,11 +18,8 @@ from vrx_mj.config.base import (
     Positive,
     Switch,
     Vec3,
-    exclusive,
-    fault,
     numbers,
 )
-from vrx_mj.config.bays import LIGHT_COLORS, ColorName, Symbol, three
 from vrx_mj.config.wording import shown
 
 

@@ -5,7 +5,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.config.base import Config, Fault, NonNegative, Number, Only, Positive, Seed, Vec3, exclusive
+from vrx_mj.config.base import Config, Fault, Only, exclusive
+from vrx_mj.config.values import NonNegative, Number, Positive, Seed, Vec3
 
 
 class WindObject(Config):

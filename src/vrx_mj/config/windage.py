@@ -4,7 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.config.base import Config, Fault, NonNegative, Number, Positive, exclusive, numbers, unsorted_rows
+from vrx_mj.config.base import Config, Fault, exclusive, unsorted_rows
+from vrx_mj.config.values import NonNegative, Number, Positive, numbers
 
 Vessel = Literal[
     "car_carrier", "cargo_vessel", "cargo_vessel_containers", "container_ship", "destroyer", "diving_support_vessel",
