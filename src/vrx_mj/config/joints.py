@@ -9,8 +9,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, field_validator
 
 from vrx_mj.config.base import Config, Fault, Folder, Only, fault, repeated
-from vrx_mj.config.buoyancy import BuoyancyConfig
-from vrx_mj.config.shapes import Shape, Visual
+from vrx_mj.config.shapes import BuoyancyConfig, Shape, Visual
 from vrx_mj.config.values import Inertia, Name, NonNegative, Number, Pose, Positive, Vec3, numbers
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import UnknownNameError

@@ -12,13 +12,12 @@ from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import Config, Fault, Folder, Only, exclusive, faults, repeated
 from vrx_mj.config.bays import LightConfig, Symbol
-from vrx_mj.config.buoyancy import BuoyancyConfig
 from vrx_mj.config.docks import DockPlacement, Placed, berths, load_dock
 from vrx_mj.config.joints import JointConfig, LinkConfig, tree_faults
 from vrx_mj.config.loading import Loading, check, loads, read_source, referenced, validated
 from vrx_mj.config.readers import file_of_others, read_others
 from vrx_mj.config.search import display, kind_name
-from vrx_mj.config.shapes import Shape, Visual
+from vrx_mj.config.shapes import BuoyancyConfig, Shape, Visual
 from vrx_mj.config.tree import Section
 from vrx_mj.config.values import (
     Coordinate,

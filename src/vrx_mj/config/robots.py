@@ -11,17 +11,23 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, PrivateAttr
 
 from vrx_mj.config.base import Config, Fault, Folder, Only, fault, faults
-from vrx_mj.config.dynamics import ContactConfig, HullConfig, ServoConfig, Six, ThrusterConfig
-from vrx_mj.config.hull import MarineHullConfig
+from vrx_mj.config.dynamics import (
+    ContactConfig,
+    HullConfig,
+    MarineHullConfig,
+    PropellerConfig,
+    ServoConfig,
+    Six,
+    ThrusterConfig,
+)
 from vrx_mj.config.loading import Loading, read_source, referenced, validated
 from vrx_mj.config.profiles import NEWER
-from vrx_mj.config.propeller import PropellerConfig
 from vrx_mj.config.readers import file_of_others
 from vrx_mj.config.search import WORLD_SUFFIXES, contained
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.tree import Section
 from vrx_mj.config.values import MAX_NUMBER, Name, NonNegative, Number, Positive, Share, Switch, Vec3
-from vrx_mj.config.windage import WindageConfig
+from vrx_mj.config.wind import WindageConfig
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import UnknownNameError, VrxError
 

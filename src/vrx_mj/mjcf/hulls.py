@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.hull import CrossFlowConfig, MarineHullConfig, SkegConfig
+from vrx_mj.config.dynamics import CrossFlowConfig, MarineHullConfig, SkegConfig
 from vrx_mj.config.hydro import read_hydro
 from vrx_mj.config.solids import solid
 from vrx_mj.errors import VrxError, VrxWarning
