@@ -15,7 +15,7 @@ from pydantic import BeforeValidator
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from vrx_mj.config.base import MAX_NUMBER, Color, Config, Coordinate, Name, Pose, Switch, field_docstrings
+from vrx_mj.config.base import Config, field_docstrings
 from vrx_mj.config.bays import LIGHT_COLORS, SHAPES, LightColor, Pattern, Symbol
 from vrx_mj.config.docks import DockPlacement
 from vrx_mj.config.fleet import FleetConfig, Heading, Origin
@@ -23,6 +23,7 @@ from vrx_mj.config.objects import ObjectConfig, PathConfig
 from vrx_mj.config.robots import Arguments, RobotConfig
 from vrx_mj.config.shapes import Factor
 from vrx_mj.config.tasks import TASKS, Gate, Task
+from vrx_mj.config.values import MAX_NUMBER, Color, Coordinate, Name, Pose, Switch
 from vrx_mj.config.world import Sensors, WorldConfig
 from vrx_mj.formats.parts.catalogue import PartType, part_types
 from vrx_mj.formats.parts.compliance import load_rules

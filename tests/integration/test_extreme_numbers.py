@@ -10,7 +10,8 @@ from pydantic.fields import FieldInfo
 
 import vrx_mj
 import vrx_mj.config
-from vrx_mj.config.base import MAX_NUMBER, MIN_POSITIVE, Config
+from vrx_mj.config.base import Config
+from vrx_mj.config.values import MAX_NUMBER, MIN_POSITIVE
 from vrx_mj.errors import ConfigError, VrxError
 
 FLEET = {"boats": [{"name": "a", "pose": [0, 0, 0.1, 0, 0, 0], "sensors": "none"}]}

@@ -1,62 +1,19 @@
-"""What every model of a user's file is built on."""
+"""What every model of a user's file is built on, and how a model says what is wrong."""
 
 import ast
 import inspect
 import itertools
-import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, Self, get_args, get_origin
 
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    PrivateAttr,
-    ValidationError,
-    model_validator,
-)
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from vrx_mj.config.tree import Entry, Section
 from vrx_mj.config.wording import one_of, shown, unknown_key
-from vrx_mj.errors import UnknownNameError
-
-MAX_NUMBER = 1e9
-"""Largest number that a file may give, in any unit: what is larger has no physics."""
-MIN_POSITIVE = 1e-12
-"""Smallest number that a file may give where one above 0 is needed."""
-MAX_COORDINATE = 1e6
-"""Farthest coordinate [m] that a file may give."""
-
-COLORS = {
-    "white": (1.0, 1.0, 1.0),
-    "black": (0.0, 0.0, 0.0),
-    "red": (1.0, 0.0, 0.0),
-    "green": (0.0, 1.0, 0.0),
-    "blue": (0.0, 0.0, 1.0),
-    "yellow": (1.0, 1.0, 0.0),
-    "orange": (1.0, 0.5, 0.0),
-    "purple": (0.5, 0.0, 0.5),
-    "magenta": (1.0, 0.0, 1.0),
-    "cyan": (0.0, 1.0, 1.0),
-    "turquoise": (0.0, 1.0, 1.0),
-    "pink": (1.0, 0.6, 0.7),
-    "brown": (0.45, 0.28, 0.12),
-    "grey": (0.5, 0.5, 0.5),
-    "gray": (0.5, 0.5, 0.5),
-    "dark_grey": (0.175, 0.175, 0.175),
-    "light_grey": (0.75, 0.75, 0.75),
-}
-"""Colours by name, each [r, g, b] in 0..1. The pure ones are those of Gazebo's stock materials."""
-
-_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}", re.ASCII)
-_SWITCHES = {"yes": True, "on": True, "no": False, "off": False}
-
 
 Fault = tuple[tuple[str | int, ...], str | PydanticCustomError]
 """What is wrong with something inside the value at hand: its path from here, and the message or the error."""
@@ -76,11 +33,6 @@ def faults(*found: Fault) -> ValidationError:
     return ValidationError.from_exception_data("config", details)
 
 
-def text_faults(*found: tuple[int, int, str]) -> ValidationError:
-    """Errors inside a block of text, each as (row, column, message); both count from 1."""
-    return faults(*(((), fault(message, row=row, column=column)) for row, column, message in found))
-
-
 def unsorted_rows(key: str, values: Iterable[float], what: str, unit: str = "") -> list[Fault]:
     """Rows of a table whose number is not above that of the row before; `what` the number is, as "an angle"."""
     return [
@@ -88,6 +40,15 @@ def unsorted_rows(key: str, values: Iterable[float], what: str, unit: str = "") 
         for index, (before, value) in enumerate(itertools.pairwise(values), 1)
         if value <= before
     ]
+
+
+def exclusive(thing: "Config", *keys: str, required: bool = False) -> Iterator[Fault]:
+    """Keys of which at most one is to be given, or with `required` exactly one, as faults where that is not so."""
+    given = [key for key in keys if getattr(thing, key) not in {None, ()}]
+    if len(given) > 1:
+        yield (given[1],), f"give {one_of(keys)}, not {'both' if len(keys) == 2 else ' and '.join(given)}"
+    elif required and not given:
+        yield (keys[0],), f"required, unless {one_of(keys[1:])} is given"
 
 
 class _Called(Protocol):
@@ -155,6 +116,7 @@ class Config(BaseModel):
             for key, value in data.items()
             if value is not None or key not in sections
         }
+        plain |= dict.fromkeys(plain.keys() - fields.keys(), keys_of(cls))  # for the message about an unknown key
         if isinstance(data, Section):
             plain = without_ignored_keys(cls, plain, data.entries)
             for own in (name for name, field in fields.items() if field.exclude):
@@ -178,6 +140,10 @@ class Config(BaseModel):
     def _faults(self) -> Iterable[Fault]:
         """What is wrong with its values beside each other, once each alone is right and counts."""
         return ()
+
+
+Folder = Annotated[Path | None, Field(exclude=True, repr=False, strict=False)]
+"""The folder of the file that this came from, in which its relative paths start. The loader sets it."""
 
 
 class FromFile(Config):
@@ -251,117 +217,3 @@ def _is_section(annotation: object) -> bool:
     if isinstance(annotation, type) and issubclass(annotation, Config):
         return True
     return get_origin(annotation) is tuple and any(map(_is_section, get_args(annotation)))
-
-
-def numbers(labels: str, more: str = "") -> BeforeValidator:
-    """Demands one number for each of the space-separated `labels`; those of `more` may be left out, and are 0."""
-    few = labels.split()
-    names = few + more.split()
-    form = " or ".join(f"{len(some)} numbers [{', '.join(some)}]" for some in (few, names)[: 1 + bool(more)])
-
-    def check(value: object) -> object:
-        if isinstance(value, str) or not isinstance(value, Sequence):
-            raise fault(f"expected {form}, got {shown(value)}{_in_brackets(value, len(few), len(names))}")
-        if len(value) not in {len(few), len(names)}:
-            raise fault(f"expected {form}, got {len(value)}")
-        return value if len(value) == len(names) else (*value, *[0.0] * (len(names) - len(few)))
-
-    return BeforeValidator(check)
-
-
-def _in_brackets(value: object, *counts: int) -> str:
-    """Advice for so many numbers side by side without brackets, as in Gazebo's files; empty for anything else."""
-    parts = re.split(r"[\s,]+", value.strip()) if isinstance(value, str) else []
-    if len(parts) not in counts or not all(
-        re.fullmatch(r"[-+]?\d*\.?\d+(e[-+]?\d+)?", part, re.ASCII) for part in parts
-    ):
-        return ""
-    return f"; write [{', '.join(f'{float(part):g}' for part in parts)}]"
-
-
-def demand(holds: Callable[[Any], object], message: str) -> AfterValidator:
-    """Demands that a value passes a test; `{}` in the message is the value as its file would write it."""
-
-    def check(value: object) -> object:
-        if not holds(value):
-            raise fault(message.format(shown(value)))
-        return value
-
-    return AfterValidator(check)
-
-
-Six = tuple[float, float, float, float, float, float]
-
-
-def _possible(value: Six) -> Six:
-    """No principal moment is negative, and none exceeds the sum of the others, in any body that exists."""
-    xx, yy, zz, xy, xz, yz = value
-    low, middle, high = sorted(value[:3])
-    if xy or xz or yz:
-        import numpy as np
-
-        low, middle, high = map(float, np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
-    if low <= 0.0:
-        raise fault(f"impossible moments of inertia: about a principal axis it is {low:g}")
-    if high > (low + middle) * (1 + 1e-9):
-        raise fault(f"impossible moments of inertia: {high:g} is more than the sum of the other two")
-    return value
-
-
-def _rgba(value: object) -> object:
-    if isinstance(value, str) and not _in_brackets(value, 3, 4):
-        if value not in COLORS:
-            raise fault(str(UnknownNameError("colour", value, COLORS)))
-        return (*COLORS[value], 1.0)
-    if isinstance(value, str) or not isinstance(value, Sequence) or len(value) not in {3, 4}:
-        raise fault(
-            f"expected a colour's name, [r, g, b] or [r, g, b, a], got {shown(value)}{_in_brackets(value, 3, 4)}"
-        )
-    return (*value, 1.0) if len(value) == 3 else tuple(value)
-
-
-def switched(value: object) -> object:
-    """Yes, no, on and off as true and false; anything else as it is."""
-    return _SWITCHES.get(value.lower(), value) if isinstance(value, str) else value
-
-
-Folder = Annotated[Path | None, Field(exclude=True, repr=False, strict=False)]
-"""The folder of the file that this came from, in which its relative paths start. The loader sets it."""
-
-NotEmpty = demand(bool, "must not be empty")
-"""Demands at least one entry in a list."""
-
-Number = Annotated[float, Field(ge=-MAX_NUMBER, le=MAX_NUMBER)]
-Positive = Annotated[
-    float,
-    Field(gt=0, le=MAX_NUMBER),
-    demand(lambda value: value >= MIN_POSITIVE, f"must be at least {MIN_POSITIVE:g}, got {{}}"),
-]
-NonNegative = Annotated[float, Field(ge=0, le=MAX_NUMBER)]
-Seed = Annotated[int, Field(ge=0, lt=2**63)]
-Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
-Latitude = Annotated[float, Field(ge=-90, le=90)]
-Longitude = Annotated[float, Field(ge=-180, le=180)]
-Share = Annotated[float, Field(ge=0, le=1)]
-
-Vec3 = Annotated[tuple[Coordinate, Coordinate, Coordinate], numbers("x y z")]
-Inertia = Annotated[
-    tuple[Positive, Positive, Positive, Number, Number, Number],
-    numbers("ixx iyy izz", "ixy ixz iyz"),
-    AfterValidator(_possible),
-]
-"""Moments of inertia of a body about its centre of mass [kg m2]."""
-
-Pose = Annotated[tuple[Coordinate, Coordinate, Coordinate, Number, Number, Number], numbers("x y z roll pitch yaw")]
-"""x, y, z [m], roll, pitch, yaw [rad]; R = Rz(yaw) Ry(pitch) Rx(roll), body to world."""
-
-Color = Annotated[tuple[Share, Share, Share, Share], BeforeValidator(_rgba)]
-"""Red, green, blue, alpha in 0..1. A file gives a name, [r, g, b] or [r, g, b, a]."""
-
-Name = Annotated[
-    str, demand(_NAME.fullmatch, "expected a name of up to 64 letters A-Z, digits, '_', '-' or '.', got {}")
-]
-"""A name that MJCF, recordings and files can all carry."""
-
-Switch = Annotated[bool, BeforeValidator(switched)]
-"""True or false; a file may also say yes, no, on or off."""

@@ -11,8 +11,9 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import BeforeValidator, Field
 
-from vrx_mj.config.base import COLORS, Config, Name, NonNegative, NotEmpty, Only, Pose, Vec3, fault, numbers
+from vrx_mj.config.base import Config, Only, fault
 from vrx_mj.config.shapes import Size
+from vrx_mj.config.values import COLORS, Name, NonNegative, NotEmpty, Pose, Vec3, numbers
 from vrx_mj.config.wording import shown
 from vrx_mj.frames import apply, rotation
 

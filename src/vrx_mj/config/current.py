@@ -3,7 +3,8 @@
 from collections.abc import Iterable
 from typing import Annotated
 
-from vrx_mj.config.base import Config, Fault, NonNegative, Number, Positive, Seed, numbers, unsorted_rows
+from vrx_mj.config.base import Config, Fault, unsorted_rows
+from vrx_mj.config.values import NonNegative, Number, Positive, Seed, numbers
 
 M2 = 44714.16
 """Period of the principal lunar tide [s]: 12 h 25 min 14 s."""

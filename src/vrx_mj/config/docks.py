@@ -5,7 +5,6 @@ In the dock's frame row i is at x = 2 i and column j at y = 2 j: +x points down 
 
 import contextlib
 import re
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -16,7 +15,7 @@ from pydantic import BeforeValidator, field_validator
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.arguments import as_number
-from vrx_mj.config.base import Config, Fault, Folder, Name, Number, Only, Pose, Switch, fault, faults, text_faults
+from vrx_mj.config.base import Config, Fault, Folder, Only, fault, faults, repeated
 from vrx_mj.config.bays import (
     BLOCKS,
     FIRST_SYMBOL,
@@ -36,6 +35,7 @@ from vrx_mj.config.bays import (
 from vrx_mj.config.loading import check, referenced
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import Items
+from vrx_mj.config.values import Name, Number, Pose, Switch
 from vrx_mj.config.wording import one_of, shown
 from vrx_mj.config.yaml_text import find_lookalikes, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError
@@ -69,19 +69,6 @@ def neighbours(cell: Cell) -> tuple[Cell, ...]:
 def is_drawing(text: str) -> bool:
     """Whether a `layout` is a drawing and not the name or path of one."""
     return "\n" in text or not re.search("[^X ]", text)
-
-
-def drawn(rows: Sequence[object]) -> tuple[str, list[tuple[int, str]]]:
-    """The drawing of a list of rows, and what is wrong with its rows, each as (row, message); rows count from 0."""
-    bare = _outside_quotes(rows)
-    found = [(i, f"expected a row of X and blanks, in quotes, got {shown(row)}") for i, row in enumerate(rows)
-             if not isinstance(row, str)]  # fmt: skip
-    found += [(i, f"{bare[i]} columns to the right of other rows; put a row that begins with a blank in quotes")
-              for i in sorted(bare)]  # fmt: skip
-    if found:
-        return "", found
-    lines = [str(row) for row in rows]
-    return "\n".join(lines) + "\n", [(row - 1, message) for row, _, message in dock_faults(lines)]
 
 
 def _outside_quotes(rows: Sequence[object]) -> dict[int, int]:
@@ -152,10 +139,14 @@ class Placed(Config):
 def _drawing(value: object) -> object:
     """Turn a list of rows into the block of text that it means."""
     if isinstance(value, list | tuple):
-        text, found = drawn(value)
+        bare = _outside_quotes(value)
+        found: list[Fault] = [((i,), f"expected a row of X and blanks, in quotes, got {shown(row)}")
+                              for i, row in enumerate(value) if not isinstance(row, str)]  # fmt: skip
+        found += [((i,), f"{bare[i]} columns to the right of other rows; put a row that begins with a blank in quotes")
+                  for i in sorted(bare)]  # fmt: skip
         if found:
-            raise faults(*(((row,), message) for row, message in found))
-        return text
+            raise faults(*found)
+        return "\n".join(value) + "\n"
     if not isinstance(value, str):
         raise fault(
             f"expected a drawing (`|` and rows of X and blanks, or a list of rows), name or path, got {shown(value)}"
@@ -190,11 +181,10 @@ class DockPlacement(Placed):
     @field_validator("layout")
     @classmethod
     def _is_a_dock(cls, value: str, info: ValidationInfo) -> str:
-        found = dock_faults(value.split("\n")) if is_drawing(value) else []
-        if found:
-            raise text_faults(*found)
         if not is_drawing(value):
             check(info, lambda: load_dock(value, info.data.get("folder")))
+        elif found := dock_faults(value.split("\n")):
+            raise faults(*(((), fault(message, row=row, column=column)) for row, column, message in found))
         return value
 
     @field_validator("block", mode="before")
@@ -296,8 +286,10 @@ def _bay_faults(dock: DockPlacement, found: int) -> Iterator[Fault]:
             yield ("bays", index), f"{has}; a further bay needs `internal` and `external`"
         elif dock.placards is None and bay.placard != "none":
             yield ("bays", index), f"{has}; a further bay needs `placard: none`, or the dock `placards`"
-    names = Counter(bay.name or f"bay{number}" for number, bay in enumerate(dock.bays or (), 1))
-    yield from ((("bays",), f"duplicate name '{name}' of {count} bays") for name, count in names.items() if count > 1)
+    named = (
+        bay.model_copy(update={"name": bay.name or f"bay{number}"}) for number, bay in enumerate(dock.bays or (), 1)
+    )
+    yield from repeated(bays=named)
 
 
 def _placard_faults(dock: DockPlacement, cells: Sequence[Cell]) -> Iterator[Fault]:
@@ -313,8 +305,7 @@ def _placard_faults(dock: DockPlacement, cells: Sequence[Cell]) -> Iterator[Faul
         elif placard.block is not None and placard.block not in cells:
             row, column = placard.block
             yield ("placards", index, "block"), f"no block in row {row}, column {column}, both counted from 0"
-    names = Counter(placard.name for placard in dock.placards or ())
-    yield from ((("placards",), f"duplicate name '{name}' of {n} placards") for name, n in names.items() if n > 1)
+    yield from repeated(placards=dock.placards or ())
     bays = len(dock.bays) if dock.bays is not None else len(found)
     yield from (
         (("holes", index, "bay"), f"this dock has {bays} bay{'s' * (bays != 1)}, got {hole.bay}")

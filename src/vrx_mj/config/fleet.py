@@ -8,33 +8,10 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal, NamedTuple, get_args
 
-from pydantic import (
-    BeforeValidator,
-    Discriminator,
-    Field,
-    Tag,
-    field_validator,
-)
+from pydantic import Field, Tag, field_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import (
-    MAX_COORDINATE,
-    Color,
-    Config,
-    Coordinate,
-    Fault,
-    Folder,
-    FromFile,
-    Name,
-    Number,
-    Only,
-    Pose,
-    Positive,
-    Seed,
-    demand,
-    fault,
-    numbers,
-)
+from vrx_mj.config.base import Config, Fault, Folder, FromFile, Only
 from vrx_mj.config.layouts import HEIGHT, Facing, Layout, LayoutName, headings, spots, square
 from vrx_mj.config.loading import check, joining, loads, problem_at
 from vrx_mj.config.profiles import CLASSIC
@@ -42,7 +19,19 @@ from vrx_mj.config.readers import function_of
 from vrx_mj.config.robots import Arguments, load_robot
 from vrx_mj.config.search import contained, is_path
 from vrx_mj.config.tree import Loc
-from vrx_mj.config.wording import shown
+from vrx_mj.config.values import (
+    MAX_COORDINATE,
+    Color,
+    Coordinate,
+    Name,
+    Number,
+    Pose,
+    Positive,
+    Seed,
+    by_type,
+    demand,
+    numbers,
+)
 from vrx_mj.config.world import Sensors, SpawnConfig, WorldConfig, check_thrusters
 from vrx_mj.errors import ConfigError, Problem
 
@@ -204,35 +193,14 @@ class BoatEntry(_Built):
     """Colour of the boat's skin."""
 
 
-def _origin(value: object) -> object:
-    if not isinstance(value, tuple | list) and not (isinstance(value, str) and value in {"world", "spawn"}):
-        raise fault(f"expected world, spawn or [x, y, yaw], got {shown(value)}")
-    return value
-
-
 Origin = Annotated[
     Annotated[Literal["world", "spawn"], Tag("word")]
     | Annotated[tuple[Coordinate, Coordinate, Number], numbers("x y yaw"), Tag("frame")],
-    Discriminator(lambda value: "word" if isinstance(value, str) else "frame"),
-    BeforeValidator(_origin),
+    by_type("world, spawn or [x, y, yaw]", ("world", "spawn"), frame=(tuple, list)),
 ]
-
-
-def _facing(value: object) -> object:
-    words = get_args(Facing)
-    if (
-        isinstance(value, bool)
-        or not isinstance(value, int | float | str)
-        or (isinstance(value, str) and value not in words)
-    ):
-        raise fault(f"expected {', '.join(words)} or degrees, got {shown(value)}")
-    return value
-
-
 Heading = Annotated[
     Annotated[Facing, Tag("word")] | Annotated[Number, Tag("degrees")],
-    Discriminator(lambda value: "word" if isinstance(value, str) else "degrees"),
-    BeforeValidator(_facing),
+    by_type(f"{', '.join(get_args(Facing))} or degrees", get_args(Facing), degrees=(int, float)),
 ]
 
 

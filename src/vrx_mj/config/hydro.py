@@ -4,16 +4,17 @@ Matrices are about `point`, the phase of a wave is that at the origin of the bas
 with the water: real and imaginary part of F in Re(F e^(i (k x - omega t))), per metre of a wave's amplitude.
 """
 
-import json
-from dataclasses import dataclass
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Self
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from vrx_mj.arrays import FloatArray
+from vrx_mj.config.base import Fault, faults, unsorted_rows
+from vrx_mj.config.loading import fault_text
 from vrx_mj.config.search import ReadingError, contained, read_limited
-from vrx_mj.config.wording import shown
+from vrx_mj.config.values import demand
 from vrx_mj.errors import VrxError
 
 FORMAT = 1
@@ -23,43 +24,83 @@ MOST_BYTES, MOST_POLES = 20_000_000, 40
 FEWEST_ANGLES = 8
 LARGEST = 1e12
 """Bound of its numbers."""
-DENSITIES, GRAVITIES = (1.0, 1e5), (0.01, 1000.0)
-"""Densities [kg/m3] and gravities [m/s2] that it may be for."""
 FASTEST = 1e6
 """Bound of the poles [1/s]."""
 ODD = 1e-3
 """How far the added mass at infinite frequency may be from symmetric, of its largest."""
 
+Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+Complex = tuple[Number, Number]
+"""Real and imaginary part."""
+Row = tuple[Number, Number, Number, Number, Number, Number]
+Matrix = tuple[Row, Row, Row, Row, Row, Row]
+ComplexRow = tuple[Complex, Complex, Complex, Complex, Complex, Complex]
+ComplexMatrix = tuple[ComplexRow, ComplexRow, ComplexRow, ComplexRow, ComplexRow, ComplexRow]
 
-@dataclass(frozen=True, eq=False)
-class Hydro:
-    """Radiation and diffraction of a hull about a point, in axes of the base link."""
 
-    program: str
+class Hydro(BaseModel):
+    """Radiation and diffraction of a hull about a point, in axes of the base link. Other keys of a file are ignored."""
+
+    model_config = ConfigDict(frozen=True, strict=True, allow_inf_nan=False)
+
+    format: Annotated[
+        int, demand(FORMAT.__eq__, f"must be {FORMAT}, got {{}}; `vrx-mj robot hydro --bem` writes such files")
+    ]
+    program: str = ""
     """Program that computed it."""
-    density: float
+    density: Annotated[float, Field(ge=1.0, le=1e5)]
     """Density of the water [kg/m3]."""
-    gravity: float
+    gravity: Annotated[float, Field(ge=0.01, le=1000.0)]
     """Gravity [m/s2]."""
-    point: FloatArray
-    """(3,) point to which it belongs [m]."""
-    frequencies: FloatArray
-    """(n,) rising angular frequencies [rad/s]."""
-    added_mass: FloatArray
+    point: tuple[Number, Number, Number]
+    """Point to which it belongs [m]."""
+    frequencies: Annotated[tuple[Annotated[Number, Field(gt=0.0)], ...], Field(min_length=2)]
+    """n rising angular frequencies [rad/s]."""
+    added_mass: tuple[Matrix, ...]
     """(n, 6, 6) [kg, kg m, kg m2]."""
-    damping: FloatArray
+    damping: tuple[Matrix, ...]
     """(n, 6, 6) [kg/s, kg m/s, kg m2/s]."""
-    added_mass_infinite: FloatArray
-    """(6, 6) added mass at infinite frequency."""
-    poles: FloatArray
-    """(k, 2) real and imaginary part of the memory's poles [1/s]."""
-    residues: FloatArray
-    """(k, 6, 6, 2) their residues, force i per memory of motion j."""
-    fit_error: float
+    added_mass_infinite: Matrix
+    """Added mass at infinite frequency."""
+    poles: Annotated[tuple[Complex, ...], Field(max_length=MOST_POLES)] = ()
+    """k poles of the memory [1/s]."""
+    residues: tuple[ComplexMatrix, ...] = ()
+    """(k, 6, 6) their residues, force i per memory of motion j."""
+    fit_error: Annotated[float, Field(ge=0.0, le=LARGEST)]
     """Misfit of the poles, as a share."""
-    diffraction: FloatArray
-    """(n, m, 6, 2) force without that of the undisturbed wave's pressure, for waves that travel toward even angles from
-    the bow on, counter-clockwise; m is 0 if there is none."""
+    diffraction: tuple[tuple[ComplexRow, ...], ...] = ()
+    """(n, m, 6) force without that of the undisturbed wave's pressure, for waves that travel toward even angles from
+    the bow on, counter-clockwise; none if it is not known."""
+
+    @model_validator(mode="after")
+    def _is_consistent(self) -> Self:
+        if found := [*self._size_faults(), *self._faults()]:
+            raise faults(*found)
+        return self
+
+    def _size_faults(self) -> Iterator[Fault]:
+        n, angles = len(self.frequencies), {len(row) for row in self.diffraction}
+        for key, count in {"added_mass": n, "damping": n, "residues": len(self.poles)}.items():
+            if (got := len(getattr(self, key))) != count:
+                yield (key,), f"{count} are needed, got {got}"
+        if angles and (len(self.diffraction) != n or len(angles) > 1 or min(angles) < FEWEST_ANGLES):
+            sizes = f"{len(self.diffraction)} of {' and '.join(map(str, sorted(angles)))}"
+            yield ("diffraction",), f"{n} frequencies of {FEWEST_ANGLES} angles or more are needed, got {sizes}"
+
+    def _faults(self) -> Iterator[Fault]:
+        """Frequencies rise, the added mass is symmetric, and memories fade."""
+        yield from unsorted_rows("frequencies", self.frequencies, "a frequency", " rad/s")
+        added = np.array(self.added_mass_infinite)
+        odd = np.abs(added - added.T)
+        if odd.max() > ODD * np.abs(added).max():
+            i, j = np.unravel_index(odd.argmax(), odd.shape)
+            yield ("added_mass_infinite",), f"must be symmetric: [{i}][{j}] and [{j}][{i}] differ by {odd.max():.3g}"
+        for index, (real, imaginary) in enumerate(self.poles):
+            pole, size = f"{real:g}{imaginary:+g}i", max(abs(real), abs(imaginary))
+            if real >= 0.0:
+                yield ("poles", index), f"its real part has to be below 0, or the memory would grow, got {pole}"
+            elif size > FASTEST:
+                yield ("poles", index), f"its parts must be at most {FASTEST:g} 1/s in size, got {pole}"
 
 
 def read_hydro(path: str, folder: Path | None) -> Hydro:
@@ -69,104 +110,9 @@ def read_hydro(path: str, folder: Path | None) -> Hydro:
         VrxError: it cannot be read, lacks something, or would let a boat gain energy.
     """
     try:
-        data = json.loads(read_limited(contained(path, folder), MOST_BYTES))
-    except (ReadingError, ValueError, RecursionError) as error:
-        reason = error if isinstance(error, ReadingError) else "not JSON"
-        raise VrxError(f"hydro '{path}': {reason}") from None
-    try:
-        return _checked(data)
-    except VrxError as error:
-        raise VrxError(f"hydro '{path}': {error}") from None
-
-
-def _checked(data: Any) -> Hydro:
-    if not isinstance(data, dict) or data.get("format") != FORMAT:
-        raise VrxError(f"`format`: {FORMAT} is needed; `vrx-mj robot hydro --bem` writes such files")
-    frequencies = _array(data, "frequencies", (None,))
-    n, k = len(frequencies), len(_list(data, "poles", MOST_POLES))
-    m = _angles(data, n)
-    found = Hydro(
-        program=str(data.get("program", ""))[:200],
-        density=_between(data, "density", *DENSITIES),
-        gravity=_between(data, "gravity", *GRAVITIES),
-        point=_array(data, "point", (3,)),
-        frequencies=frequencies,
-        added_mass=_array(data, "added_mass", (n, 6, 6)),
-        damping=_array(data, "damping", (n, 6, 6)),
-        added_mass_infinite=_array(data, "added_mass_infinite", (6, 6)),
-        poles=_array(data, "poles", (k, 2)) if k else np.zeros((0, 2)),
-        residues=_array(data, "residues", (k, 6, 6, 2)) if k else np.zeros((0, 6, 6, 2)),
-        fit_error=_between(data, "fit_error", 0.0, LARGEST),
-        diffraction=_array(data, "diffraction", (n, m, 6, 2)) if m else np.zeros((n, 0, 6, 2)),
-    )
-    _check(found)
-    return found
-
-
-def _angles(data: dict[str, Any], n: int) -> int:
-    """Number of angles of the diffraction."""
-    rows = _list(data, "diffraction", n)
-    if not rows:
-        return 0
-    m = len(rows[0]) if isinstance(rows[0], list) else 0
-    if len(rows) != n or m < FEWEST_ANGLES:
-        needed = f"{n} frequencies of at least {FEWEST_ANGLES} angles"
-        raise VrxError(f"`diffraction`: {needed} are needed, got {len(rows)} of {m}")
-    return m
-
-
-def _list(data: dict[str, Any], key: str, most: int) -> list[Any]:
-    value = data.get(key, [])
-    if not isinstance(value, list) or len(value) > most:
-        raise VrxError(f"`{key}`: a list of at most {most} is needed, got {shown(value)}")
-    return value
-
-
-def _between(data: dict[str, Any], key: str, least: float, most: float) -> float:
-    value = float(_array(data, key, ()))
-    if not least <= value <= most:
-        raise VrxError(f"`{key}`: a number from {least:g} to {most:g} is needed, got {value:g}")
-    return value
-
-
-def _array(data: dict[str, Any], key: str, shape: tuple[int | None, ...]) -> FloatArray:
-    """Numbers of a shape, in which None is any length from 2 to `most`."""
-    if key not in data:
-        raise VrxError(f"`{key}` is missing")
-    try:
-        found = np.array(data[key], np.float64)
-    except (ValueError, TypeError, OverflowError):
-        raise VrxError(f"`{key}`: {_needed(shape)}, got {shown(data[key])}") from None
-    lengths = [size if size is not None else found.shape[0] if found.ndim else 0 for size in shape]
-    if found.shape != tuple(lengths) or (None in shape and len(found) < 2):
-        raise VrxError(f"`{key}`: {_needed(shape)}, got {found.shape}")
-    bad = np.argwhere(~(np.abs(found) <= LARGEST))
-    if len(bad):
-        place = "".join(f"[{index}]" for index in bad[0])
-        raise VrxError(f"`{key}{place}`: a finite number is needed; is a frequency or an angle missing?")
-    return found
-
-
-def _needed(shape: tuple[int | None, ...]) -> str:
-    if not shape:
-        return "a number is needed"
-    return f"numbers of shape ({', '.join('n' if size is None else str(size) for size in shape)}) are needed"
-
-
-def _check(found: Hydro) -> None:
-    """Frequencies rise, the added mass is symmetric, and memories fade."""
-    steps = np.diff(found.frequencies, prepend=0.0)
-    if not (steps > 0.0).all():
-        index = int(np.argmax(steps <= 0.0))
-        raise VrxError(f"`frequencies[{index}]`: rising numbers above 0 are needed, got {found.frequencies[index]:g}")
-    largest = np.abs(found.added_mass_infinite).max()
-    odd = np.abs(found.added_mass_infinite - found.added_mass_infinite.T)
-    if odd.max() > ODD * largest:
-        i, j = np.unravel_index(odd.argmax(), odd.shape)
-        raise VrxError(f"`added_mass_infinite` is not symmetric: [{i}][{j}] and [{j}][{i}] differ by {odd.max():.3g}")
-    for index, (real, imaginary) in enumerate(found.poles):
-        if real >= 0.0:
-            pole = f"{real:g}{imaginary:+g}i"
-            raise VrxError(f"`poles[{index}]` is {pole}: its real part has to be below 0, or the memory would grow")
-        if max(abs(real), abs(imaginary)) > FASTEST:
-            raise VrxError(f"`poles[{index}]` is {max(abs(real), abs(imaginary)):g} in size: at most {FASTEST:g} 1/s")
+        return Hydro.model_validate_json(read_limited(contained(path, folder), MOST_BYTES))
+    except ReadingError as error:
+        reason = str(error)
+    except ValidationError as error:
+        reason = fault_text(error)
+    raise VrxError(f"hydro '{path}': {reason}")

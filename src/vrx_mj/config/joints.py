@@ -3,28 +3,14 @@
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from graphlib import CycleError, TopologicalSorter
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, field_validator
 
-from vrx_mj.config.base import (
-    Config,
-    Fault,
-    Folder,
-    Inertia,
-    Name,
-    NonNegative,
-    Number,
-    Only,
-    Pose,
-    Positive,
-    Vec3,
-    fault,
-    numbers,
-    repeated,
-)
-from vrx_mj.config.buoyancy import BuoyancyConfig
-from vrx_mj.config.shapes import Shape, Visual
+from vrx_mj.config.base import Config, Fault, Folder, Only, fault, repeated
+from vrx_mj.config.shapes import BuoyancyConfig, Shape, Visual
+from vrx_mj.config.values import Inertia, Name, NonNegative, Number, Pose, Positive, Vec3, numbers
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import UnknownNameError
 
@@ -156,17 +142,16 @@ def _child_faults(root: str, joint: JointConfig, before: Sequence[JointConfig]) 
 
 def _loose(root: str, links: Sequence[LinkConfig], joints: Sequence[JointConfig]) -> list[Fault]:
     """Links without a joint, and links that hang on each other in a circle."""
-    above = {joint.child: joint.parent for joint in joints}
-    found: list[Fault] = []
-    for index, link in enumerate(links):
-        chain = [link.name]
-        while (parent := above.get(chain[-1])) is not None and parent not in chain:
-            chain.append(parent)
-        if parent is not None and parent == link.name:
-            found.append((("joints",), f"the links hang on each other in a circle: {' > '.join((*chain, parent))}"))
-            break
-        if parent is None and chain[-1] == link.name:
-            found.append((("links", index, "name"), f"no joint has the link '{link.name}' as its child"))
+    above = {joint.child: [joint.parent] for joint in joints}
+    found: list[Fault] = [
+        (("links", index, "name"), f"no joint has the link '{link.name}' as its child")
+        for index, link in enumerate(links)
+        if link.name not in above
+    ]
+    try:
+        TopologicalSorter(above).prepare()
+    except CycleError as error:
+        found.append((("joints",), f"the links hang on each other in a circle: {' > '.join(reversed(error.args[1]))}"))
     return found
 
 

@@ -1,17 +1,17 @@
 """From a source (a name, a path or a dict) to a model, with every problem of the file at once, each with its place."""
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, TypeVar, cast, get_args
+from typing import Any, TypeVar
 
 from pydantic import AfterValidator, ValidationError
 from pydantic_core import ErrorDetails
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import Config, fault, keys_of
+from vrx_mj.config.base import Config, fault
 from vrx_mj.config.kinds import other_kind
 from vrx_mj.config.search import (
     KINDS,
@@ -26,22 +26,22 @@ from vrx_mj.config.search import (
     near_names,
     refuse_foreign,
 )
-from vrx_mj.config.tree import File, Place, Section, key_path, locate, merged, of_python
+from vrx_mj.config.tree import File, Loc, Place, Section, key_path, locate, merged, of_python
 from vrx_mj.config.wording import choice, shown, unknown_key
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError
 
 
-def problems_of(error: ValidationError, model: type[Config], section: Section) -> list[Problem]:
+def problems_of(error: ValidationError, section: Section) -> list[Problem]:
     """Everything that pydantic found in a section, in the order of the file."""
-    found = [_problem(details, model, section) for details in error.errors(include_url=False)]
+    found = [_problem(details, section) for details in error.errors(include_url=False)]
     return sorted(dict.fromkeys(found), key=lambda problem: (problem.file, problem.line or 0, problem.column or 0))
 
 
 def fault_text(error: ValidationError) -> str:
     """The first thing that pydantic found in data of no YAML file, with its key: `layout.nq: must be at least 0`."""
     details = error.errors(include_url=False, include_context=True)[0]
-    key = key_path(tuple(step if isinstance(step, int) else step[:60] for step in details["loc"]))
+    key = key_path(tuple(step if isinstance(step, int) else step[:60] for step in _loc(details)))
     return f"{key}: {_message(details)}" if key else _message(details)
 
 
@@ -66,9 +66,16 @@ def _problem_in(place: Place, path: tuple[str | int, ...], message: str) -> Prob
     return Problem(file.name, line, column, key, message)
 
 
-def _problem(details: ErrorDetails, model: type[Config], section: Section) -> Problem:
-    loc, inside = details["loc"], details.get("ctx", {})
-    place, path, owner = locate(section, loc)
+def _loc(details: ErrorDetails) -> Loc:
+    """Where an error is; one about which member of a union is meant is at the key that says it."""
+    return (*details["loc"], *details.get("ctx", {}).get("discriminator", "").strip("'").split())
+
+
+def _problem(details: ErrorDetails, section: Section) -> Problem:
+    loc, inside = _loc(details), details.get("ctx", {})
+    if "row" in inside:  # in a block of text, or in a list of rows
+        loc = (*loc, inside["row"] - 1)
+    place, path, owner = locate(section, loc, tagged=True)
     message = _message(details)
     if "row" in inside:
         place = _inside(place, inside["row"], inside["column"])
@@ -80,7 +87,8 @@ def _problem(details: ErrorDetails, model: type[Config], section: Section) -> Pr
         message += f"; {inside['selector']} is from {chosen.value.file.name}:{chosen.value.line}"
     if details["type"] == "extra_forbidden":
         assert owner is not None, f"{loc} does not lead to a key"
-        message = unknown_key(str(loc[-1]), _keys(model, section, loc[:-1]))
+        known = [*(["extends"] if owner is section else []), *details["input"]]  # see Config._from_file
+        message = unknown_key(str(loc[-1]), known)
         place = owner.entries[str(loc[-1])].key
     return _problem_in(place, path, message)
 
@@ -89,34 +97,13 @@ def _inside(place: Place, row: int, column: int) -> Place:
     """A row and column of a block of text ('|') as a line and column of its file."""
     lines = place.file.lines[place.line or 0 :]
     header = place.file.lines[place.line - 1] if place.line and lines else ""
-    if "|" not in header or row > len(lines):
+    block = re.search(r"\|[-+]?(\d*)[-+]?\s*(#.*)?$", header)
+    if not block or row > len(lines):
         return place
     first = next(filter(str.strip, lines), "")
-    digit = re.search(r"\|[-+]?(\d)", header)
     parent = len(header) - len(re.sub(r"^ *(- +)*", "", header))
-    indent = parent + int(digit[1]) if digit else len(first) - len(first.lstrip(" "))
+    indent = parent + int(block[1]) if block[1] else len(first) - len(first.lstrip(" "))
     return Place(place.file, (place.line or 0) + row, indent + column)
-
-
-def _keys(model: type[Config], section: Section, path: tuple[str | int, ...]) -> list[str]:
-    """The keys that a file may write at `path`: those of the model of its `type`, or else of the first there."""
-    owner, node = model, cast("Any", section)
-    for step in path:
-        node = node[step] if isinstance(step, int) or step in node else node
-        if isinstance(step, str) and step in owner.model_fields:
-            models = list(_models(owner.model_fields[step].annotation)) or [owner]
-            kind = node.get("type") if isinstance(node, Mapping) else None
-            types = ((each, each.model_fields.get("type")) for each in models)
-            owner = next((each for each, field in types if field and kind in get_args(field.annotation)), models[0])
-    top = ["extends"] if owner is model else []
-    return [*top, *keys_of(owner)]
-
-
-def _models(annotation: object) -> Iterator[type[Config]]:
-    if isinstance(annotation, type) and issubclass(annotation, Config):
-        yield annotation
-    for part in get_args(annotation):
-        yield from _models(part)
 
 
 def _message(details: ErrorDetails) -> str:
@@ -150,20 +137,24 @@ def _literal(value: object, context: Context) -> str:
     return choice(value, context["expected"].replace(" or ", ", ").replace("'", "").split(", "))
 
 
-def _tag(_: object, context: Context) -> str:
-    known = context["expected_tags"].replace("'", "").split(", ")
-    return f"{str(context['discriminator']).strip(chr(39))}: {choice(context['tag'], known)}"
+def _tag(value: Any, context: Context) -> str:
+    return choice(value[context["discriminator"].strip("'")], context["expected_tags"].replace("'", "").split(", "))
 
 
 _SAYS: dict[str, Sentence] = {
     "vrx": lambda _, context: str(context["message"]),
     "missing": lambda *_: "required, but missing",
     "unexpected_keyword_argument": lambda *_: "unknown key",
+    "extra_forbidden": lambda *_: "unknown key",
     "json_invalid": lambda _, context: f"not JSON: {context['error']}",
     "string_type": _text,
     "literal_error": _literal,
     "union_tag_invalid": _tag,
-    "union_tag_not_found": lambda _, context: f"{context['discriminator']} is required, but missing".replace("'", ""),
+    "union_tag_not_found": lambda value, _: (
+        "required, but missing"
+        if isinstance(value, Mapping)
+        else f"expected {_EXPECTED['dict_type']}, got {shown(value)}"
+    ),
     "finite_number": lambda value, _: f"must be finite, got {shown(value)}",
     "greater_than": _limit("above", "gt"),
     "greater_than_equal": _limit("at least", "ge"),
@@ -273,10 +264,15 @@ def read_source(kind: str, source: Path | Mapping[str, object]) -> Section:
     if not isinstance(source, Path):
         section = source if isinstance(source, Section) else of_python(source, File(f"<{KINDS[kind]}>", None))
         return _extended(kind, section, None, ())
-    section = _read(source)
+    return _extended(kind, read_file(kind, source), source, (source.resolve(),))
+
+
+def read_file(kind: str, file: Path) -> Section:
+    """The keys and values of a YAML file alone."""
+    section = _read(file)
     if said := other_kind(kind, section):
-        raise ConfigError([Problem(display(source), None, None, "", said)])
-    return _extended(kind, section, source, (source.resolve(),))
+        raise ConfigError([Problem(display(file), None, None, "", said)])
+    return section
 
 
 def _read(file: Path) -> Section:
@@ -327,7 +323,7 @@ def validated(model: type[ConfigT], section: Section, loading: Loading, *, name:
     try:
         result = model.model_validate(section, context=loading)
     except ValidationError as error:
-        found = problems_of(error, model, section)
+        found = problems_of(error, section)
     found += loading.elsewhere
     if found or result is None:
         raise ConfigError(found)

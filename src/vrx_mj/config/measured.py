@@ -10,14 +10,13 @@ from typing import Any, ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
-from vrx_mj.config.base import Config, Fault, Folder, NonNegative, Number, Pose, Positive, Seed
+from vrx_mj.config.base import Config, Fault, Folder, unsorted_rows
 from vrx_mj.config.dynamics import Six
-from vrx_mj.config.kinds import other_kind, wrong_kind
-from vrx_mj.config.loading import Loading, validated
+from vrx_mj.config.kinds import wrong_kind
+from vrx_mj.config.loading import Loading, read_file, validated
 from vrx_mj.config.search import ReadingError, display, read_limited
-from vrx_mj.config.tree import File
+from vrx_mj.config.values import NonNegative, Number, Pose, Positive, Seed
 from vrx_mj.config.wording import shown
-from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError, shortened
 
 SignalName = Literal[
@@ -86,12 +85,7 @@ class MeasuredCaseConfig(Config):
             for name, signal in self.signals.items()
             if signal.of is None and name not in SIGNALS
         ]
-        found += [
-            (("commands", number, "time"), f"a time above that of the row before, {before.time:g} s, is needed")
-            for number, (before, after) in enumerate(itertools.pairwise(self.commands), 1)
-            if after.time <= before.time
-        ]
-        return found
+        return found + unsorted_rows("commands", [each.time for each in self.commands], "a time", " s")
 
 
 def read_case(path: Path) -> MeasuredCaseConfig:
@@ -102,10 +96,7 @@ def read_case(path: Path) -> MeasuredCaseConfig:
     """
     if other := wrong_kind(path, "a case"):
         raise ConfigError([Problem(display(path), None, None, "", other)])
-    section = parse(File(display(path), path.absolute().parent, read_lines(path)))
-    if other := other_kind("cases", section):
-        raise ConfigError([Problem(display(path), None, None, "", other)])
-    return validated(MeasuredCaseConfig, section, Loading())
+    return validated(MeasuredCaseConfig, read_file("cases", path), Loading())
 
 
 class Measurements(NamedTuple):

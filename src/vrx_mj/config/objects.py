@@ -10,34 +10,29 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import (
-    Config,
+from vrx_mj.config.base import Config, Fault, Folder, Only, exclusive, faults, repeated
+from vrx_mj.config.bays import LightConfig, Symbol
+from vrx_mj.config.docks import DockPlacement, Placed, berths, load_dock
+from vrx_mj.config.joints import JointConfig, LinkConfig, tree_faults
+from vrx_mj.config.loading import Loading, check, loads, read_source, referenced, validated
+from vrx_mj.config.readers import file_of_others, read_others
+from vrx_mj.config.search import display, kind_name
+from vrx_mj.config.shapes import BuoyancyConfig, Shape, Visual
+from vrx_mj.config.tree import Section
+from vrx_mj.config.values import (
     Coordinate,
-    Fault,
-    Folder,
     Inertia,
     Name,
     NonNegative,
     NotEmpty,
     Number,
-    Only,
     Pose,
     Positive,
     Seed,
     Switch,
     Vec3,
     numbers,
-    repeated,
 )
-from vrx_mj.config.bays import LightConfig, Symbol
-from vrx_mj.config.buoyancy import BuoyancyConfig
-from vrx_mj.config.docks import DockPlacement, Placed, berths, load_dock
-from vrx_mj.config.joints import JointConfig, LinkConfig, tree_faults
-from vrx_mj.config.loading import Loading, check, loads, read_source, referenced, validated
-from vrx_mj.config.readers import file_of_others, read_others
-from vrx_mj.config.search import display, kind_name
-from vrx_mj.config.shapes import Shape, Visual
-from vrx_mj.config.tree import Section
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 from vrx_mj.frames import rotation
 
@@ -88,12 +83,8 @@ class PathConfig(Config):
     """Whether it swims only while its waypoint is within the tolerance of its bow; by default in profile vrx3 alone."""
 
     def _faults(self) -> Iterator[Fault]:
-        given = [key for key in ("waypoints", "circle", "line") if getattr(self, key) is not None]
-        if not given:
-            yield ("waypoints",), "a path needs `waypoints`, a `circle` or a `line`"
-        if len(given) > 1:
-            yield (given[1],), f"give one shape of a path; this one already has {given[0]}"
-        count = {"waypoints": len(self.waypoints or ()), "circle": POINTS, "line": 2}[given[0]] if given else math.inf
+        yield from exclusive(self, "waypoints", "circle", "line", required=True)
+        count = len(self.waypoints) if self.waypoints else POINTS if self.circle else 2
         if self.start >= count:
             yield ("start",), f"must be below {count}, the number of waypoints, got {self.start}"
 
@@ -158,24 +149,10 @@ class Placement(Placed):
         return load_object(self.model, self.folder)
 
     @model_validator(mode="after")
-    def _takes_its_rope(self, info: ValidationInfo) -> Self:
-        if self.mooring is not None:
-            check(info, lambda: _must_drift(self))
+    def _suits_its_model(self, info: ValidationInfo) -> Self:
+        if self.path or self.symbols or self.mooring:
+            check(info, lambda: _must_suit(self))
         return self
-
-    @field_validator("symbols")
-    @classmethod
-    def _has_placards(cls, value: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
-        if value and "model" in info.data:
-            check(info, lambda: _must_have_placards(info.data["model"], info.data.get("folder"), len(value)))
-        return value
-
-    @field_validator("path")
-    @classmethod
-    def _swims(cls, value: PathConfig | None, info: ValidationInfo) -> PathConfig | None:
-        if value is not None and "model" in info.data:
-            check(info, lambda: _must_float(info.data["model"], info.data.get("folder")))
-        return value
 
     @field_validator("model")
     @classmethod
@@ -275,14 +252,20 @@ def _section(file: Path) -> Section:
     return others[0] if others else read_source("objects", file)
 
 
-def _must_float(model: str, near: Path | None) -> None:
-    if load_object(model, near).kind != "floating":
-        raise VrxError(f"'{model}' does not float, so it cannot follow a path")
-
-
-def _must_drift(item: Placement) -> None:
-    if not _drifts(item):
-        raise VrxError(f"its `mooring` does nothing: '{item.model}' does not float, or follows a path")
+def _must_suit(item: Placement) -> None:
+    """Refuse a path, symbols or a rope that an object model has no use for."""
+    model, found = item.config, list[Fault]()
+    if item.path and model.kind != "floating":
+        found.append((("path",), f"'{item.model}' does not float, so it cannot follow a path"))
+    if item.symbols:
+        count = sum(len(berths(dock, load_dock(dock.layout, dock.folder).cells).placards) for dock in model.docks)
+        if len(item.symbols) > count:
+            text = f"{len(item.symbols)} symbols; '{item.model}' has {count} placard{'s' * (count != 1)}"
+            found.append((("symbols",), text))
+    if item.mooring and not _drifts(item):
+        found.append((("mooring",), f"does nothing: '{item.model}' does not float, or follows a path"))
+    if found:
+        raise faults(*found)
 
 
 def _drifts(item: Placement) -> bool:
@@ -290,13 +273,6 @@ def _drifts(item: Placement) -> bool:
     thing = item.config
     path = item.path if "path" in item.model_fields_set else thing.path
     return any(map(_drifts, thing.objects)) or (thing.kind == "floating" and path is None)
-
-
-def _must_have_placards(model: str, near: Path | None, symbols: int) -> None:
-    docks = load_object(model, near).docks
-    count = sum(len(berths(dock, load_dock(dock.layout, dock.folder).cells).placards) for dock in docks)
-    if symbols > count:
-        raise VrxError(f"{symbols} symbols; '{model}' has {count} placard{'s' * (count != 1)}")
 
 
 def _count(file: Path, whole: Loading) -> None:

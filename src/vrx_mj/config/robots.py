@@ -10,34 +10,24 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, PrivateAttr
 
-from vrx_mj.config.base import (
-    MAX_NUMBER,
-    Config,
-    Fault,
-    Folder,
-    Name,
-    NonNegative,
-    Number,
-    Only,
-    Positive,
-    Share,
-    Switch,
-    Vec3,
-    fault,
-    faults,
-    numbers,
-    unsorted_rows,
+from vrx_mj.config.base import Config, Fault, Folder, Only, fault, faults, unsorted_rows
+from vrx_mj.config.dynamics import (
+    ContactConfig,
+    HullConfig,
+    MarineHullConfig,
+    PropellerConfig,
+    ServoConfig,
+    Six,
+    ThrusterConfig,
 )
-from vrx_mj.config.dynamics import ContactConfig, HullConfig, ServoConfig, Six, ThrusterConfig
-from vrx_mj.config.hull import MarineHullConfig
 from vrx_mj.config.loading import Loading, read_source, referenced, validated
 from vrx_mj.config.profiles import NEWER
-from vrx_mj.config.propeller import PropellerConfig
 from vrx_mj.config.readers import file_of_others
 from vrx_mj.config.search import WORLD_SUFFIXES, contained
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.tree import Section
-from vrx_mj.config.windage import WindageConfig
+from vrx_mj.config.values import MAX_NUMBER, Name, NonNegative, Number, Positive, Share, Switch, Vec3, numbers
+from vrx_mj.config.wind import WindageConfig
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import UnknownNameError, VrxError
 
@@ -88,7 +78,7 @@ class RudderEntry(Config):
     """Centre of pressure in the frame of the joint's child link, or of the base link [m]."""
     propeller: Name | None = None
     """Thruster in whose race it is."""
-    propeller_diameter: Positive | None = None
+    propeller_diameter: Annotated[Positive | None, Only("propeller", required=True)] = None
     """Diameter of that thruster's propeller [m]."""
     race_share: Annotated[Share, Only("propeller")] = 1.0
     """Share of the blade that the race covers."""
@@ -96,11 +86,6 @@ class RudderEntry(Config):
     """Largest angle either way [rad]."""
     servo: ServoConfig = ServoConfig(kp=300.0, kd=20.0, effort=10.0, velocity=0.6)
     """What turns the rudder."""
-
-    def _faults(self) -> Iterator[Fault]:
-        if (self.propeller is None) != (self.propeller_diameter is None):
-            missing = "propeller" if self.propeller is None else "propeller_diameter"
-            yield (missing,), "propeller and propeller_diameter must be given together"
 
 
 class SailEntry(Config):

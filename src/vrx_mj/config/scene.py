@@ -1,26 +1,13 @@
 """What a world looks like, in SDF's vocabulary, and the markers of its goals and waypoints."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator
+from pydantic import BeforeValidator, Field, Tag, field_validator
 
-from vrx_mj.config.base import (
-    Color,
-    Config,
-    Coordinate,
-    Fault,
-    NonNegative,
-    Number,
-    Only,
-    Share,
-    Switch,
-    fault,
-    numbers,
-    switched,
-)
+from vrx_mj.config.base import Config, Fault, Only, fault
 from vrx_mj.config.shapes import Size
-from vrx_mj.config.wording import shown
+from vrx_mj.config.values import Color, Coordinate, NonNegative, Number, Share, Switch, by_type, numbers, switched
 
 Place = Annotated[tuple[Coordinate, Coordinate, Number], numbers("x y yaw")]
 
@@ -101,17 +88,10 @@ class FogConfig(Config):
             yield ("end",), f"must be above start, {self.start:g}; got {self.end:g}"
 
 
-def _sky(value: object) -> object:
-    value = switched(value)
-    if value is None or (isinstance(value, str | int | float) and not isinstance(value, bool)):
-        raise fault(f"expected true, false, or keys and values, got {shown(value)}")
-    return value
-
-
 Sky = Annotated[
     Annotated[bool, Tag("switch")] | Annotated[SkyConfig, Tag("sky")],
-    Discriminator(lambda value: "switch" if isinstance(value, bool) else "sky"),
-    BeforeValidator(_sky),
+    by_type("true, false, or keys and values", switch=bool, sky=(Mapping, SkyConfig)),
+    BeforeValidator(switched),
 ]
 
 

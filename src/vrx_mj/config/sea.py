@@ -7,10 +7,11 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import Field, PrivateAttr, model_validator
 
-from vrx_mj.config.base import Config, Fault, Folder, NonNegative, Number, Only, Positive, demand, numbers
+from vrx_mj.config.base import Config, Fault, Folder, Only, exclusive
 from vrx_mj.config.loading import loads
 from vrx_mj.config.search import ReadingError, contained, read_limited
 from vrx_mj.config.tree import Section
+from vrx_mj.config.values import NonNegative, Number, Positive, demand, numbers
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import SEA_WATER_DENSITY
 from vrx_mj.errors import VrxError
@@ -146,9 +147,9 @@ class SeaConfig(Config):
     """Exponent s of the spreading cos^(2 s)(theta / 2) of a spectrum; by default all waves travel alike."""
     components: Annotated[int, Field(ge=1, le=500), Only("model", SPECTRA)] = 60
     """Component waves of a spectrum, of equal energy."""
-    height: Annotated[NonNegative | None, Only("model", REGULAR)] = None
+    height: Annotated[NonNegative | None, Only("model", REGULAR, required=True)] = None
     """Height of a regular wave, crest over trough [m]."""
-    file: Annotated[Annotated[str, loads(read_spectrum)] | None, Only("model", ("file",))] = None
+    file: Annotated[Annotated[str, loads(read_spectrum)] | None, Only("model", ("file",), required=True)] = None
     """Spectrum of model `file`: lines of frequency [Hz] and density [m2/Hz], as CSV; a path relative to this file."""
     depth: Annotated[Positive | None, Only("model", (*SPECTRA, *REGULAR))] = None
     """Depth of the water [m], for lengths and motion of waves that are not VRX's; by default it is deep."""
@@ -208,11 +209,10 @@ class SeaConfig(Config):
     def _spectrum_faults(self) -> list[Fault]:
         if self.model not in SPECTRA:
             return []
-        missing = self._missing()
-        if missing:
-            return [(("model",), missing)]
-        if self.significant_height is not None and self.sea_state is not None:
-            return [(("sea_state",), "sea_state is a height too: give it or significant_height")]
+        if self.model == "tma" and self.depth is None:
+            return [(("depth",), "required for `model: tma`, shallow water; in deep water it is jonswap")]
+        if found := list(exclusive(self, "significant_height", "sea_state", required=self.model != "file")):
+            return found
         most = steepest_sea(self.tp, self.site)
         if self.hs <= most:
             return []
@@ -220,20 +220,9 @@ class SeaConfig(Config):
         text = f"a sea of {self.tp:.3g} s breaks at {most:.3g} m{self._where()}, got {self.hs:.3g} m"
         return [((key,), f"{text}; {self._advice('peak_period')}")]
 
-    def _missing(self) -> str | None:
-        """Which key a spectrum lacks."""
-        if self.model == "file":
-            return None if self.file else "file needs the key `file`, the path of a spectrum"
-        if self.model == "tma" and self.depth is None:
-            return "tma is for shallow water and needs `depth` [m]; in deep water it is jonswap"
-        given = self.significant_height is not None or self.sea_state is not None
-        return None if given else f"{self.model} needs `significant_height` [m] or `sea_state`"
-
     def _regular_faults(self) -> list[Fault]:
-        if self.model not in REGULAR:
-            return []
         if self.height is None:
-            return [(("model",), f"{self.model} needs `height`, crest over trough [m]")]
+            return []
         most = breaking_height(self.period, self.site)
         if self.height > most:
             text = f"a wave of {self.period:.3g} s breaks at {most:.3g} m{self._where()}, got {self.height:.3g} m"

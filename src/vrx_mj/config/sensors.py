@@ -7,7 +7,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.config.base import Config, Fault, Name, NonNegative, Number, Pose, Positive, Switch, Vec3, numbers
+from vrx_mj.config.base import Config, Fault
+from vrx_mj.config.values import Name, NonNegative, Number, Pose, Positive, Switch, Vec3, numbers
 
 Rate = Annotated[float, Field(gt=0, le=10_000)]
 _RAYS = 1_000_000

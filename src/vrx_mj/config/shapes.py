@@ -1,13 +1,16 @@
-"""Shapes that collide, are seen, or displace water."""
+"""Shapes that collide, are seen, or displace water, and what a link displaces."""
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import BeforeValidator
 
-from vrx_mj.config.base import Color, Config, Folder, Name, Number, Only, Pose, Positive, demand, numbers
+from vrx_mj.config.base import Config, Folder, Only
 from vrx_mj.config.loading import loads
 from vrx_mj.config.search import contained
+from vrx_mj.config.values import Color, Name, NonNegative, NotEmpty, Number, Pose, Positive, demand, numbers
 from vrx_mj.config.wording import one_of
+from vrx_mj.constants import WATER_DENSITY
 
 MESH_SUFFIXES = (".obj", ".stl", ".dae", ".ply", ".glb")
 
@@ -59,3 +62,33 @@ class Visual(Shape):
 
     color: Color = (0.5, 0.5, 0.5, 1.0)
     """Colour of the shape."""
+
+
+class BuoyancyElement(Shape):
+    """A shape that displaces water."""
+
+    type: Literal["box", "sphere", "cylinder"]
+    """Kind of shape."""
+
+    @property
+    def volume(self) -> float:
+        """Volume [m3]."""
+        if self.type == "box":
+            return math.prod(self.size or ())
+        radius, length = self.radius or 0.0, self.length or 0.0
+        return 4 / 3 * math.pi * radius**3 if self.type == "sphere" else math.pi * radius**2 * length
+
+
+class BuoyancyConfig(Config):
+    """VRX's buoyancy_gazebo_plugin: what an object displaces, and its drag in water."""
+
+    fluid_density: Positive = WATER_DENSITY
+    """Density of the water [kg/m3]."""
+    fluid_level: Number = 0.0
+    """Mean water level [m]."""
+    linear_drag: NonNegative
+    """Drag of each element over the link's mass and linear velocity [1/s], scaled by the share of it under water."""
+    angular_drag: NonNegative
+    """Drag torque of each element over mass, mean extent squared and angular velocity [1/s], scaled likewise."""
+    elements: Annotated[tuple[BuoyancyElement, ...], NotEmpty]
+    """Shapes that displace water; the whole volume of each counts."""

@@ -4,13 +4,11 @@ from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import BeforeValidator, Field, model_validator
-from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import (
-    Config,
+from vrx_mj.config.base import Config, Fault, exclusive, fault
+from vrx_mj.config.bays import LIGHT_COLORS, ColorName, Symbol, three
+from vrx_mj.config.values import (
     Coordinate,
-    Fault,
-    FromFile,
     Latitude,
     Longitude,
     NonNegative,
@@ -20,14 +18,9 @@ from vrx_mj.config.base import (
     Positive,
     Switch,
     Vec3,
-    fault,
-    faults,
     numbers,
 )
-from vrx_mj.config.bays import LIGHT_COLORS, ColorName, Symbol, three
-from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import nearest
 
 
 def _gate(value: object) -> object:
@@ -111,7 +104,7 @@ class AnimalConfig(Config):
     counterclockwise."""
 
 
-class TaskConfig(FromFile):
+class TaskConfig(Config):
     """What all tasks have."""
 
     scores: ClassVar[str]
@@ -152,7 +145,7 @@ class StationkeepingTask(TaskConfig):
     """Whether the yaw counts."""
 
     def _faults(self) -> Iterator[Fault]:
-        return _one_of(self, "goal", "goal_cart")
+        return exclusive(self, "goal", "goal_cart", required=True)
 
     @property
     def geodetic(self) -> tuple[str, ...]:
@@ -171,7 +164,7 @@ class WayfindingTask(TaskConfig):
     """The same as x, y [m] and yaw [rad, from x] in the world frame."""
 
     def _faults(self) -> Iterator[Fault]:
-        return _one_of(self, "waypoints", "waypoints_cart")
+        return exclusive(self, "waypoints", "waypoints_cart", required=True)
 
     @property
     def geodetic(self) -> tuple[str, ...]:
@@ -311,8 +304,6 @@ class AcousticTrackingTask(TaskConfig):
     """Penalty for a collision [m]."""
 
 
-ALIASES = {"station_keeping": "stationkeeping"}
-"""Other names of types."""
 AnyTask = (
     StationkeepingTask
     | WayfindingTask
@@ -326,11 +317,13 @@ AnyTask = (
     | AcousticTrackingTask
 )
 """A task of any type."""
+Task = Annotated[AnyTask, Field(discriminator="type")] | None
+"""A task of any type, read by its type; None for none."""
 TASKS: Mapping[str, type[TaskConfig]] = {
     name: model
     for model in get_args(AnyTask)
     for name in get_args(model.model_fields["type"].annotation)
-    if name not in ALIASES
+    if name != "station_keeping"  # another name of stationkeeping
 }
 """Models of the tasks, by type."""
 SCORES: Mapping[str, str] = {name: model.scores for name, model in TASKS.items()} | {
@@ -338,35 +331,3 @@ SCORES: Mapping[str, str] = {name: model.scores for name, model in TASKS.items()
     "scan_and_dock": "points of the colours and the docking; higher is better",
 }
 """What the score of a task is, by type."""
-
-
-def read_task(value: object, info: ValidationInfo) -> object:
-    """The task of a file's section, by its type."""
-    if value is None or isinstance(value, TaskConfig):
-        return value
-    if not isinstance(value, Mapping):
-        raise fault(f"expected keys and values, got {shown(value)}")
-    if "type" not in value:
-        raise faults((("type",), "required, but missing"))
-    kind = value["type"]
-    model = TASKS.get(ALIASES.get(kind, kind)) if isinstance(kind, str) else None
-    if model is None:
-        close = nearest(kind, TASKS) if isinstance(kind, str) else None
-        hint = f"did you mean '{close}'?" if close else f"known: {', '.join(TASKS)}"
-        raise faults((("type",), f"unknown task type {shown(kind)}; {hint}"))
-    task = model.model_validate(value, context=info.context)
-    task._section = value if isinstance(value, Section) else None
-    return task
-
-
-def _one_of(task: TaskConfig, geodetic: str, cartesian: str) -> Iterator[Fault]:
-    """Demands a place in one of two ways."""
-    given = [key for key in (geodetic, cartesian) if getattr(task, key) is not None]
-    if not given:
-        yield (geodetic,), f"required for a {task.type} task, unless {cartesian} is given"
-    if len(given) > 1:
-        yield (cartesian,), f"give {geodetic} or {cartesian}, not both"
-
-
-Task = Annotated[AnyTask | None, BeforeValidator(read_task)]
-"""A task of any type, read by its type; None for none."""

@@ -147,14 +147,17 @@ class Spot(NamedTuple):
     owner: Section | None
 
 
-def locate(root: Section, loc: Loc) -> Spot:
+def locate(root: Section, loc: Loc, *, tagged: bool = False) -> Spot:
     """Where the value at `loc` is.
 
-    A step that the file does not have is skipped, unless it is the last and a key: that is one missing there.
+    A step that the file does not have is skipped, unless it is the last and a key: that is one missing there. With
+    `tagged` so is the value of a section's `type`, by which pydantic says which member of a union it took.
     """
     node: Any = root
     owner, place, path = None, root.place, list[str | int]()
     for index, step in enumerate(loc):
+        if tagged and isinstance(node, Section) and step == node.get("type"):
+            continue
         last = index == len(loc) - 1
         owner = node if last and isinstance(node, Section) else None
         if isinstance(node, Section) and step in node:

@@ -1,11 +1,12 @@
-"""The wind of a world's file: a mean with a profile over height, gusts, a direction that turns, and what it pushes."""
+"""The wind of a world's file, and what a boat shows to it: areas, and coefficients over its angle."""
 
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.config.base import Config, Fault, NonNegative, Number, Only, Positive, Seed, Vec3
+from vrx_mj.config.base import Config, Fault, Only, exclusive, unsorted_rows
+from vrx_mj.config.values import NonNegative, Number, Positive, Seed, Vec3, numbers
 
 
 class WindObject(Config):
@@ -56,7 +57,71 @@ class WindConfig(Config):
     `[]`: nothing at all."""
 
     def _faults(self) -> Iterator[Fault]:
-        if self.exponent is not None and self.roughness is not None:
-            yield ("roughness",), "a profile has an exponent or a roughness: give one of them"
+        yield from exclusive(self, "exponent", "roughness")
         if self.roughness is not None and self.roughness >= self.height:
             yield ("roughness",), f"a roughness below `height`, {self.height:g} m, is needed, got {self.roughness:g} m"
+
+
+Vessel = Literal[
+    "car_carrier", "cargo_vessel", "cargo_vessel_containers", "container_ship", "destroyer", "diving_support_vessel",
+    "drilling_vessel", "ferry", "fishing_vessel", "lng_tanker", "offshore_supply_vessel", "passenger_liner",
+    "research_vessel", "speed_boat", "tanker_loaded", "tanker_ballast", "tender",
+]  # fmt: skip
+Point = Annotated[tuple[Number, Number, Number, Number], numbers("angle cx cy cn")]
+Three = Annotated[tuple[NonNegative, NonNegative, Number], numbers("cx cy cn")]
+
+
+class IsherwoodConfig(Config):
+    """What Isherwood's formulas for merchant ships (1972) ask besides the areas. The link's origin is amidships."""
+
+    breadth: Positive
+    """Breadth [m]."""
+    perimeter: Positive
+    """Length of the outline of the lateral area, without the waterline, masts and ventilators [m]."""
+    superstructure_area: NonNegative = 0.0
+    """Lateral area of the superstructure [m2]."""
+    masts: Annotated[int, Field(ge=0, le=20)] = 0
+    """Distinct groups of masts seen from the side, without those close against the bridge."""
+
+
+class WindageConfig(Config):
+    """Areas of a boat in the wind of profile `marine`, and one of `coefficients`, `curve`, `isherwood` and `vessel`."""
+
+    frontal_area: Positive
+    """Area above the water, seen from ahead [m2]."""
+    lateral_area: Positive
+    """Area above the water, seen from the side [m2]."""
+    length: Positive
+    """Length overall [m]."""
+    height: NonNegative
+    """Height of the lateral area's centre over the link's origin, which counts as the water's level [m].
+
+    There the wind acts, with its speed at this height."""
+    offset: Number = 0.0
+    """Distance of that centre ahead of the link's origin [m]."""
+    coefficients: Three | None = None
+    """Coefficients cx, cy, cn of -cx cos, cy sin and cn sin 2 of the angle off the bow from which the wind comes."""
+    curve: Annotated[tuple[Point, ...], Field(max_length=361)] = ()
+    """Coefficients over that angle from 0 to 180 [degrees], with straight lines between them, the same on both sides.
+
+    cx is below 0 in wind from ahead; cy above 0 pushes to lee; cn above 0 turns the bow to lee."""
+    isherwood: IsherwoodConfig | None = None
+    """A merchant ship, whose coefficients Isherwood (1972) gives."""
+    vessel: Vessel | None = None
+    """Type of vessel, whose coefficients Blendermann (1994) gives."""
+
+    def _faults(self) -> list[Fault]:
+        found = list(exclusive(self, "coefficients", "curve", "isherwood", "vessel", required=True))
+        angles = [row[0] for row in self.curve]
+        if angles and (len(angles) < 2 or (angles[0], angles[-1]) != (0.0, 180.0)):
+            found.append((("curve",), f"angles from 0 to 180 are needed, got {angles[0]:g} to {angles[-1]:g}"))
+        found += unsorted_rows("curve", angles, "an angle")
+        found += [
+            (("curve", index), f"cy and cn of 0 are needed at {angle:g}, where the sides meet")
+            for index, (angle, _, cy, cn) in enumerate(self.curve)
+            if angle in (0.0, 180.0) and (cy or cn)
+        ]
+        if self.isherwood and self.isherwood.superstructure_area > self.lateral_area:
+            text = f"more than the lateral area, {self.lateral_area:g} m2: got {self.isherwood.superstructure_area:g}"
+            found.append((("isherwood", "superstructure_area"), text))
+        return found

@@ -9,20 +9,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import (
-    Config,
-    Fault,
-    Folder,
-    FromFile,
-    Latitude,
-    Longitude,
-    NonNegative,
-    Number,
-    Pose,
-    Seed,
-    fault,
-    repeated,
-)
+from vrx_mj.config.base import Config, Fault, Folder, FromFile, fault, repeated
 from vrx_mj.config.current import CurrentConfig
 from vrx_mj.config.docks import DockPlacement, Placed
 from vrx_mj.config.loading import Loading, Source, check, file_of, loads, read_source, validated
@@ -35,6 +22,7 @@ from vrx_mj.config.sea import SeaConfig
 from vrx_mj.config.search import find_terrain, is_path
 from vrx_mj.config.tasks import Task
 from vrx_mj.config.tree import Loc, Section
+from vrx_mj.config.values import Latitude, Longitude, NonNegative, Number, Pose, Seed
 from vrx_mj.config.wind import WindConfig
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP

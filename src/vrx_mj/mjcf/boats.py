@@ -9,13 +9,18 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
-from vrx_mj.config.dynamics import ContactConfig, HydrodynamicsConfig, ServoConfig, ThrusterConfig
-from vrx_mj.config.hull import MarineHullConfig
-from vrx_mj.config.propeller import PropellerConfig
+from vrx_mj.config.dynamics import (
+    ContactConfig,
+    HydrodynamicsConfig,
+    MarineHullConfig,
+    PropellerConfig,
+    ServoConfig,
+    ThrusterConfig,
+)
 from vrx_mj.config.robots import RobotConfig, RudderEntry, SailEntry
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.shapes import Shape, Visual
-from vrx_mj.config.windage import WindageConfig
+from vrx_mj.config.wind import WindageConfig
 from vrx_mj.errors import ConfigError
 from vrx_mj.formats.urdf.model import ZERO, Gazebo, Inertial, Joint, Urdf, UrdfThruster
 from vrx_mj.frames import Pose, apply, compose, facing, inverse, rotation

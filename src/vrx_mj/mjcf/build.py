@@ -7,9 +7,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from vrx_mj.config.dynamics import HydrodynamicsConfig
+from vrx_mj.config.dynamics import HydrodynamicsConfig, MarineHullConfig
 from vrx_mj.config.fleet import Order
-from vrx_mj.config.hull import MarineHullConfig
 from vrx_mj.config.profiles import MARINE, NEWER
 from vrx_mj.config.robots import ProfileEntry, RobotConfig, load_robot, robot_section
 from vrx_mj.config.search import display, is_path, package_paths

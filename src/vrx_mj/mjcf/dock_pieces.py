@@ -6,9 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from vrx_mj.config.bays import RGB, Cell, PlacardConfig
-from vrx_mj.config.buoyancy import BuoyancyElement
 from vrx_mj.config.objects import ObjectConfig, load_object
-from vrx_mj.config.shapes import Visual
+from vrx_mj.config.shapes import BuoyancyElement, Visual
 from vrx_mj.config.wind import WindConfig
 from vrx_mj.frames import Pose, apply, compose, inverse, rotation
 from vrx_mj.mjcf.docks import BlockTree, block_tree

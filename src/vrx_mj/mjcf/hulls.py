@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.hull import CrossFlowConfig, MarineHullConfig, SkegConfig
+from vrx_mj.config.dynamics import CrossFlowConfig, MarineHullConfig, SkegConfig
 from vrx_mj.config.hydro import read_hydro
 from vrx_mj.config.solids import solid
 from vrx_mj.errors import VrxError, VrxWarning
@@ -44,7 +44,7 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
 
     hydro = read_hydro(config.hydro, config.folder) if config.hydro else None
     if hydro:
-        added = about_origin(hydro.added_mass_infinite, hydro.point) * density / hydro.density
+        added = about_origin(np.array(hydro.added_mass_infinite), hydro.point) * density / hydro.density
     else:
         added = moved(config.added_mass, water.added_mass)
     check_mass(boat.name, added, body, "hydro" if hydro else "added_mass")

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Literal
 
-from vrx_mj.config.buoyancy import BuoyancyConfig, BuoyancyElement
 from vrx_mj.config.joints import AxisConfig, JointConfig, LinkConfig, link_order
 from vrx_mj.config.objects import ObjectConfig, RopeConfig, load_object, path_points
 from vrx_mj.config.profiles import MARINE, NEWER
 from vrx_mj.config.search import kind_name
+from vrx_mj.config.shapes import BuoyancyConfig, BuoyancyElement
 from vrx_mj.config.wind import WindConfig
 from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.constants import WATER_DENSITY

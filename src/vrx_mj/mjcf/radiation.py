@@ -1,5 +1,7 @@
 """The radiation and diffraction of a file, about the link's origin and in water of a density, as the loop has them."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
@@ -11,7 +13,7 @@ NIL = 1e-9
 """Share of the largest residue [SI] below which all of a motion's at a pole are left out."""
 
 
-def about_origin(matrix: FloatArray, point: FloatArray) -> FloatArray:
+def about_origin(matrix: FloatArray, point: Sequence[float] | FloatArray) -> FloatArray:
     """A (6, 6) matrix of forces over motions of a point [m], as one of those of the origin.
 
     The point moves with v_p = v + w x p, and its force has the torque p x f about the origin: T' M T.
@@ -21,7 +23,7 @@ def about_origin(matrix: FloatArray, point: FloatArray) -> FloatArray:
     return moved
 
 
-def _transform(point: FloatArray) -> FloatArray:
+def _transform(point: Sequence[float] | FloatArray) -> FloatArray:
     """The (6, 6) that takes motions of the origin to those of a point."""
     x, y, z = point
     transform = np.eye(6)
@@ -32,11 +34,12 @@ def _transform(point: FloatArray) -> FloatArray:
 def memory_of(hydro: Hydro, density: float) -> tuple[Memory, ...]:
     """The memory of a hull in water of a density [kg/m3]: for each pole, that of each motion that makes waves."""
     share, rows = density / hydro.density, list[Memory]()
-    least = NIL * float(np.abs(hydro.residues).max(initial=0.0))
-    for (real, imaginary), residue in zip(hydro.poles.tolist(), hydro.residues, strict=True):
+    residues = np.array(hydro.residues)
+    least = NIL * float(np.abs(residues).max(initial=0.0))
+    for pole, residue in zip(hydro.poles, residues, strict=True):
         a, b = (share * about_origin(residue[..., part], hydro.point) for part in (0, 1))
         rows += [
-            Memory(motion=motion, pole=(real, imaginary), residue=six(of_real), residue_imaginary=six(of_imaginary))
+            Memory(motion=motion, pole=pole, residue=six(of_real), residue_imaginary=six(of_imaginary))
             for motion, (of_real, of_imaginary) in enumerate(zip(a.T, b.T, strict=True))
             if max(np.abs(of_real).max(), np.abs(of_imaginary).max()) > least
         ]
@@ -45,10 +48,11 @@ def memory_of(hydro: Hydro, density: float) -> tuple[Memory, ...]:
 
 def diffraction_of(hydro: Hydro, density: float) -> Diffraction | None:
     """The diffraction of a hull in water of a density [kg/m3], at even frequencies from 0 on, where it is none."""
-    n, angles = hydro.diffraction.shape[:2]
-    if not angles:
+    if not hydro.diffraction:
         return None
-    at_origin = np.einsum("ji,nmjc->nmci", _transform(hydro.point), hydro.diffraction).reshape(n, -1)
+    diffraction = np.array(hydro.diffraction)
+    n, angles = diffraction.shape[:2]
+    at_origin = np.einsum("ji,nmjc->nmci", _transform(hydro.point), diffraction).reshape(n, -1)
     frequencies = np.concatenate(([0.0], hydro.frequencies))
     forces = np.concatenate((np.zeros((1, at_origin.shape[1])), at_origin)) * density / hydro.density
     step = float(frequencies[-1]) / n

@@ -18,10 +18,9 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.dynamics import ContactConfig
+from vrx_mj.config.dynamics import ContactConfig, PropellerConfig
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.profiles import CLASSIC, MARINE
-from vrx_mj.config.propeller import PropellerConfig
 from vrx_mj.config.robots import SailEntry
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.config.wind import WindConfig

@@ -8,7 +8,7 @@ heave, roll and pitch (VRX's riser and pivot joints); switching the weld off rel
 import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal
 
 from vrx_mj.config import tasks
@@ -53,8 +53,7 @@ class Site:
 
     def fault(self, loc: Loc, message: str) -> None:
         """Keep what is wrong with the task at `loc`."""
-        problem = problem_at(self.task.section, loc, message)
-        self._found.append(replace(problem, key=f"task.{problem.key}" if problem.key else "task"))
+        self._found.append(problem_at(self.config.section, ("task", *loc), message))
 
     def check(self) -> None:
         """Raise all that is wrong.

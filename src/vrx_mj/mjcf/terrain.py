@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.base import MAX_COORDINATE
 from vrx_mj.config.search import ReadingError, find_terrain, read_limited
+from vrx_mj.config.values import MAX_COORDINATE
 from vrx_mj.errors import ConfigError, Problem, shortened
 from vrx_mj.mjcf.pieces import Piece, hull_file
 from vrx_mj.model.site import Ring

@@ -8,8 +8,7 @@ from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.profiles import CLASSIC, MARINE, NEWER
 from vrx_mj.config.robots import SailEntry
 from vrx_mj.config.search import catalogue
-from vrx_mj.config.wind import WindConfig
-from vrx_mj.config.windage import WindageConfig
+from vrx_mj.config.wind import WindageConfig, WindConfig
 from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.errors import VrxWarning
 from vrx_mj.mjcf.boats import Boat

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.config.hull import MOST_SKEGS, MOST_STRIPS
+from vrx_mj.config.dynamics import MOST_SKEGS, MOST_STRIPS
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.model.kinds import (
     LEFT_OUT,

@@ -79,7 +79,7 @@ def test_links_come_after_those_they_hang_on():
         (
             [joint("p", "a", "b"), joint("q", "b", "c"), joint("r", "c", "a")],
             ["a", "b", "c"],
-            ["joints: the links hang on each other in a circle: a > c > b > a"],
+            ["joints: the links hang on each other in a circle: b > a > c > b"],
         ),
         (
             [joint("p"), joint("q", "b", "arm"), joint("r", "link", "b")],

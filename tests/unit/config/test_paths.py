@@ -48,10 +48,10 @@ def test_a_path_may_start_in_its_middle():
 @pytest.mark.parametrize(
     ("path", "text"),
     [
-        ({}, "<world>: objects[0].path.waypoints: a path needs `waypoints`, a `circle` or a `line`"),
+        ({}, "<world>: objects[0].path.waypoints: required, unless circle or line is given"),
         (
             {"circle": {"radius": 1}, "line": {"length": 2}},
-            "<world>: objects[0].path.line: give one shape of a path; this one already has circle",
+            "<world>: objects[0].path.line: give waypoints, circle or line, not circle and line",
         ),
         (
             {"line": {"length": 2}, "start": 2},

@@ -47,15 +47,15 @@ def test_a_spectrum_of_a_file_has_its_height_and_peak(tmp_path):
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ({"model": "jonswap"}, "sea.model: jonswap needs `significant_height` [m] or `sea_state`"),
-        ({"model": "pm"}, "sea.model: pm needs `significant_height` [m] or `sea_state`"),
+        ({"model": "jonswap"}, "sea.significant_height: required, unless sea_state is given"),
+        ({"model": "pm"}, "sea.significant_height: required, unless sea_state is given"),
         (
             {"model": "tma", "significant_height": 0.3},
-            "sea.model: tma is for shallow water and needs `depth` [m]; in deep water it is jonswap",
+            "sea.depth: required for `model: tma`, shallow water; in deep water it is jonswap",
         ),
         (
             {"model": "pm", "significant_height": 1.0, "sea_state": 2},
-            "sea.sea_state: sea_state is a height too: give it or significant_height",
+            "sea.sea_state: give significant_height or sea_state, not both",
         ),
         (
             {"model": "jonswap", "significant_height": 3.0, "peak_period": 3.0},
@@ -71,8 +71,8 @@ def test_a_spectrum_of_a_file_has_its_height_and_peak(tmp_path):
                 "peak_period or more depth"
             ),
         ),
-        ({"model": "file"}, "sea.model: file needs the key `file`, the path of a spectrum"),
-        ({"model": "regular"}, "sea.model: regular needs `height`, crest over trough [m]"),
+        ({"model": "file"}, "sea.file: required for `model: file`"),
+        ({"model": "regular"}, "sea.height: required for `model: regular`"),
         (
             {"model": "stokes5", "height": 3.0, "period": 3.0},
             "sea.height: a wave of 3 s breaks at 2 m, got 3 m; give less height, or a longer period",

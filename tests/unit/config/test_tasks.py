@@ -73,7 +73,7 @@ def test_a_task_of_the_same_type_is_merged_and_one_of_another_type_replaces_it(h
 
 def test_the_task_knows_where_it_stands(here):
     (here / "mine.yaml").write_text("name: mine\ntask:\n  type: wildlife\n  time_bonus: 1\n", encoding="utf-8")
-    section = load_world("mine").task.section
+    section = load_world("mine").section["task"]
     assert (section.entries["time_bonus"].value.line, section.entries["time_bonus"].value.column) == (4, 15)
 
 

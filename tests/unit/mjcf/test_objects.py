@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from integration.sailing import object_kinds
-from vrx_mj.config.buoyancy import BuoyancyElement
 from vrx_mj.config.objects import ObjectConfig, Placement, load_object
 from vrx_mj.config.search import catalogue
+from vrx_mj.config.shapes import BuoyancyElement
 from vrx_mj.frames import compose, rotation
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.objects import object_piece

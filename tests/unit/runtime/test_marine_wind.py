@@ -83,7 +83,7 @@ def test_the_gusts_of_a_spectrum_follow_from_speed_and_height():
         ({"wind": {"turning": 1}}, "wind.turning: turning needs `physics: {profile: marine}`, got vrx"),
         (
             {"physics": {"profile": "marine"}, "wind": {"exponent": 0.1, "roughness": 0.001}},
-            "wind.roughness: a profile has an exponent or a roughness: give one of them",
+            "wind.roughness: give exponent or roughness, not both",
         ),
         (
             {"physics": {"profile": "marine"}, "wind": {"roughness": 12}},

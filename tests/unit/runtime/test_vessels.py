@@ -267,7 +267,7 @@ class TestMatrix:
     ("hull", "message"),
     [
         ("{restoring: [0, 0, 1, 1, 1, 0]}", "hull.restoring: not allowed for `hydrostatics: mesh`; allowed for matrix"),
-        ("{hydrostatics: matrix}", "hull.hydrostatics: matrix needs `restoring`, the stiffness at rest"),
+        ("{hydrostatics: matrix}", "hull.restoring: required for `hydrostatics: matrix`"),
         (
             "{added_mass: [1, 2, 3]}",
             "hull.added_mass: expected six rows of six numbers, or the six of the diagonal, got 3",

@@ -81,7 +81,7 @@ def test_other_profiles_and_worlds_with_coefficients_have_no_windage(tmp_path):
 @pytest.mark.parametrize(
     ("windage", "message"),
     [
-        (f"{{{AREAS}}}", "windage: one of coefficients, curve, isherwood, vessel is needed, got none"),
+        (f"{{{AREAS}}}", "windage.coefficients: required, unless curve, isherwood or vessel is given"),
         (
             f"{{{AREAS}, isherwood: {{breadth: 1, perimeter: 0, superstructure_area: -1, masts: 1.5}}}}",
             "windage.isherwood.perimeter: must be above 0, got 0",

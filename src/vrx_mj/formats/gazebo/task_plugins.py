@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from vrx_mj.config.base import COLORS
+from vrx_mj.config.values import COLORS
 from vrx_mj.formats.gazebo.document import Element
 from vrx_mj.formats.series.pieces import At
 

@@ -15,10 +15,11 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field
 
-from vrx_mj.config.base import Config, Name, Positive, Vec3, numbers
+from vrx_mj.config.base import Config
 from vrx_mj.config.loading import Loading, validated
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import File
+from vrx_mj.config.values import Name, Positive, Vec3, numbers
 from vrx_mj.config.wording import ALLOWED, is_ros_name, shown
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import UnknownNameError

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from vrx_mj.config.base import MAX_COORDINATE, switched
 from vrx_mj.config.kinds import MARKS, other_kind, wrong_kind
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import File, Items, Loc, Place, Section, key_path
+from vrx_mj.config.values import MAX_COORDINATE, switched
 from vrx_mj.config.wording import shown, unknown_key
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning, shortened

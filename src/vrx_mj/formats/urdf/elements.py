@@ -235,7 +235,7 @@ class Node:
             return model.model_validate(values)
         except ValidationError as error:
             plain = {key: value for key, value in values.items() if key != "folder"}
-            for problem in problems_of(error, model, of_python(plain, File(self.findings.file, None))):
+            for problem in problems_of(error, of_python(plain, File(self.findings.file, None))):
                 self.fault(problem.message, problem.key)
         return None
 

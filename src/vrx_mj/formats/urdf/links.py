@@ -9,8 +9,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from vrx_mj.config.base import COLORS
 from vrx_mj.config.shapes import Shape, Visual
+from vrx_mj.config.values import COLORS
 from vrx_mj.config.wording import choice
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.urdf.elements import LARGEST, Findings, Node

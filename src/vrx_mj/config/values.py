@@ -1,0 +1,164 @@
+"""Values that keys of files may have: numbers within bounds, lists of them, colours, names and switches."""
+
+import re
+from collections.abc import Callable, Sequence
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field
+
+from vrx_mj.config.base import fault
+from vrx_mj.config.wording import shown
+from vrx_mj.errors import UnknownNameError
+
+MAX_NUMBER = 1e9
+"""Largest number that a file may give, in any unit: what is larger has no physics."""
+MIN_POSITIVE = 1e-12
+"""Smallest number that a file may give where one above 0 is needed."""
+MAX_COORDINATE = 1e6
+"""Farthest coordinate [m] that a file may give."""
+
+COLORS = {
+    "white": (1.0, 1.0, 1.0),
+    "black": (0.0, 0.0, 0.0),
+    "red": (1.0, 0.0, 0.0),
+    "green": (0.0, 1.0, 0.0),
+    "blue": (0.0, 0.0, 1.0),
+    "yellow": (1.0, 1.0, 0.0),
+    "orange": (1.0, 0.5, 0.0),
+    "purple": (0.5, 0.0, 0.5),
+    "magenta": (1.0, 0.0, 1.0),
+    "cyan": (0.0, 1.0, 1.0),
+    "turquoise": (0.0, 1.0, 1.0),
+    "pink": (1.0, 0.6, 0.7),
+    "brown": (0.45, 0.28, 0.12),
+    "grey": (0.5, 0.5, 0.5),
+    "gray": (0.5, 0.5, 0.5),
+    "dark_grey": (0.175, 0.175, 0.175),
+    "light_grey": (0.75, 0.75, 0.75),
+}
+"""Colours by name, each [r, g, b] in 0..1. The pure ones are those of Gazebo's stock materials."""
+
+_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}", re.ASCII)
+_SWITCHES = {"yes": True, "on": True, "no": False, "off": False}
+
+
+def numbers(labels: str, more: str = "") -> BeforeValidator:
+    """Demands one number for each of the space-separated `labels`; those of `more` may be left out, and are 0."""
+    few = labels.split()
+    names = few + more.split()
+    form = " or ".join(f"{len(some)} numbers [{', '.join(some)}]" for some in (few, names)[: 1 + bool(more)])
+
+    def check(value: object) -> object:
+        if isinstance(value, str) or not isinstance(value, Sequence):
+            raise fault(f"expected {form}, got {shown(value)}{_in_brackets(value, len(few), len(names))}")
+        if len(value) not in {len(few), len(names)}:
+            raise fault(f"expected {form}, got {len(value)}")
+        return value if len(value) == len(names) else (*value, *[0.0] * (len(names) - len(few)))
+
+    return BeforeValidator(check)
+
+
+def _in_brackets(value: object, *counts: int) -> str:
+    """Advice for so many numbers side by side without brackets, as in Gazebo's files; empty for anything else."""
+    parts = re.split(r"[\s,]+", value.strip()) if isinstance(value, str) else []
+    if len(parts) not in counts or not all(
+        re.fullmatch(r"[-+]?\d*\.?\d+(e[-+]?\d+)?", part, re.ASCII) for part in parts
+    ):
+        return ""
+    return f"; write [{', '.join(f'{float(part):g}' for part in parts)}]"
+
+
+def by_type(expected: str, words: Sequence[str] = (), **members: type | tuple[type, ...]) -> Discriminator:
+    """Chooses the member of a union: `word` for one of the words, others by type; `expected` names them all."""
+
+    def tag(value: object) -> str | None:
+        if isinstance(value, str):
+            return "word" if value in words else None
+        return next((tag for tag, types in members.items() if isinstance(value, types)), None)
+
+    return Discriminator(tag, "union_of_types", f"expected {expected}")
+
+
+def demand(holds: Callable[[Any], object], message: str) -> AfterValidator:
+    """Demands that a value passes a test; `{}` in the message is the value as its file would write it."""
+
+    def check(value: object) -> object:
+        if not holds(value):
+            raise fault(message.format(shown(value)))
+        return value
+
+    return AfterValidator(check)
+
+
+Six = tuple[float, float, float, float, float, float]
+
+
+def _possible(value: Six) -> Six:
+    """No principal moment is negative, and none exceeds the sum of the others, in any body that exists."""
+    xx, yy, zz, xy, xz, yz = value
+    low, middle, high = sorted(value[:3])
+    if xy or xz or yz:
+        import numpy as np
+
+        low, middle, high = map(float, np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+    if low <= 0.0:
+        raise fault(f"impossible moments of inertia: about a principal axis it is {low:g}")
+    if high > (low + middle) * (1 + 1e-9):
+        raise fault(f"impossible moments of inertia: {high:g} is more than the sum of the other two")
+    return value
+
+
+def _rgba(value: object) -> object:
+    if isinstance(value, str) and not _in_brackets(value, 3, 4):
+        if value not in COLORS:
+            raise fault(str(UnknownNameError("colour", value, COLORS)))
+        return (*COLORS[value], 1.0)
+    if isinstance(value, str) or not isinstance(value, Sequence) or len(value) not in {3, 4}:
+        raise fault(
+            f"expected a colour's name, [r, g, b] or [r, g, b, a], got {shown(value)}{_in_brackets(value, 3, 4)}"
+        )
+    return (*value, 1.0) if len(value) == 3 else tuple(value)
+
+
+def switched(value: object) -> object:
+    """Yes, no, on and off as true and false; anything else as it is."""
+    return _SWITCHES.get(value.lower(), value) if isinstance(value, str) else value
+
+
+NotEmpty = demand(bool, "must not be empty")
+"""Demands at least one entry in a list."""
+
+Number = Annotated[float, Field(ge=-MAX_NUMBER, le=MAX_NUMBER)]
+Positive = Annotated[
+    float,
+    Field(gt=0, le=MAX_NUMBER),
+    demand(lambda value: value >= MIN_POSITIVE, f"must be at least {MIN_POSITIVE:g}, got {{}}"),
+]
+NonNegative = Annotated[float, Field(ge=0, le=MAX_NUMBER)]
+Seed = Annotated[int, Field(ge=0, lt=2**63)]
+Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
+Latitude = Annotated[float, Field(ge=-90, le=90)]
+Longitude = Annotated[float, Field(ge=-180, le=180)]
+Share = Annotated[float, Field(ge=0, le=1)]
+
+Vec3 = Annotated[tuple[Coordinate, Coordinate, Coordinate], numbers("x y z")]
+Inertia = Annotated[
+    tuple[Positive, Positive, Positive, Number, Number, Number],
+    numbers("ixx iyy izz", "ixy ixz iyz"),
+    AfterValidator(_possible),
+]
+"""Moments of inertia of a body about its centre of mass [kg m2]."""
+
+Pose = Annotated[tuple[Coordinate, Coordinate, Coordinate, Number, Number, Number], numbers("x y z roll pitch yaw")]
+"""x, y, z [m], roll, pitch, yaw [rad]; R = Rz(yaw) Ry(pitch) Rx(roll), body to world."""
+
+Color = Annotated[tuple[Share, Share, Share, Share], BeforeValidator(_rgba)]
+"""Red, green, blue, alpha in 0..1. A file gives a name, [r, g, b] or [r, g, b, a]."""
+
+Name = Annotated[
+    str, demand(_NAME.fullmatch, "expected a name of up to 64 letters A-Z, digits, '_', '-' or '.', got {}")
+]
+"""A name that MJCF, recordings and files can all carry."""
+
+Switch = Annotated[bool, BeforeValidator(switched)]
+"""True or false; a file may also say yes, no, on or off."""
