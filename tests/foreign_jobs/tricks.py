@@ -54,6 +54,13 @@ def warned() -> int:
     return 7
 
 
+def named(name: str) -> str:
+    if name == "none":
+        raise UnknownNameError("thruster", name, ["left", "right"])
+    warnings.warn(VrxWarning(f"a hull of {name[:9]}"), stacklevel=2)
+    return name
+
+
 def unknowns() -> int:
     """How many names are unknown."""
     return 0

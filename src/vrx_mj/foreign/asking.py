@@ -9,7 +9,7 @@ import os
 import sys
 import warnings
 from collections import OrderedDict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
@@ -18,31 +18,32 @@ from typing import Any, TypeVar
 from vrx_mj.cache_folder import chosen_folder
 from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning
 from vrx_mj.foreign.cache import is_valid, keep, kept
-from vrx_mj.foreign.plain import checked, unpacked
-from vrx_mj.foreign.reader import READER, ReaderError
+from vrx_mj.foreign.plain import checked, packed, unpacked
+from vrx_mj.foreign.reader import NOTES, READER, TEXT, TIME, ReaderError
 
 PACKAGE = "vrx_mj"
 MEMORY, SECONDS, ANSWER = 512 << 20, 10, 128 << 20
 """What a job may take unless its caller says otherwise: memory [bytes], processor time [s], bytes of the answer."""
-TOGETHER, TEXT = 120, 1 << 30
-"""What all jobs of a command may take: processor time [s], and bytes of what they are told and answer."""
+TOGETHER = {TIME: 120, TEXT: 1 << 10, NOTES: 100_000}
+"""What all files of a command may come to: what reading takes, what readers are told and answer, and what is said of
+parts of files, in warnings or in the table of an import."""
 REMEMBERED = 64 << 20
 """Bytes of answers that this process keeps."""
 PACKAGES = ("numpy", "pycollada", "pyyaml", "rerun_sdk", "scipy", "trimesh", "xacro", "yourdfpy")
 """Whose versions an answer depends on."""
 T = TypeVar("T")
 _answers: OrderedDict[str, bytes] = OrderedDict()
-_begun: ContextVar[tuple[float, int] | None] = ContextVar("begun", default=None)
-"""Processor time and bytes of all jobs before the command."""
+_begun: ContextVar[Mapping[str, float] | None] = ContextVar("begun", default=None)
+"""What all files before the command came to."""
 
 
 @contextlib.contextmanager
 def budget() -> Iterator[None]:
-    """Around a command: its jobs together have limits of time and bytes. One inside another has its budget."""
+    """Around a command: its files together have limits. One inside another has its budget."""
     if _begun.get() is not None:
         yield
         return
-    token = _begun.set((READER.spent, READER.handled))
+    token = _begun.set(dict(READER.spent))
     try:
         yield
     finally:
@@ -71,26 +72,54 @@ def ask(
         ReaderError: it took too much, or ended.
         VrxError: what it raises, of the same class if that is loaded here.
     """
-    module, _, function = job.partition(":")
-    limits = {"memory": memory, "seconds": seconds, "answer": answer, "threads": int(threads)}
-    request: dict[str, Any] = {
-        "module": f"{PACKAGE}.{module}", "function": function, "arguments": _plain(arguments),
-        "reads": sorted({str(Path(each).absolute()) for each in reads}), "folder": str(Path.cwd()), "limits": limits,
-    }  # fmt: skip
+    request = _request(job, arguments, reads)
+    request["limits"] = {"memory": memory, "seconds": seconds, "answer": answer, "threads": int(threads)}
     key = _key(request) if cached else ""
-    _check_budget(about)
+    spend(about, notes=0)
     found = _given_before(key) if cached else None
     if found is None:
-        found = _new(request, key, about)
+        block, found = _new(request, about)
+        if key and found["files"] is not None:
+            _keep(key, block)
     return _outcome(found, returns, about)
 
 
-def _check_budget(about: str) -> None:
-    seconds, size = _begun.get() or (READER.spent, READER.handled)
-    if READER.spent - seconds > TOGETHER:
-        raise ReaderError(about, f"files before it have taken more than {TOGETHER} s of processor time")
-    if READER.handled - size > TEXT:
-        raise ReaderError(about, f"files before it have come to more than {TEXT >> 20} MiB")
+def ask_ahead(job: str, calls: Iterable[Sequence[object]], about: str) -> None:
+    """Have some calls of a function that reads no file answered by one question: `ask` has their answers then.
+
+    If they take too much together there are none, and each is asked for by itself.
+    """
+    waiting = {_key(request): request for request in (_request(job, arguments) for arguments in calls)}
+    waiting = {key: request for key, request in waiting.items() if _given_before(key) is None}
+    if len(waiting) > 1:
+        spend(about, notes=0)
+        together = {**_request(job, ()), "each": [request["arguments"] for request in waiting.values()]}
+        with contextlib.suppress(ReaderError):
+            _, found = _new(together, about)
+            for key, answer in zip(waiting, found["value"], strict=True):
+                _keep(key, packed({**answer, "files": {}}))
+
+
+def spend(about: str, notes: int = 1) -> None:
+    """Count notes on a file.
+
+    Raises:
+        ReaderError: all files of the command come to too much, in notes or in what reading them takes.
+    """
+    READER.spent[NOTES] += notes
+    before = _begun.get() or READER.spent
+    for name, most in TOGETHER.items():
+        if READER.spent[name] - before[name] > most:
+            raise ReaderError(about, f"the files of this command come to more than {most:,} {name}")
+
+
+def _request(job: str, arguments: Sequence[object], reads: Iterable[Path | str] = ()) -> dict[str, Any]:
+    module, _, function = job.partition(":")
+    return {
+        "module": f"{PACKAGE}.{module}", "function": function, "arguments": _plain(arguments),
+        "reads": sorted({str(Path(each).absolute()) for each in reads}), "folder": str(Path.cwd()),
+        "limits": {"memory": MEMORY, "seconds": SECONDS, "answer": ANSWER, "threads": 0},
+    }  # fmt: skip
 
 
 def _plain(value: Any) -> Any:
@@ -144,20 +173,26 @@ def _given_before(key: str) -> dict[str, Any] | None:
     found: dict[str, Any] = unpacked(block)
     if not is_valid(found["files"]):
         return None
+    READER.spent[TEXT] += len(block) / (1 << 20)
     _remember(key, block)
     return found
 
 
+def _keep(key: str, block: bytes) -> None:
+    _remember(key, block)
+    if folder := _folder():
+        keep(folder, key, block)
+
+
 def _remember(key: str, block: bytes) -> None:
-    READER.handled += len(block)
     _answers[key] = block
     _answers.move_to_end(key)
     while len(_answers) > 1 and sum(map(len, _answers.values())) > REMEMBERED:
         _answers.popitem(last=False)
 
 
-def _new(request: dict[str, Any], key: str, about: str) -> dict[str, Any]:
-    """The answer of the process, which is kept if it is one of a key."""
+def _new(request: dict[str, Any], about: str) -> tuple[bytes, dict[str, Any]]:
+    """The answer of the process, packed and unpacked."""
     block = READER.answer(request, about)
     try:
         found: dict[str, Any] = unpacked(block)
@@ -165,15 +200,12 @@ def _new(request: dict[str, Any], key: str, about: str) -> dict[str, Any]:
         raise ReaderError(about, f"the answer of its reader is {error}") from None
     if "fault" in found:
         raise ReaderError(about, str(found["fault"]))
-    if key and found["files"] is not None:
-        _remember(key, block)
-        if folder := _folder():
-            keep(folder, key, block)
-    return found
+    return block, found
 
 
 def _outcome(found: dict[str, Any], returns: type[T], about: str) -> T:
     """What was returned, after the warnings; or what was raised."""
+    spend(about, notes=len(found["warnings"]))
     try:
         for text in found["warnings"]:
             warnings.warn(VrxWarning(text), stacklevel=3)

@@ -21,6 +21,8 @@ from vrx_mj.foreign import child
 from vrx_mj.foreign.child import LENGTH, STATUS, block_from
 
 FORKS = hasattr(os, "fork") and sys.platform != "darwin"  # whose own libraries do not bear it
+TIME, TEXT, NOTES = "s of processor time", "MiB of text", "notes"
+"""What reading files comes to."""
 TICK = 0.05
 """Wall time between two looks at the memory of the process [s]."""
 CLOCK_PER_PROCESSOR_TIME = 12
@@ -55,10 +57,8 @@ class Reader:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
-        self.spent = 0.0
-        """Processor time of all jobs so far [s]; those that were ended count with what they might take."""
-        self.handled = 0
-        """Bytes of all jobs so far, and of answers, those that were given before too."""
+        self.spent = {TIME: 0.0, TEXT: 0.0, NOTES: 0.0}
+        """What all jobs so far came to; those that were ended count with the time that they might take."""
 
     def answer(self, job: Mapping[str, Any], about: str) -> bytes:
         """The answer to a job.
@@ -69,11 +69,11 @@ class Reader:
         with self._lock:
             try:
                 block = json.dumps(job).encode()
-                self.handled += len(block)
                 process = self._with_job(LENGTH.pack(len(block)) + block)
                 with self._watched(process, job["limits"]) as reasons:
                     pieces, status, seconds = received(process, job["limits"]["answer"], reasons)
-                self.spent += job["limits"]["seconds"] if status is None else seconds
+                self.spent[TIME] += job["limits"]["seconds"] if status is None else seconds
+                self.spent[TEXT] += (len(block) + sum(map(len, pieces))) / (1 << 20)
             except BaseException:
                 self.end()
                 raise

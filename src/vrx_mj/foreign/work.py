@@ -23,7 +23,10 @@ def answer(job: dict[str, Any], libraries: list[str]) -> bytes:
         lock_files([*job["reads"], *libraries, *SYSTEM])  # of threads too, which imports may start
         function = getattr(import_module(job["module"]), job["function"])
         notes = confine(job["reads"], libraries, job["limits"])
-        found = outcome(function, job["arguments"])
+        if "each" in job:
+            found: dict[str, Any] = {"value": [outcome(function, each) for each in job["each"]], "warnings": []}
+        else:
+            found = outcome(function, job["arguments"])
         with notes.silent():
             found["files"] = states(notes.paths) if notes.unchanged() else None
         return packed(found)

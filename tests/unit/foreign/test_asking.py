@@ -14,7 +14,7 @@ import pytest
 
 from foreign_jobs.tricks import Row
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning
-from vrx_mj.foreign import ReaderError, ask, asking, budget, cache, reader
+from vrx_mj.foreign import ReaderError, ask, ask_ahead, asking, budget, cache, reader, spend
 
 LINUX = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the limits are those of Linux")
 LOCKS = "from vrx_mj.foreign.confinement import lock_files; raise SystemExit(not lock_files(['/']))"
@@ -180,23 +180,49 @@ def test_limits_of_the_system_hold_for_native_code_too():
     assert told("shares", "RLIMIT_NOFILE") == "(64, 64)"
 
 
+def limited(monkeypatch, unit, most):
+    monkeypatch.setitem(asking.TOGETHER, unit, most)
+    return f"the files of this command come to more than {most} {unit}"
+
+
 def test_all_jobs_of_a_command_have_one_budget(monkeypatch):
-    monkeypatch.setattr(asking, "TOGETHER", 0)
+    message = limited(monkeypatch, reader.TIME, 10)
     with budget():
         with budget():
             assert told("unknowns", returns=int) == 0
-        reader.READER.spent += 1.0
-        assert reason("unknowns", returns=int) == "files before it have taken more than 0 s of processor time"
+        reader.READER.spent[reader.TIME] += 11.0
+        assert reason("unknowns", returns=int) == message
     assert told("unknowns", returns=int) == 0
     with budget():
         assert told("unknowns", returns=int) == 0
 
 
+@pytest.mark.parametrize("cached", [True, False])
+def test_text_of_all_jobs_of_a_command_is_limited_asked_anew_or_not(cached, monkeypatch):
+    message = limited(monkeypatch, reader.TEXT, 3)
+    values = ["x" * (1 << 19), [], {}]  # half a MiB there and back
+    with budget():
+        for _ in range(4 if cached else 2):
+            told("echoed", *values, returns=Row, cached=cached)
+        assert reason("echoed", *values, returns=Row, cached=cached) == message
+    told("echoed", *values, returns=Row, cached=cached)
+
+
+def test_notes_of_a_command_are_limited_warnings_among_them(monkeypatch):
+    message = limited(monkeypatch, reader.NOTES, 3)
+    with budget():
+        spend("mesh a.stl", notes=2)
+        with pytest.warns(VrxWarning, match="a hull"):
+            told("warned", returns=int)
+        assert reason("warned", returns=int) == message
+    spend("mesh a.stl")
+
+
 def test_what_is_ended_counts_with_all_that_it_might_take(monkeypatch):
     monkeypatch.setattr(reader, "CLOCK_PER_PROCESSOR_TIME", 0.02)
-    before = reader.READER.spent
+    before = reader.READER.spent[reader.TIME]
     assert reason("asleep", seconds=7)
-    assert reader.READER.spent >= before + 7
+    assert reader.READER.spent[reader.TIME] >= before + 7
 
 
 # The process
@@ -343,6 +369,29 @@ def test_warnings_and_errors_come_again(runs):
         with pytest.raises(UnknownNameError):
             told("unknown", cached=True)
     assert len(runs) == 2
+
+
+@pytest.mark.parametrize("remembered", [True, False])
+def test_several_calls_are_one_question(runs, remembered):
+    ask_ahead("tricks:named", [["a"], ["b"], ["none"]], "some files")
+    if not remembered:
+        asking._answers.clear()
+    for name in "ab":
+        with pytest.warns(VrxWarning, match=f"a hull of {name}"):
+            assert told("named", name, cached=True) == name
+    with pytest.raises(UnknownNameError, match="no thruster named 'none'"):
+        told("named", "none", cached=True)
+    ask_ahead("tricks:named", [["a"], ["b"]], "some files")
+    assert len(runs) == 1
+
+
+def test_of_calls_that_take_too_much_together_each_is_a_question(runs, monkeypatch):
+    monkeypatch.setattr(asking, "ANSWER", 1 << 20)
+    texts = [letter * 700_000 for letter in "ab"]
+    ask_ahead("tricks:named", [[text] for text in texts], "some files")
+    with pytest.warns(VrxWarning):
+        assert [told("named", text, cached=True) for text in texts] == texts
+    assert len(runs) == 3
 
 
 def test_what_took_too_much_is_tried_again(runs):

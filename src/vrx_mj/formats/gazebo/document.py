@@ -1,7 +1,8 @@
 """An XML file of Gazebo or ROS as elements that know their places; xacro in it is expanded."""
 
+import contextlib
 import os.path
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,7 +13,7 @@ from vrx_mj.config.search import display, package_paths
 from vrx_mj.config.tree import File, Place
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem
-from vrx_mj.foreign import ReaderError, ask
+from vrx_mj.foreign import ReaderError, ask, ask_ahead, spend
 from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.formats.urdf.expand import expand, expanded_lines
 from vrx_mj.formats.urdf.xml_document import Table, read_bytes, read_text
@@ -20,6 +21,8 @@ from vrx_mj.formats.urdf.xml_document import Table, read_bytes, read_text
 LIBRARIES = frozenset({"robotx_gazebo", "vmrc_gazebo", "vorc_gazebo", "vrx_2019", "vrx_gazebo", "wave_gazebo"})
 """Packages of VRX, whose files may be missing: macros of ours stand for theirs."""
 
+TABLE = "formats.urdf.xml_document:table"
+"""What parses a text."""
 Fate = Literal["taken over", "approximated", "ignored", "not read"]
 """What became of a part of a file."""
 STRICT = ContextVar("STRICT", default=False)
@@ -28,7 +31,7 @@ STRICT = ContextVar("STRICT", default=False)
 
 @dataclass(frozen=True)
 class Note:
-    """What became of one part of a file."""
+    """What became of one part of a file. Those of a command are counted: after too many it raises ReaderError."""
 
     place: Place
     what: str
@@ -36,6 +39,9 @@ class Note:
     fate: Fate
     ours: str
     """What it is here, or why it is nothing."""
+
+    def __post_init__(self) -> None:
+        spend(self.place.file.name)
 
 
 @dataclass
@@ -193,10 +199,19 @@ def expanded_calls(lines: Sequence[tuple[str, Place]]) -> Element:
     return _element(expanded_lines(lines), lambda _, line, __: lines[line - 1][1])
 
 
+def parse_ahead(files: Iterable[Path]) -> None:
+    """Have files parsed by one question; what is wrong with one is said where it is read."""
+    calls = []
+    for file in files:
+        with contextlib.suppress(ConfigError):
+            calls.append((read_text(file), display(file)))
+    ask_ahead(TABLE, calls, "the models of a world")
+
+
 def parsed(text: str, file: File) -> Element:
     """The root element of a text in a file. Raises ConfigError."""
     try:
-        table = ask("formats.urdf.xml_document:table", text, file.name, returns=Table, about=file.name)
+        table = ask(TABLE, text, file.name, returns=Table, about=file.name)
     except ReaderError as error:
         raise ConfigError([Problem(file.name, None, None, "", error.reason)]) from None
     whole = File(file.name, file.folder or Path(), tuple(text.split("\n")))

@@ -1,5 +1,6 @@
 """Where the models of Gazebo (SDF) are: their folders, their files, and the models in those."""
 
+import contextlib
 import os
 import re
 from dataclasses import replace
@@ -20,7 +21,7 @@ from vrx_mj.config.search import (
 )
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
-from vrx_mj.formats.gazebo.document import Element, is_file, read_document
+from vrx_mj.formats.gazebo.document import Element, is_file, parse_ahead, read_document
 
 ROBOT = "robot.yaml"
 """What a folder that is a robot has."""
@@ -144,6 +145,21 @@ def hold_models(file: Path, root: Element) -> None:
     status = file.stat()
     version = root.attributes.get("version", "")
     _held[file.absolute()] = (status.st_mtime_ns, status.st_size, dict(reversed(found)), version)
+
+
+def read_ahead(root: Element, near: Path) -> None:
+    """Have the models that a file includes parsed by two questions, not two for each."""
+    names = dict.fromkeys(one.text("uri").rstrip("/").rpartition("/")[2] for one in root.walk() if one.tag == "include")
+    for find in (_config, model_file):
+        files = []
+        for name in names:
+            with contextlib.suppress(VrxError):
+                files.append(find(f"{SCHEME}{name}", near))
+        parse_ahead(file for file in files if is_file(file))
+
+
+def _config(uri: str, near: Path) -> Path:
+    return (model_folder(uri.removeprefix(SCHEME), near) or near) / "model.config"
 
 
 def included_name(include: Element) -> str:

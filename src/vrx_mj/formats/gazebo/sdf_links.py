@@ -1,13 +1,13 @@
 """Links of an SDF with their masses and shapes, in the form that those of a URDF have."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.formats.gazebo.sdf_frames import Scope
 from vrx_mj.formats.gazebo.sdf_models import Model
-from vrx_mj.formats.urdf.elements import Node
+from vrx_mj.formats.urdf.elements import FIELDS, Node
 from vrx_mj.formats.urdf.link_meshes import solid_mesh
 from vrx_mj.formats.urdf.links import check_inertia, gazebo_color, shape_name, shape_of
 from vrx_mj.formats.urdf.model import ZERO, Inertial, Link, LinkRow, MeshRow
@@ -147,7 +147,7 @@ def _color(visual: Node) -> Color | None:
 def _shape(node: Node, geometry: Node, link: str, scope: Scope, model: Model) -> dict[str, Any] | None:
     """Type, sizes, pose and name of a shape; a mesh's file as it is written. None: ours has none like it."""
     tag, known = shape_tag(geometry), len(geometry.findings.problems)
-    if tag not in SIZES:
+    if tag not in SHAPES:
         model.findings.note("geometry", f"<{tag}> of '{link}'" if tag else f"one without a shape of '{link}'")
         model.lost.append((node, f"no shape like <{tag}> here" if tag else "it has no geometry"))
         return None
@@ -162,7 +162,12 @@ def shape_tag(geometry: Node) -> str:
 
 def sizes_of(geometry: Node, tag: str) -> dict[str, Any]:
     """The sizes of a shape of a known kind."""
-    return dict(SIZES[tag](geometry.needed(tag)))
+    kind = geometry.needed(tag)
+    assert kind is not None, "it is the element's own kind"
+    if tag == "mesh":
+        return _mesh(kind)
+    found = kind.fields(FIELDS[tag])
+    return {"size": tuple(2.0 * radius for radius in found["radii"])} if tag == "ellipsoid" else found
 
 
 def _mesh(kind: Node) -> dict[str, Any]:
@@ -178,18 +183,5 @@ def _mesh(kind: Node) -> dict[str, Any]:
     return {"file": text} | ({"scale": scale} if kind.child("scale") else {})
 
 
-SIZES: Mapping[str, Any] = {
-    "box": lambda kind: {"size": kind.values("size", "x y z", (1.0, 1.0, 1.0), above=0)},
-    "sphere": lambda kind: {"radius": kind.value("radius", 1.0, above=0)},
-    "cylinder": lambda kind: {
-        "radius": kind.value("radius", 1.0, above=0), "length": kind.value("length", 1.0, above=0),
-    },
-    "capsule": lambda kind: {
-        "radius": kind.value("radius", 0.5, above=0), "length": kind.value("length", 1.0, above=0),
-    },
-    "ellipsoid": lambda kind: {
-        "size": tuple(2.0 * radius for radius in kind.values("radii", "x y z", (1.0, 1.0, 1.0), above=0)),
-    },
-    "mesh": _mesh,
-}  # fmt: skip
-"""What the shapes of SDF are here, with SDF's sizes for what a file leaves out."""
+SHAPES = ("box", "sphere", "cylinder", "capsule", "ellipsoid", "mesh")
+"""Shapes of SDF that there are here."""

@@ -17,7 +17,7 @@ from vrx_mj.formats.gazebo.models import Source, has_model, is_installed, model_
 from vrx_mj.formats.gazebo.sdf_bodies import Body, Hinge, Tree, mass_of, one_body, tree_of
 from vrx_mj.formats.gazebo.sdf_frames import WORLD, given_pose, pose_of, safe_name
 from vrx_mj.formats.gazebo.sdf_joints import Axis, SdfJoint, read_sdf_joint
-from vrx_mj.formats.gazebo.sdf_links import SIZES, read_sdf_link, shape_tag, sizes_of
+from vrx_mj.formats.gazebo.sdf_links import SHAPES, read_sdf_link, shape_tag, sizes_of
 from vrx_mj.formats.gazebo.sdf_models import Model, as_node, in_world_frame, pose_of_included
 from vrx_mj.formats.series.pieces import At, located
 from vrx_mj.formats.urdf.elements import Node
@@ -390,7 +390,7 @@ def _primitive(part: Node, link: Pose) -> Content | None:
     """A primitive in the frame of its body; None: ours has none like it."""
     geometry = part.child("geometry")
     tag = shape_tag(geometry) if geometry else ""
-    if geometry is None or tag not in SIZES or tag == "mesh":
+    if geometry is None or tag not in SHAPES or tag == "mesh":
         return None
     pose = compose(link, given_pose(part).pose)
     return {"type": tag, **sizes_of(geometry, tag), **({} if pose == ZERO else {"pose": list(pose)})}

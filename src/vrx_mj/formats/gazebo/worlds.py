@@ -24,6 +24,7 @@ from vrx_mj.formats.gazebo.models import (
     model_element,
     model_file,
     model_name,
+    read_ahead,
 )
 from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat, read_boat
 from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
@@ -109,6 +110,7 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
     if "#" in str(file):
         raise world.fault("the path of the file has a '#', which stands for what follows it, a model: rename it")
     hold_models(file, root)
+    read_ahead(root, file.parent)
     known = catalogue("objects")
     return world_of(file, root, world, known) if STRICT.get() else _readable_world(file, root, world, known)
 

@@ -3,10 +3,12 @@
 A value that cannot be read is noted as a problem and its default is handed on, so that reading continues.
 """
 
+import json
 import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
@@ -70,6 +72,20 @@ class Tag:
 
 
 _LABELS = {3: "x y z", 6: "x y z roll pitch yaw"}
+Rows = Mapping[str, Tag]
+"""Tags by the fields that they fill, or by what these are made of."""
+
+
+def _tag(name: str, row: Mapping[str, Any]) -> Tag:
+    default = row["default"]
+    return Tag(**{"path": name, **row, "default": tuple(default) if isinstance(default, list) else default})
+
+
+FIELDS: Mapping[str, Rows] = {
+    of: {name: _tag(name, row) for name, row in table["rows"].items()}
+    for of, table in json.loads((Path(__file__).parent / "fields.json").read_bytes()).items()
+}
+"""Of plugins, sensors and shapes the tags that fill fields of ours, by what these belong to."""
 
 
 @dataclass
@@ -170,6 +186,12 @@ class Node:
         """An attribute that is a number; it must be there if it has no default."""
         found = self.numbers(attribute, attribute, None if default is None else (default,), **limits)
         return found[0]
+
+    def needed_value(self, attribute: str, tag: Tag) -> Any:
+        """An attribute that must be there, and is as the tag is where files write it as an element."""
+        several = isinstance(tag.default, tuple)
+        found = self.numbers(attribute, _LABELS[len(tag.default)] if several else attribute, above=tag.above)
+        return found if several else found[0]
 
     def numbers(
         self, attribute: str, labels: str, default: Sequence[float] | None = None, **limits: float

@@ -8,10 +8,9 @@ from typing import Any
 from vrx_mj.config.dynamics import HullConfig, HydrodynamicsConfig, ThrusterConfig
 from vrx_mj.config.robots import RudderEntry, SailEntry
 from vrx_mj.errors import UnknownNameError
-from vrx_mj.formats.urdf.elements import Findings, Node, Tag, numbers_of
+from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Tag, numbers_of
 from vrx_mj.formats.urdf.gazebo_sensors import (
     INSTRUMENTS,
-    Rows,
     Scope,
     library,
     plugin_kind,
@@ -22,39 +21,6 @@ from vrx_mj.formats.urdf.gz_sim import Control, controlled, read_buoyancy, read_
 from vrx_mj.formats.urdf.model import Gazebo, Urdf, UrdfThruster
 from vrx_mj.frames import compose
 
-ADDED_MASS = {"xDotU": 5.0, "yDotV": 5.0, "zDotW": 0.1, "kDotP": 0.1, "mDotQ": 0.1, "nDotR": 1.0}
-LINEAR = {"xU": 20.0, "yV": 20.0, "zW": 20.0, "kP": 20.0, "mQ": 20.0, "nR": 20.0}
-QUADRATIC = {"xUU": 0.0, "yVV": 0.0, "zWW": 0.0, "kPP": 0.0, "mQQ": 0.0, "nRR": 0.0}
-"""What the dynamics plugin takes for what a file leaves out: usv_gazebo_dynamics_plugin.cc."""
-HYDRODYNAMICS: Rows = {
-    "water_level": Tag("waterLevel", 0.5, "m"),
-    "water_density": Tag("waterDensity", 997.7735, "kg/m3", above=0),
-    "hull_radius": Tag("hullRadius", 0.213, "m", above=0),
-    "boat_width": Tag("boatWidth", 1.0, "m", above=0),
-    "boat_length": Tag("boatLength", 1.35, "m", above=0),
-    "length_n": Tag("length_n", 2, low=1, high=1000),
-}
-HULL: Rows = {
-    "length": Tag("hull_length", 4.9, "m", above=0),
-    "radius": Tag("hull_radius", 0.213, "m", above=0),
-}
-"""Of newer VRX's Surface plugin."""
-WATER: Rows = {
-    "water_level": Tag("fluid_level", 0.0, "m"),
-    "water_density": Tag("fluid_density", 997.7735, "kg/m3", above=0),
-}
-"""Of newer VRX's Surface plugin, about all hulls."""
-THRUSTER: Rows = {
-    "max_command": Tag("maxCmd", 1.0, above=0),
-    "max_force_forward": Tag("maxForceFwd", 250.0, "N", low=0),
-    "max_force_reverse": Tag("maxForceRev", -100.0, "N"),
-    "max_angle": Tag("maxAngle", math.pi / 2, "rad", low=0),
-}
-"""Of VRX's thrust plugin."""
-NEWER_THRUSTER: Rows = {
-    "max_force_forward": Tag("max_thrust_cmd", 1000.0, "N", low=0),
-    "max_force_reverse": Tag("min_thrust_cmd", -1000.0, "N"),
-}
 SPEEDS = Tag("use_angvel_cmd", False), "commands are no speeds of the propeller [rad/s]: {} is ignored"
 MAPPINGS = {0.0: "linear", 1.0: "glf"}
 WIND = Tag("coeff_vector|wind_coeff_vector", (0.0, 0.0, 0.0), labels="x y yaw")
@@ -125,7 +91,7 @@ def _thrusters(node: Node, robot: Robot) -> None:
             part.fault(f"expected 0 (linear) or 1 (logistic), got {part.text('mappingType')}", "mappingType")
         propeller, engine = robot.joint(part, "propJointName"), robot.joint(part, "engineJointName")
         steers = part.flag("enableAngle", part.child("angleTopic") is not None)
-        drive = part.fields(THRUSTER) | {"mapping": MAPPINGS.get(mapping, "linear"), "timeout": timeout}
+        drive = part.fields(FIELDS["thruster"]) | {"mapping": MAPPINGS.get(mapping, "linear"), "timeout": timeout}
         drive["max_force_reverse"] = -abs(drive["max_force_reverse"])
         name = part.text("cmdTopic").rpartition("/")[2].removesuffix("_thrust_cmd")
         name = name or robot.local(link).removesuffix("_propeller_link")
@@ -145,7 +111,7 @@ def _newer_thruster(node: Node, robot: Robot) -> None:
     limits = robot.urdf.joints[engine].limits if engine else None
     robot.check(node, [SPEEDS])
     robot.warn(node, "commands are newtons only in worlds of profile vrx3, else shares of the largest thrust, -1 to 1")
-    drive = node.fields(NEWER_THRUSTER) | {"timeout": 0.0}
+    drive = node.fields(FIELDS["newer_thruster"]) | {"timeout": 0.0}
     drive["max_force_reverse"] = -abs(drive["max_force_reverse"])
     drive["max_angle"] = min(abs(limits.lower), abs(limits.upper)) if limits else math.pi / 2
     own = robot.local(joint.child).rpartition("::")[2].removesuffix("_link").removesuffix("_propeller")
@@ -231,14 +197,11 @@ def _foil(node: Node, robot: Robot) -> None:
 def _hydrodynamics(node: Node, robot: Robot) -> None:
     """VRX's dynamics plugin; what a file leaves out is as in the plugin."""
     robot.check_body(node, "bodyName")
-    robot.water = node.configured(HydrodynamicsConfig, _coefficients(node) | node.fields(HYDRODYNAMICS))
+    robot.water = node.configured(HydrodynamicsConfig, _coefficients(node) | node.fields(FIELDS["hydrodynamics"]))
 
 
 def _coefficients(node: Node) -> dict[str, object]:
-    tables = {"added_mass": ADDED_MASS, "drag_linear": LINEAR, "drag_quadratic": QUADRATIC}
-    return {
-        key: tuple(node.value(tag, default, low=0) for tag, default in table.items()) for key, table in tables.items()
-    }
+    return {key: tuple(node.fields(FIELDS[key]).values()) for key in ("added_mass", "drag_linear", "drag_quadratic")}
 
 
 def _newer_water(robot: Robot) -> None:
@@ -263,7 +226,7 @@ def _floats(surfaces: list[Node], robot: Robot) -> dict[str, Any]:
     hulls = [hull for node in surfaces if (hull := _hull(node, robot)) is not None]
     if not hulls:
         return {}
-    waters = [node.fields(WATER) for node in surfaces]
+    waters = [node.fields(FIELDS["water"]) for node in surfaces]
     if any(water != waters[0] for water in waters):
         robot.warn(surfaces[0], "the fluid_level and fluid_density of this hull apply to all hulls")
     beam = 2 * max(abs(point[1]) for hull in hulls for point in hull.points)
@@ -277,7 +240,7 @@ def _hull(node: Node, robot: Robot) -> HullConfig | None:
     except ValueError:
         points = ()
     if points:
-        return node.configured(HullConfig, node.fields(HULL) | {"points": points})
+        return node.configured(HullConfig, node.fields(FIELDS["hull"]) | {"points": points})
     robot.warn(node, "expected three numbers in each of its <points>; this hull has no buoyancy")
     return None
 

@@ -18,7 +18,7 @@ from vrx_mj.config.sensors import (
     PingerConfig,
 )
 from vrx_mj.errors import UnknownNameError
-from vrx_mj.formats.urdf.elements import Findings, Node, Tag
+from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Rows, Tag
 from vrx_mj.formats.urdf.model import ZERO, Urdf, chained
 from vrx_mj.frames import Pose
 
@@ -134,63 +134,8 @@ class Scope:
 
 
 Values = dict[str, Any]
-Rows = Mapping[str, Tag]
-"""Tags by the fields that they fill, or by what these are made of."""
-HOUR = 1 / 3600
-"""Reciprocal of the drift's time constant [1/s] that Hector's plugins take by default: sensor_model.h."""
 STEPS = {"ball_shooter_plugin": 0.001, "BallShooterPlugin": 0.004}
 """Duration [s] of a physics step, for which VRX's launchers push a ball, by plugin."""
-NOISE: Rows = {"noise": Tag("gaussianNoise|gaussian_noise", 0.0, low=0)}
-CAMERA: Rows = {
-    "width": Tag("image/width", 320, "pixel", low=1),
-    "height": Tag("image/height", 240, "pixel", low=1),
-    "horizontal_fov": Tag("horizontal_fov", 1.047, "rad", above=0),
-    "near": Tag("clip/near", 0.1, "m", above=0),
-    "far": Tag("clip/far", 100.0, "m", above=0),
-}
-"""SDF's values for what a camera leaves out."""
-CAMERA_PLUGIN: Rows = {"baseline": Tag("hackBaseline", 0.0, "m"), "info": Tag("info", "vrx")}
-LIDAR: Rows = {
-    "rings": Tag("scan/vertical/samples", 1, low=1),
-    "samples": Tag("scan/horizontal/samples", 640.0, low=1),
-    "density": Tag("scan/horizontal/resolution", 1.0, above=0),
-    "first": Tag("scan/horizontal/min_angle", 0.0, "rad"),
-    "last": Tag("scan/horizontal/max_angle", 0.0, "rad"),
-    "lowest": Tag("scan/vertical/min_angle", 0.0, "rad"),
-    "highest": Tag("scan/vertical/max_angle", 0.0, "rad"),
-    "near": Tag("range/min", 0.0, "m", low=0),
-    "far": Tag("range/max", 100.0, "m", above=0),
-    "resolution": Tag("range/resolution", 0.0, "m", low=0),
-}
-LIDAR_PLUGIN: Rows = {
-    "nearest": Tag("min_range", -math.inf, "m"),
-    "farthest": Tag("max_range", math.inf, "m"),
-    "more_noise": Tag("gaussianNoise", 0.0, "m"),
-    "sea_returns": Tag("sea_returns", False),
-}
-BIAS: Rows = {
-    "offset": Tag("bias_mean"),
-    "deviation": Tag("dynamic_bias_stddev", 0.0, low=0),
-    "time": Tag("dynamic_bias_correlation_time", 0.0, "s", low=0),
-}
-"""Errors of an axis of SDF's inertial units besides its noise, in the unit of the measurement."""
-PINGER: Rows = {
-    "range_noise": Tag("rangeNoise/noise/stddev|range_noise/noise/stddev", 0.0, "m", low=0),
-    "bearing_noise": Tag("bearingNoise/noise/stddev|bearing_noise/noise/stddev", 0.0, "rad", low=0),
-    "elevation_noise": Tag("elevationNoise/noise/stddev|elevation_noise/noise/stddev", 0.0, "rad", low=0),
-}
-SHOOTER: Rows = {
-    "shots": Tag("num_shots", 1000, low=0, high=1000),
-    "impulse": Tag("shot_force", 250.0, "N", low=0),
-    "muzzle": Tag("projectile/pose", ZERO, "m, rad"),
-}
-HECTOR = {
-    "offset": Tag("Offset", 0.0),
-    "drift": Tag("Drift", 0.0),
-    "drift_frequency": Tag("DriftFrequency", HOUR, "1/s"),
-    "noise": Tag("GaussianNoise", 0.0),
-}
-"""The error model of Hector's plugins: tags such as accelGaussianNoise, each of one number or three."""
 HECTOR_GPS = {"position": "", "velocity": "velocity"}
 HECTOR_IMU = {"acceleration": "accel", "angular_velocity": "rate", "heading": "yaw", "tilt": "tilt"}
 """What Hector's tags begin with, by the sensor's field."""
@@ -246,7 +191,7 @@ def _hector(prefixes: Mapping[str, str], node: Node, *_: object) -> Values:
     found: Values = {}
     for key, prefix in prefixes.items():
         found[key] = {}
-        for name, tag in HECTOR.items():
+        for name, tag in FIELDS["hector"].items():
             path = f"{prefix}{tag.path}" if prefix else f"{tag.path[0].lower()}{tag.path[1:]}"
             several = len(node.text(path).split()) > 1
             value = node.read(Tag(path, (tag.default,) * 3 if several else tag.default))
@@ -256,12 +201,12 @@ def _hector(prefixes: Mapping[str, str], node: Node, *_: object) -> Values:
 
 def _plain_imu(node: Node, *_: object) -> Values:
     """Gazebo's own ROS plugin has one noise for everything."""
-    noise = {"noise": (node.read(NOISE["noise"]),) * 3}
+    noise = {"noise": (node.read(FIELDS["noise"]["noise"]),) * 3}
     return {"acceleration": noise, "angular_velocity": noise}
 
 
 def _shooter(node: Node, _: Node | None, scope: Scope, link: str) -> Values:
-    found = node.fields(SHOOTER)
+    found = node.fields(FIELDS["shooter"])
     if any(found["muzzle"][3:]):
         scope.warn(node, "the angles of the projectile's pose are ignored")
     impulse, muzzle = found["impulse"] * STEPS[plugin_kind(node)], found["muzzle"][:3]
@@ -269,12 +214,12 @@ def _shooter(node: Node, _: Node | None, scope: Scope, link: str) -> Values:
 
 
 def _noise_alone(node: Node, *_: object) -> Values:
-    return node.fields(NOISE)
+    return node.fields(FIELDS["noise"])
 
 
 _P3D = Kind(P3dConfig, _noise_alone, "sensors/position/{}", frame="map", by_link=False, ignored=OFFSETS)
 _PINGER = Kind(
-    PingerConfig, lambda node, *_: node.fields(PINGER), "sensors/pingers/pinger", ("range_bearing",),
+    PingerConfig, lambda node, *_: node.fields(FIELDS["pinger"]), "sensors/pingers/pinger", ("range_bearing",),
     frame="pinger", rate=PINGER_RATE, links=("{own}", "{own}_link", "{frame}"),
 )  # fmt: skip
 """A receiver, which the plugin does not tie to a link: it is on the one that its topic is named after."""
@@ -350,7 +295,7 @@ def _camera(node: Node, plugin: Node | None, scope: Scope, link: str) -> Values:
     optical = next((end for end in (f"{link}_optical", f"{link}_optical_frame") if end in scope.urdf.links), link)
     frame = plugin.text("frameName", optical) if plugin else optical
     noise = {"noise": _noise(camera.child("noise"), scope), "frame": scope.local(frame)}
-    return camera.fields(CAMERA) | _fields(plugin, CAMERA_PLUGIN) | noise
+    return camera.fields(FIELDS["camera"]) | _fields(plugin, FIELDS["camera_plugin"]) | noise
 
 
 def _lidar(node: Node, plugin: Node | None, scope: Scope, _: str) -> Values:
@@ -358,7 +303,7 @@ def _lidar(node: Node, plugin: Node | None, scope: Scope, _: str) -> Values:
     if ray is None or ray.child("scan/horizontal") is None:
         node.fault("required, but missing", "ray / scan / horizontal")
         return {}
-    found, reach = ray.fields(LIDAR) | _fields(plugin, LIDAR_PLUGIN), ray.child("range")
+    found, reach = ray.fields(FIELDS["lidar"]) | _fields(plugin, FIELDS["lidar_plugin"]), ray.child("range")
     rings, low, high = found["rings"], found["lowest"], found["highest"]
     scan = plugin_kind(plugin) in SCANS if plugin else rings == 1
     if scan and rings > 1:
@@ -400,7 +345,7 @@ def _errors(node: Node, tag: str, scope: Scope) -> Values:
     Reference: gz-sensors, GaussianNoiseModel.cc: b' = -b / tau + s w.
     """
     axes = [node.child("imu", tag, axis, "noise") for axis in "xyz"]
-    rows = [_fields(axis, BIAS) for axis in axes]
+    rows = [_fields(axis, FIELDS["bias"]) for axis in axes]
     imu = node.child("imu")
     if imu and any(axis and axis.value("bias_stddev", 0.0) for axis in axes):
         scope.warn(imu, f"the bias of its {tag} is bias_mean; it is not drawn anew for each run")

@@ -13,7 +13,7 @@ from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.values import COLORS
 from vrx_mj.config.wording import choice
 from vrx_mj.errors import UnknownNameError
-from vrx_mj.formats.urdf.elements import LARGEST, Findings, Node
+from vrx_mj.formats.urdf.elements import FIELDS, LARGEST, Findings, Node
 from vrx_mj.formats.urdf.model import Color, Inertial, Joint, Limits, Link, LinkRow, MeshRow
 from vrx_mj.frames import Pose
 
@@ -196,15 +196,12 @@ def _shape(node: Node, geometry: Node) -> dict[str, Any] | None:
         geometry.fault(choice(shape.tag, GEOMETRIES))
         return None
     values: dict[str, Any] = {"type": shape.tag, "pose": read_pose(node)}
-    if shape.tag == "box":
-        values["size"] = shape.numbers("size", "x y z", above=0)
-    elif shape.tag == "mesh":
+    if shape.tag == "mesh":
         values["file"] = shape.required("filename")
         if shape.attribute("scale") is not None:
             values["scale"] = _scale(shape)
     else:
-        lengths = ("radius",) if shape.tag == "sphere" else ("radius", "length")
-        values |= {key: shape.number(key, above=0) for key in lengths}
+        values |= {key: shape.needed_value(key, tag) for key, tag in FIELDS[shape.tag].items()}
     return None if len(geometry.findings.problems) > known else values | shape_name(node)
 
 

@@ -14,7 +14,8 @@ from macro_blocks import BLOCKS
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import load_world
-from vrx_mj.errors import ConfigError, VrxWarning
+from vrx_mj.errors import ConfigError, VrxError, VrxWarning
+from vrx_mj.foreign import asking, budget, reader
 from vrx_mj.formats.gazebo.worlds import gazebo_world
 from vrx_mj.formats.series.macros import macros
 
@@ -608,3 +609,27 @@ def test_an_include_of_what_is_no_model_names_its_file(files, line):
     with pytest.raises(ConfigError) as caught:
         said("<include><uri>model://x</uri></include>")
     assert line in str(caught.value)
+
+
+def test_models_of_a_world_are_parsed_by_one_question(monkeypatch):
+    asked = []
+    answer = reader.READER.answer
+    monkeypatch.setattr(reader.READER, "answer", lambda job, about: asked.append(about) or answer(job, about))
+    monkeypatch.setattr(asking, "_folder", lambda: None)
+    asking._answers.clear()
+    names = [f"buoy_{number}" for number in range(20)]
+    link = '<link name="hull"><collision name="c"><geometry><sphere/></geometry></collision></link>'
+    for name in names:
+        folder = Path("models", name)
+        folder.mkdir(parents=True)
+        (folder / "model.config").write_text(f"<model><name>{name}</name><sdf>model.sdf</sdf></model>", "utf-8")
+        (folder / "model.sdf").write_text(f'<sdf version="1.6"><model name="{name}">{link}</model></sdf>', "utf-8")
+    includes = "".join(f"<include><uri>model://{name}</uri></include>" for name in names)
+    assert len(said(includes).section["objects"]) == 20
+    assert len(asked) == 3  # of the world, of each model.config and of each model.sdf
+
+
+def test_too_many_notes_on_a_world_are_refused(monkeypatch):
+    monkeypatch.setitem(asking.TOGETHER, reader.NOTES, 20)
+    with budget(), pytest.raises(VrxError, match="the files of this command come to more than 20 notes"):
+        said("<include><uri>model://nothing</uri></include>" * 30)

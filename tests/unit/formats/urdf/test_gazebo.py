@@ -19,8 +19,8 @@ from vrx_mj.config.sensors import (
     PingerConfig,
     SensorConfig,
 )
-from vrx_mj.formats.urdf import gazebo as plugins
 from vrx_mj.formats.urdf import gazebo_sensors
+from vrx_mj.formats.urdf.elements import FIELDS
 from vrx_mj.formats.urdf.reader import read_urdf
 from vrx_mj.frames import apply, rotation
 
@@ -512,21 +512,21 @@ def test_what_a_file_does_not_say_is_said(filename, content, note):
 
 
 TABLES = {
-    CameraConfig: (gazebo_sensors.CAMERA, gazebo_sensors.CAMERA_PLUGIN),
-    PingerConfig: (gazebo_sensors.PINGER,),
-    BallShooterConfig: (gazebo_sensors.SHOOTER,),
-    P3dConfig: (gazebo_sensors.NOISE,),
-    ErrorModel: (gazebo_sensors.HECTOR,),
-    ThrusterConfig: (plugins.THRUSTER, plugins.NEWER_THRUSTER),
-    HydrodynamicsConfig: (plugins.HYDRODYNAMICS, plugins.WATER),
-    HullConfig: (plugins.HULL,),
+    CameraConfig: ("camera", "camera_plugin"),
+    PingerConfig: ("pinger",),
+    BallShooterConfig: ("shooter",),
+    P3dConfig: ("noise",),
+    ErrorModel: ("hector",),
+    ThrusterConfig: ("thruster", "newer_thruster"),
+    HydrodynamicsConfig: ("hydrodynamics", "water"),
+    HullConfig: ("hull",),
 }
 """Tables whose tags fill fields as they are."""
 
 
 @pytest.mark.parametrize("model", TABLES, ids=lambda model: model.__name__)
 def test_every_row_fills_a_field_and_its_default_is_within_its_limits(model):
-    for field, tag in (row for table in TABLES[model] for row in table.items()):
+    for field, tag in (row for table in TABLES[model] for row in FIELDS[table].items()):
         assert field in model.model_fields
         if isinstance(tag.default, int | float):
             assert tag.above < tag.default
