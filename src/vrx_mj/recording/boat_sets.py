@@ -20,7 +20,7 @@ from vrx_mj.config.loading import fault_text
 from vrx_mj.errors import RecordError, StateError
 from vrx_mj.mjcf.world import World, world_of
 from vrx_mj.model.world import Parameters
-from vrx_mj.recording.packing import archive, unpack_rows, unpacked
+from vrx_mj.recording.packing import archive, unpack_all, unpacked
 from vrx_mj.recording.parts import LONGEST, ROWS, Part
 from vrx_mj.recording.record_scene import FORMAT, MovingBody, RecordedSensor, RecordScene, RowLayout
 
@@ -108,11 +108,7 @@ def all_rows(parts: Sequence[Part], layouts: Sequence[RowLayout], most: int) -> 
         RecordError: a block is damaged, or of no boat set.
     """
     joint = joint_layout(layouts)
-    blocks = [
-        (number, unpack_rows(blob))
-        for part in parts
-        for number, blob in zip(boat_set_numbers(part, len(layouts)), part.blobs("block"), strict=True)
-    ]
+    blocks = numbered_blocks(parts, len(layouts), most)
     for number, block in blocks:
         check_rows(block, layouts[number].width)
     lengths = [len(block) for _, block in blocks]
@@ -126,6 +122,16 @@ def all_rows(parts: Sequence[Part], layouts: Sequence[RowLayout], most: int) -> 
         rows[end - len(block) : end, columns[number]] = block
     order = np.argsort(rows[:, 0], kind="stable")
     return rows[order], numbers[order]
+
+
+def numbered_blocks(parts: Sequence[Part], count: int, most: int) -> list[tuple[int, FloatArray]]:
+    """The boat set, of so many, and the rows of each block; `most`: bytes of the rows.
+
+    Raises:
+        RecordError: a block is damaged, or of no boat set.
+    """
+    numbers = [number for part in parts for number in boat_set_numbers(part, count)]
+    return list(zip(numbers, unpack_all([blob for part in parts for blob in part.blobs("block")], most), strict=True))
 
 
 def boat_set_numbers(part: Part, count: int) -> list[int]:
@@ -267,7 +273,7 @@ def head_of(text: str) -> Head:
         RecordError: it is damaged, or of another version.
     """
     version = checked(VERSION, "head", text)
-    if not 1 <= version.format <= FORMAT:  # the first held its blueprint, the second packed rows in another form
+    if not 1 <= version.format <= FORMAT:  # the first held its blueprint, later ones packed rows otherwise
         raise RecordError(f"head: format {version.format}; this version reads 1 to {FORMAT}")
     head = checked(HEAD, "head", text)
     check_layout("head", head.layout)

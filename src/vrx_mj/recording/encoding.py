@@ -23,7 +23,7 @@ from vrx_mj.outputs import written
 from vrx_mj.recording.blueprint import save_views
 from vrx_mj.recording.boat_sets import sent_messages
 from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk, part_chunk
-from vrx_mj.recording.packing import pack_rows, row_count, unpack_rows
+from vrx_mj.recording.packing import pack_rows, shape_of, unpack_rows
 from vrx_mj.recording.parts import APPLICATION, COMPANIES, EVENTS, FRAMES, ROWS, STATES, Part
 from vrx_mj.recording.raw_file import raw_parts
 from vrx_mj.recording.reader import all_events
@@ -41,8 +41,6 @@ JOIN_SECONDS = 600.0
 """Longest that rerun may take to join files."""
 MOST_ROWS, MOST_BYTES = 1280, 64 << 20
 """Rows, and bytes, that become chunks at once: over a minute, as each chunk takes 1 kB besides what is in it."""
-EXACT_ROWS = 640
-"""Rows of a chunk that has them as they are: rerun holds six copies of it for a moment."""
 
 
 class UnwrittenError(RecordError):
@@ -145,8 +143,7 @@ class Encoder:
             rows = np.concatenate([unpack_rows(blob) for blob in blobs])
             self._end = float(rows[-1, 0])
             found[ROWS], blobs = [], []  # a minute of each is several MB
-            for begin in range(0, len(rows), EXACT_ROWS):
-                yield exact_rows(rows[begin : begin + EXACT_ROWS], self._boat_set)
+            yield exact_rows(rows, self._scene, self._boat_set)
             yield from self._moving(rows)
         if events := sorted(event for part in found[EVENTS] for event in written_events(part)):
             yield event_chunk(events)
@@ -174,7 +171,7 @@ def batches(parts: Iterable[Part]) -> Iterator[Batch]:
     batch, rows, size = Batch(), 0, 0
     for part in parts:
         batch.setdefault(part.entity, []).append(part)
-        rows += row_count(part.blobs("block")[0]) if part.entity == ROWS else 0
+        rows += shape_of(part.blobs("block")[0])[0] if part.entity == ROWS else 0
         size += part.size
         if part.entity == COMPANIES or size >= MOST_BYTES or rows >= MOST_ROWS:
             yield batch
@@ -182,9 +179,11 @@ def batches(parts: Iterable[Part]) -> Iterator[Batch]:
     yield batch
 
 
-def exact_rows(rows: FloatArray, boat_set: int) -> Chunk:
+def exact_rows(rows: FloatArray, scene: RecordScene, boat_set: int) -> Chunk:
     """Rows as they are, to the last bit, with the number of their boat set."""
-    columns = rr.AnyValues.columns(block=[pack_rows(rows)], company=[boat_set])
+    layout = scene.layout()
+    bodies = [(layout.pose(body).start, layout.velocity(body).start) for body in layout.bodies]
+    columns = rr.AnyValues.columns(block=[pack_rows(rows, bodies, scene.timestep)], company=[boat_set])
     return Chunk.from_columns(ROWS, [times(rows[:1, 0])], columns)
 
 

@@ -1,9 +1,7 @@
-"""Rows of float64 to bytes and back, exactly, in about three fifths of the space.
+"""Rows of float64 to bytes and back, exactly, and files to archives.
 
-A row's columns are smooth in time: each number is predicted from those before it, and what is written is by how much
-its bit pattern, read as an integer that sorts like the number, is off. These are small, and written byte plane by byte
-plane their upper planes are runs of equal bytes, which the LZ4 of the file squeezes out. Integer arithmetic wraps, so
-nothing is lost whatever the rows hold, NaN included.
+Rows are coded by `row_coding`. Those of earlier versions are read: there each number was predicted from those of its
+column, and by how much it is off was written byte plane by byte plane.
 """
 
 from __future__ import annotations
@@ -12,7 +10,7 @@ import io
 import struct
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,17 +18,16 @@ import numpy as np
 from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.errors import RecordError
 from vrx_mj.physics.kernel import allocating_kernel, inlined_kernel, kernel
+from vrx_mj.recording.row_coding import FARTHEST, FLIP, Bodies, coded_rows, decoded_rows, sortable
 
 HEADER = struct.Struct("<II")
 """Number of rows; number of columns, with the form of what follows in its upper two bits."""
-DIFFERENCES, PLAIN, PREDICTED = 0, 1, 2
-"""Forms: third differences of bit patterns, which only earlier versions wrote; numbers as they are; as above."""
+DIFFERENCES, PLAIN, PLANES, CODED = range(4)
+"""Forms: third differences of bit patterns, and bit patterns off their predictions, which only earlier versions wrote;
+numbers as they are; as `coded_rows` has them."""
 WIDTH_BITS = 30
-FLIP = np.int64(0x7FFF_FFFF_FFFF_FFFF)
 ORDER = 8
-"""Of the polynomial through the last numbers, which predicts the next one."""
-FARTHEST = 1e300
-"""Predictions beyond this are 0."""
+"""Of the polynomial through the last numbers, which predicts the next one in `PLANES`."""
 
 
 def plain_rows(rows: FloatArray) -> bytes:
@@ -39,35 +36,11 @@ def plain_rows(rows: FloatArray) -> bytes:
     return b"".join((header, np.ascontiguousarray(rows, dtype="<f8").data))
 
 
-def pack_rows(rows: FloatArray) -> bytes:
-    """Bytes of (n, columns) rows."""
-    count, width = rows.shape
-    blob = np.empty(HEADER.size + 8 * width * count, np.uint8)
-    HEADER.pack_into(blob.data, 0, count, width | PREDICTED << WIDTH_BITS)
-    _write_planes(np.ascontiguousarray(rows, dtype="<f8"), blob[HEADER.size :].reshape(8, -1))
-    return blob.tobytes()
-
-
-@allocating_kernel
-def _write_planes(rows: FloatArray, planes: ByteArray) -> None:
-    """Write by how much rows (n, columns) are off their predictions as byte planes (8, columns * n)."""
-    count = rows.shape[0]
-    differences = np.zeros(ORDER + 1)
-    for column in range(rows.shape[1]):
-        for i in range(count):
-            off = _sortable(rows[i, column]) - _sortable(_predicted(differences, i))
-            _follow(differences, rows[i, column])
-            off = (off << 1) ^ (off >> 63)  # the sign into the lowest bit, so that small means small bytes
-            for plane in range(8):
-                planes[plane, column * count + i] = (off >> (8 * plane)) & 255
-
-
-@inlined_kernel
-def _sortable(value: float) -> int:
-    """Return the bit pattern of a number as an integer that sorts like it."""
-    bits: Any = np.float64(value).view(np.int64)
-    sortable: int = bits ^ FLIP if bits < 0 else bits
-    return sortable
+def pack_rows(rows: FloatArray, bodies: Bodies = (), timestep: float = 1.0) -> bytes:
+    """Bytes of (n, columns) rows; of `bodies` poses are predicted from velocities, `timestep` [s] by timestep."""
+    if not len(rows):
+        return plain_rows(rows)
+    return HEADER.pack(len(rows), rows.shape[1] | CODED << WIDTH_BITS) + coded_rows(rows, bodies, timestep)
 
 
 @inlined_kernel
@@ -89,10 +62,21 @@ def _follow(differences: FloatArray, value: float) -> None:
         value, differences[k] = value - differences[k], value
 
 
-def row_count(blob: bytes) -> int:
-    """How many rows are in such bytes, as they say."""
-    count, _ = HEADER.unpack_from(blob)
-    return int(count)
+def shape_of(blob: bytes | memoryview) -> tuple[int, int]:
+    """How many rows and columns are in such bytes, as they say."""
+    count, width = HEADER.unpack_from(blob) if len(blob) >= HEADER.size else (0, 0)
+    return count, width & ((1 << WIDTH_BITS) - 1)
+
+
+def unpack_all(blobs: Sequence[bytes], most: int) -> list[FloatArray]:
+    """The rows of several such bytes; `most`: bytes of all of them.
+
+    Raises:
+        RecordError: these are not such bytes, or there are more rows.
+    """
+    if (needed := sum(8 * count * width for count, width in map(shape_of, blobs))) > most:
+        raise RecordError(f"block: {needed >> 20} MiB of rows: at most {most >> 20}")
+    return [unpack_rows(blob) for blob in blobs]
 
 
 def unpack_rows(blob: bytes | memoryview) -> FloatArray:
@@ -101,25 +85,33 @@ def unpack_rows(blob: bytes | memoryview) -> FloatArray:
     Raises:
         RecordError: these are not such bytes.
     """
-    count, width = HEADER.unpack_from(blob) if len(blob) >= HEADER.size else (0, 0)
-    form, width = divmod(width, 1 << WIDTH_BITS)
-    if width == 0 or form > PREDICTED or len(blob) != HEADER.size + 8 * width * count:
+    count, width = shape_of(blob)
+    form = blob[HEADER.size - 1] >> (WIDTH_BITS - 24) if width else PLAIN
+    found = None
+    if form == CODED:
+        found = decoded_rows(memoryview(blob)[HEADER.size :], count, width)
+    elif width and len(blob) == HEADER.size + 8 * width * count:
+        found = np.frombuffer(blob, "<f8", offset=HEADER.size).reshape(count, width)
+    if found is None:
         raise RecordError(f"block: {len(blob)} bytes are not {count} rows of {width} columns")
-    if form == PLAIN:
-        return np.frombuffer(blob, "<f8", offset=HEADER.size).reshape(count, width)
-    rows, planes = np.empty((count, width), "<i8"), np.frombuffer(blob, np.uint8, offset=HEADER.size).reshape(8, -1)
-    (_read_planes if form == PREDICTED else _read_differences)(planes, rows)
-    return rows.view("<f8")
+    return found if form in {CODED, PLAIN} else _off_predictions(found, form)
+
+
+def _off_predictions(planes: FloatArray, form: int) -> FloatArray:
+    """The rows (n, columns) that are off their predictions by what is in byte planes, which take as many bytes."""
+    bits = np.empty(planes.shape, "<i8")
+    (_read_planes if form == PLANES else _read_differences)(planes.view(np.uint8).reshape(8, -1), bits)
+    return bits.view("<f8")
 
 
 @allocating_kernel
 def _read_planes(planes: ByteArray, rows: IntArray) -> None:
-    """Write the bit patterns (n, columns) of which `_write_planes` wrote the byte planes (8, columns * n)."""
+    """Write the bit patterns (n, columns) that are off their predictions by what is in byte planes (8, columns * n)."""
     count = rows.shape[0]
     differences = np.zeros(ORDER + 1)
     for column in range(rows.shape[1]):
         for i in range(count):
-            bits = _sortable(_predicted(differences, i)) + _off(planes, column * count + i)
+            bits = sortable(_predicted(differences, i)) + _off(planes, column * count + i)
             rows[i, column] = bits ^ FLIP if bits < 0 else bits
             _follow(differences, np.int64(rows[i, column]).view(np.float64))
 

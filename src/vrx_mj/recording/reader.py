@@ -24,14 +24,14 @@ from vrx_mj.recording.boat_sets import (
     HUGE,
     BoatSet,
     all_rows,
-    boat_set_numbers,
     head_of,
     joint_layout,
+    numbered_blocks,
     read_boat_sets,
     sent_messages,
     sound_rows,
 )
-from vrx_mj.recording.packing import unpack_rows, unpacked
+from vrx_mj.recording.packing import unpacked
 from vrx_mj.recording.parts import COMPANIES, EVENTS, FRAMES, ROWS, RUN, STATES, Part
 from vrx_mj.recording.record_scene import MovingBody, RecordedSensor, RowLayout
 from vrx_mj.recording.rrd_file import allowance, parsed_file
@@ -228,7 +228,7 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
             sensors=head.sensors,
             events=all_events(parsed.of(EVENTS)),
             states=all_states(parsed.of(STATES)),
-            frames=read_frames(parsed.of(FRAMES), len(companies)),
+            frames=read_frames(parsed.of(FRAMES), len(companies), most),
             layout=layout,
             rows=rows,
             row_companies=numbers,
@@ -312,28 +312,25 @@ def all_states(parts: Sequence[Part]) -> tuple[SavedState, ...]:
     return tuple(sorted(states, key=lambda state: state.time))
 
 
-def read_frames(parts: Sequence[Part], count: int) -> tuple[RecordedFrame, ...]:
-    """Boat sets, of so many, rows and messages of all frames, in the order of time.
+def read_frames(parts: Sequence[Part], count: int, most: int) -> tuple[RecordedFrame, ...]:
+    """Boat sets, of so many, rows and messages of all frames, in the order of time; `most`: bytes of the rows.
 
     Raises:
         RecordError: one is damaged.
     """
+    texts = [text for part in parts for text in part.texts("sent")]
     found = [
         (boat_set, row, messages)
-        for part in parts
-        for boat_set, blob, sent in zip(
-            boat_set_numbers(part, count), part.blobs("block"), part.texts("sent"), strict=True
-        )
-        for row, messages in _unpacked(blob, sent)
+        for (boat_set, rows), sent in zip(numbered_blocks(parts, count, most), texts, strict=True)
+        for row, messages in _with_messages(rows, sent)
     ]
     return tuple(sorted(found, key=lambda frame: float(frame[1][0])))
 
 
-def _unpacked(blob: bytes, sent: str) -> Iterator[tuple[FloatArray, tuple[Message, ...]]]:
+def _with_messages(rows: FloatArray, sent: str) -> Iterator[tuple[FloatArray, tuple[Message, ...]]]:
     messages = {
         number: tuple(Message(topic, content) for topic, content in several) for number, several in sent_messages(sent)
     }
-    rows = unpack_rows(blob)
     if not (np.abs(rows) < HUGE).all():
         raise RecordError(f"{FRAMES}: block: a number is not finite, or huge")
     for number, row in enumerate(rows):

@@ -20,7 +20,7 @@ from vrx_mj.draw.colors import Rgb, boat_colors
 from vrx_mj.model.world import Parameters
 from vrx_mj.sensors.displays import Display
 
-FORMAT = 3
+FORMAT = 4
 """Version of what we write into a recording; a reader refuses later ones."""
 
 Vec3 = tuple[float, float, float]
