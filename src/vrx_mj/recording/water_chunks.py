@@ -131,8 +131,9 @@ class WaterChunks:
         """
         hulls = [self._hulls[boat].lines for boat in boats]
         reach = np.array([np.hypot(*(np.abs(line).max() - sea.RIM for line in lines)) for lines in hulls])
-        points = [sea.patch_points(lines, poses[:, i]).reshape(3, len(time), -1) for i, lines in enumerate(hulls)]
-        patches = np.moveaxis(np.concatenate(points, axis=-1), 0, -1)
+        wet = [sea.patch_points(lines, poses[:, i]).reshape(3, len(time), -1) for i, lines in enumerate(hulls)]
+        patches = np.moveaxis(np.concatenate(wet, axis=-1), 0, -1)
+        ends = np.cumsum([part.shape[-1] for part in wet])
         drawn: dict[str, list[tuple[npt.NDArray[Any], ...]]] = defaultdict(list)
         for frames, grid in self._grids(poses[..., :2]):
             path = f"/world/sea/{len(grid.y)}x{len(grid.x)}"
@@ -146,20 +147,21 @@ class WaterChunks:
             sunk = np.where(grid.near(poses[frames, :, :2], reach), SUNK * swell.deviation, 0.0)
             _, z = self._heights(z - sunk)
             drawn[path].append((time[frames], mesh_points(grid.x, grid.y, z), sea.colors(bright, grid.haze)))
-            away = np.abs(wakes[frames] - poses[frames, None, None, :, :2]).max(axis=-1) > reach + AWAY
-            height = grid.sampled(z, wakes[frames]) + np.where(away, grid.sampled(sunk, wakes[frames]), 0.0)
+            points, covered = wakes[frames], np.zeros(wakes[frames].shape[:-1])
+            flat = len(points), 2 * WAKE_POINTS, len(boats)
+            sea.on_patches(points.reshape(*flat, 2), poses[frames, :, :2], reach + MARGIN, covered.reshape(flat))
+            height = grid.sampled(z, points) + covered * grid.sampled(sunk, points)
             drawn["hulls"].append((height + OVER[0] + OVER[1] * swell.deviation, grid.sampled(bright, patches[frames])))
-        height, wet = map(np.concatenate, zip(*drawn.pop("hulls"), strict=True))
+        height, bright = map(np.concatenate, zip(*drawn.pop("hulls"), strict=True))
         for path, parts in drawn.items():
-            moments, positions, seen = zip(*parts, strict=True)
-            yield mesh_chunk(path, np.concatenate(moments), vertex_positions=positions, vertex_colors=seen)
+            moments, positions, tints = zip(*parts, strict=True)
+            yield mesh_chunk(path, np.concatenate(moments), vertex_positions=positions, vertex_colors=tints)
         foam = np.concatenate([wakes, height[..., None]], axis=-1)
-        ends = np.cumsum([part.shape[-1] for part in points])
-        for i, (boat, own) in enumerate(zip(boats, np.split(wet, ends[:-1], axis=1), strict=True)):
+        for i, (boat, own) in enumerate(zip(boats, np.split(bright, ends[:-1], axis=1), strict=True)):
             yield from self._wake(boat, time, foam[:, :, :, i], left)
-            taken, bright = self._hulls[boat].bright(own)
+            taken, seen = self._hulls[boat].bright(own)
             if taken.any():
-                yield mesh_chunk(patch_path(boat), time[taken], vertex_colors=[sea.colors(bright[taken])])
+                yield mesh_chunk(patch_path(boat), time[taken], vertex_colors=[sea.colors(seen[taken])])
 
     def _wake(self, boat: str, time: FloatArray, foam: FloatArray, left: IntArray) -> Iterator[Chunk]:
         """Pieces of a wake between both sides (n, points, 2, 3) [m]: each has its place in the mesh while it lasts."""
@@ -280,5 +282,5 @@ FOAM = sea.packed(
 """Colours of a wake from the boat to its end, where it is nearly that of the sea."""
 OVER = (0.04, 0.15)
 """Height of a wake over the drawn sea [m], and more in standard deviations of the sea: cells are flat."""
-AWAY = 7.0
-"""How far from a boat's hull the fleet's mesh is lower for its patch [m], at most: beyond, for others' patches."""
+MARGIN = 1.0
+"""How far from a boat's hull the wakes of others are over its patch [m], besides the reach of that."""

@@ -179,6 +179,29 @@ def test_wakes_lie_on_the_drawn_sea(storm):
         assert wake[:, 2] == pytest.approx(drawn + over, abs=STEP)
 
 
+def test_a_wake_is_over_the_patch_of_another_boat_and_under_its_own():
+    """A boat lies 8 m behind one that sails away from it, in a swell that lifts and sinks all of the sea at once."""
+    water, time = WaterChunks(), np.arange(100) / 20
+    names = ["wamv1", "wamv2"]
+    water.keep(recorded_run.scene(2).boats(), lambda x, y, t: 0.4 * np.cos(2.0 * np.pi * t / 5.0) + 0.0 * x)
+    places = np.zeros((100, 2, 3))
+    places[:, 0, 0], places[:, 1, 0] = 2.0 * time, 4.0
+    level = np.tile([1.0, 0.0, 0.0, 0.0], (100, 2, 1))
+    chunks = list(water(names, time, places, level))
+    moment, wakes = frames(chunks, "/world/wakes/wamv1", "vertex_positions")
+    for name, over in (("wamv2", True), ("wamv1", False)):
+        patch = frames(chunks, f"/world/sea/hulls/{name}", "vertex_positions")
+        place = places[:, names.index(name)]
+        near = []
+        for at, wake in zip(moment, wakes, strict=True):
+            here = place[np.searchsorted(time, at - 1e-6)]
+            points = latest(patch, at) + here
+            inside = (np.abs(wake[:, :2] - here[:2]) < (2.0, 1.0)).all(axis=1)
+            near += list(wake[inside, 2] - points[:, 2].max())
+        assert len(near) > 3
+        assert (np.array(near) > 0.0).all() == over
+
+
 def test_patch_does_not_depend_on_how_a_boat_leans():
     """Under a plane that leans, heights in the boat's frame are those of a plane that leans the other way."""
     swell = sea_meshes.Swell(lambda x, y, t: 0.2 * x - 0.1 * y + 0.0 * t, 0.0, 0.0)
