@@ -117,16 +117,18 @@ def rows_of(costs: Mapping[str, Sequence[float]]) -> list[Row]:
 
 
 def sizes(recording: Path) -> Counter[str]:
-    """Bytes of a recording by what they are for, about: its chunks, packed as rerun packs them."""
+    """Bytes of a recording by what they are for: those of its chunks, and the rest."""
     import pyarrow as pa
-    from rerun.chunk import RrdReader
 
-    found: Counter[str] = Counter()
-    for chunk in RrdReader(recording).stream():
-        batch, sink = chunk.to_record_batch(), pa.BufferOutputStream()
-        packed = pa.ipc.IpcWriteOptions(compression="lz4")
-        with pa.ipc.new_stream(sink, batch.schema, options=packed) as stream:
-            stream.write_batch(batch)
-        part = next((part for path, part in PARTS.items() if chunk.entity_path.startswith(path)), "the rest")
-        found[part] += len(sink.getvalue())
+    from vrx_mj.recording.repacking import CHUNK, CONTENT, SIZE, fields_of, messages, unpacked
+
+    found = Counter({"the rest": recording.stat().st_size})
+    for kind, _, message in messages(recording):
+        if kind == CHUNK:
+            fields = fields_of(message)
+            schema = pa.ipc.open_stream(unpacked(fields[CONTENT], fields[SIZE])).schema
+            entity = schema.metadata[b"rerun:entity_path"].decode()
+            part = next((part for path, part in PARTS.items() if entity.startswith(path)), "the rest")
+            found[part] += len(message)
+            found["the rest"] -= len(message)
     return found

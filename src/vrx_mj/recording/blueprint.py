@@ -29,6 +29,7 @@ from vrx_mj.recording.sensor_chunks import track_path
 from vrx_mj.recording.static_chunks import FEW_NAMES, LEGEND_PATH, NAMES, legend_spots, name_width
 from vrx_mj.recording.task_chunks import MARKS, PLOT, STEPS, WORDS
 from vrx_mj.recording.timeline import TIMELINE
+from vrx_mj.recording.touch_chunks import TOUCH_WORDS
 from vrx_mj.sensors.registry import SENSOR_KINDS
 
 SKY = (158, 190, 214)
@@ -54,8 +55,8 @@ PLAN_LINES, LETTER = 18.0, 0.5
 UNDER_WAVES = "- /world/trails/**", "- /world/tracks/**", "- /world/shore"
 """What lies flat over the mean water: a drawn sea would cover it in part, and the line of a shore floats off it."""
 EDGE = rr.TimeRangeBoundary.infinite()
-AFTER = 1.0 / 16.0
-"""Room behind the run on the axes of plots, in shares of it: the last label is whole."""
+AFTER, LEGEND_AFTER = 1.0 / 16.0, 0.35
+"""Room behind the run on the axes of plots, in shares of it: the last label is whole, and a legend hides no line."""
 
 
 def save_views(
@@ -173,6 +174,7 @@ def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatia
             "+ /world/**",
             "- /world/sea/**",
             "- /world/wakes/**",
+            f"- {TOUCH_WORDS}/**",  # boats that touch have their names there
             f"- {FLEET}/weather/**" if track is None else f"- {FLEET}/**",
             *(f"- {camera.path}" for camera in scene.of_type("camera")),
         ],
@@ -223,11 +225,11 @@ def trails(scene: RecordScene) -> dict[str, Any]:
     return dict.fromkeys((*paths, *map(track_path, scene.of_type("gps"))), sofar)
 
 
-def whole_run(scene: RecordScene) -> rr.TimeRange:
+def whole_run(scene: RecordScene, after: float = AFTER) -> rr.TimeRange:
     """From the first moment to a little after the last; an axis linked to others shows a minute around the cursor."""
     if scene.ended is None:
         return rr.TimeRange(start=EDGE, end=EDGE)
-    end = scene.ended + AFTER * (scene.ended - (scene.begun or 0.0))
+    end = scene.ended + after * (scene.ended - (scene.begun or 0.0))
     return rr.TimeRange(start=EDGE, end=rr.TimeRangeBoundary.absolute(seconds=end))
 
 
@@ -240,8 +242,10 @@ def plot_view(
         name=name,
         origin=f"/plots/{quantity}",
         contents=[f"+ /plots/{quantity}/**", *([f"+ {MARKS}/**"] if marked else [])],
-        plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=legend),
-        axis_x=rrb.TimeAxis(link="Independent", view_range=whole_run(scene)),
+        plot_legend=rrb.PlotLegend(
+            corner=rrb.Corner2D.LeftTop if scene.ended is None else rrb.Corner2D.RightTop, visible=legend
+        ),
+        axis_x=rrb.TimeAxis(link="Independent", view_range=whole_run(scene, LEGEND_AFTER if legend else AFTER)),
     )
 
 

@@ -28,6 +28,7 @@ from vrx_mj.recording.parts import APPLICATION, COMPANIES, EVENTS, FRAMES, ROWS,
 from vrx_mj.recording.raw_file import raw_parts
 from vrx_mj.recording.reader import all_events
 from vrx_mj.recording.record_scene import RecordScene
+from vrx_mj.recording.repacking import repacked
 from vrx_mj.recording.sensor_chunks import SensedChunks, sensor_chunks
 from vrx_mj.recording.static_chunks import boat_chunks, change_chunks, still_chunks
 from vrx_mj.recording.task_chunks import TaskChunks, WrittenFrame, frame_chunk, task_chunks
@@ -69,7 +70,7 @@ def encode(raw: Path, scenes: Iterable[RecordScene], target: Path) -> None:
             if encoder.error is None:
                 raise OSError(str(error)) from error
             raise RecordError(f"cannot write the recording '{raw}': {encoder.error}") from encoder.error
-        join_views(bare, encoder.save_views(folder / "views.rbl"), draft)
+        join_views(repacked(bare, folder / "packed.rrd"), encoder.save_views(folder / "views.rbl"), draft)
 
 
 @contextlib.contextmanager

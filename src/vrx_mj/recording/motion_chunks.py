@@ -12,7 +12,7 @@ import numpy as np
 import rerun as rr
 from rerun.chunk import Chunk
 
-from vrx_mj.arrays import FloatArray, IntArray
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.frames import compass, rotation_matrix
 from vrx_mj.recording.eyes import FLEET, PLAN, PLAN_SLOPE, plan_eye
 from vrx_mj.recording.parts import EVENTS, Part
@@ -25,12 +25,14 @@ from vrx_mj.recording.record_scene import (
     RecordScene,
 )
 from vrx_mj.recording.static_chunks import UNSEEN
-from vrx_mj.recording.timeline import Threshold, Ticker, static, times
+from vrx_mj.recording.timeline import Held, Ticker, static, times
 from vrx_mj.recording.water_chunks import WaterChunks
 from vrx_mj.recording.weather_chunks import WeatherChunks
 
-SCALAR_RATE = 10.0
-"""Plots, arrows [Hz]."""
+SHOWN_RATE, ARROW_RATE, PLOT_RATE = 10.0, 10.0, 5.0
+"""Poses where nothing moves fast, arrows, and plots [Hz]."""
+FAST = (2.5, 2.5, 0.2, 0.2, 0.2, 0.5)
+"""Velocities of a boat from which every row is shown: linear [m/s], in the world, and angular [rad/s], in its frame."""
 ARROW_PER_NEWTON = 1.0 / 55.0
 """Length of a thrust arrow [m/N]."""
 ARROW_HEIGHT = 0.75
@@ -44,8 +46,10 @@ RANGED = 50
 """Values of a plot for one of its range: an axis fits what is in view."""
 PLOT_STEP = 1.0 / 1024.0
 """What plots are rounded to, in their units."""
+POSE_STEP = (*[1.0 / 512.0] * 3, *[1.0 / 4096.0] * 4)
+"""What shown poses are rounded to: position [m], and quaternion."""
 NEAR = (*[0.005] * 3, *[0.002] * 4)
-"""How far a pose of what is no boat may be from the one that is shown: position [m], and quaternion."""
+"""How far a pose of what is no boat may be from the one that is shown."""
 FARTHEST = 1e6
 """Largest number that is shown: a run may diverge, a picture of it should not."""
 
@@ -62,14 +66,15 @@ class MovingChunks:
 
     def __init__(self, scene: RecordScene, *, live: bool = False) -> None:
         """Begin with a scene; `live`: the plan follows the fleet."""
-        self._scalar, self._water = Ticker(SCALAR_RATE), WaterChunks()
+        self._pose, self._arrow, self._plotted = Ticker(SHOWN_RATE), Ticker(ARROW_RATE), Ticker(PLOT_RATE)
+        self._water = WaterChunks()
         self._weather = WeatherChunks()
         self._plan_size = plan_eye(scene)[1] * PLAN_SLOPE if live else None
         self._driven: dict[str, FloatArray] = {}
         self._codes: dict[str, int] = {}
         self._first = scene.layout()
         self._ranged: set[str] = set()
-        self._shown: dict[str, Threshold] = {}
+        self._shown: dict[str, Held] = {}
         self.track: FloatArray | None = None
         """Least and greatest x and y (2, 2) [m] of all boats until now."""
         self._take(scene)
@@ -94,17 +99,17 @@ class MovingChunks:
         """Chunks of what is shown of (n, columns) rows, n > 0; it is finite."""
         rows = np.nan_to_num(rows)
         np.clip(rows, -FARTHEST, FARTHEST, out=rows)
+        posed = rows[self._posed(rows)]
         for body in self._layout.bodies:
-            pose = rows[:, self._layout.pose(body)]
             if body.kind == "ball":
-                yield from flights(self._paths[body.name], rows[:, 0], pose[:, :3])
+                yield from flights(self._paths[body.name], rows[:, 0], rows[:, self._layout.pose(body)][:, :3])
             else:
-                yield from self._transforms(self._paths[body.name], rows[:, 0], pose, moving=body.kind == "boat")
+                near = 0.0 if body.kind == "boat" else NEAR
+                yield from self._transforms(self._paths[body.name], posed, posed[:, self._layout.pose(body)], near)
         for part in self._scene.parts:  # relative to what they hang on
             if part.joints:
-                yield from self._transforms(
-                    part.path, rows[:, 0], np.hstack(part_poses(part, rows[:, self._layout.qpos]))
-                )
+                pose = np.hstack(part_poses(part, posed[:, self._layout.qpos]))
+                yield from self._transforms(part.path, posed, pose, NEAR)
         for shown in self._scene.displays:
             name = shown.display.name
             codes = shown.display.codes(rows[:, self._layout.marks], rows[:, 0])
@@ -113,19 +118,27 @@ class MovingChunks:
             if changed.any():
                 yield from repainted(shown, rows[changed, 0], codes[changed])
         if self._boats:
-            yield from self._fleet(rows)
-            yield from self._slow(rows[self._scalar(rows[:, 0])])
+            yield from self._slow(rows)
+        if self._boats and len(posed):
+            yield from self._fleet(posed)
             names = [boat.name for boat in self._boats]
-            poses = self._layout_poses(rows)
-            yield from self._water(names, rows[:, 0], poses[..., :3], poses[..., 3:])
+            poses = self._layout_poses(posed)
+            yield from self._water(names, posed[:, 0], poses[..., :3], poses[..., 3:])
 
-    def _transforms(self, path: str, time: FloatArray, pose: FloatArray, *, moving: bool = False) -> Iterator[Chunk]:
-        """Poses (n, 7) of an entity where they differ from the last shown one; of a boat all, as water is around it."""
-        if not moving:
-            taken = self._shown.setdefault(path, Threshold(NEAR))(pose)
-            time, pose = time[taken], pose[taken]
-        if len(time):
-            yield transforms(path, time, pose[:, :3], pose[:, [4, 5, 6, 3]])
+    def _posed(self, rows: FloatArray) -> BoolArray:
+        """Which rows are shown: some per second, and all where a boat or the sea moves fast, or the run is watched."""
+        shown = self._pose(rows[:, 0])
+        if self._boats:
+            shown |= (np.abs(self._boat_velocities(rows)) > FAST).any(axis=(1, 2))
+        return shown | (self._plan_size is not None or self._water.fast)
+
+    def _transforms(
+        self, path: str, rows: FloatArray, pose: FloatArray, near: float | tuple[float, ...]
+    ) -> Iterator[Chunk]:
+        """Poses (n, 7) of an entity where they are not `near` the last shown one."""
+        taken, shown = self._shown.setdefault(path, Held(POSE_STEP, within=near))(pose)
+        if taken.any():
+            yield transforms(path, rows[taken, 0], shown[taken, :3], shown[taken][:, [4, 5, 6, 3]])
 
     def _fleet(self, rows: FloatArray) -> Iterator[Chunk]:
         """The middle of what the camera follows, at the mean water level."""
@@ -146,10 +159,12 @@ class MovingChunks:
         return rows[:, np.add.outer(start, np.arange(3))]
 
     def _slow(self, rows: FloatArray) -> Iterator[Chunk]:
-        """What is written at the rate of the plots."""
+        """What is written at rates of its own."""
+        plotted, rows = rows[self._plotted(rows[:, 0])], rows[self._arrow(rows[:, 0])]
+        if len(plotted):
+            yield from self._plots(plotted)
         if not len(rows):
             return
-        yield from self._plots(rows)
         yield from self._weather(self._scene, rows)
         if self._plan_size is not None:
             size = np.full((len(rows), 3), self._plan_size)

@@ -14,11 +14,12 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.frames import in_world_axes
+from vrx_mj.physics.kernel import kernel
 from vrx_mj.recording.record_scene import RecordedBody, SeaHeight
-from vrx_mj.recording.timeline import Threshold
+from vrx_mj.recording.timeline import Held
 
-STEP = 1.0 / 64.0
-"""Heights are rounded to this [m]: they compress twice as well, and nobody sees it."""
+STEP, KEEP = 1.0 / 64.0, 0.75
+"""What heights are rounded to [m], and how far a shown one may be off, in steps: what is equal takes no space."""
 CELL, CORE = 3.0, 7.0
 """Size of the smallest cells, and how far from a boat they reach [m]."""
 GROWTH, REACH = (0.6, 0.9), (40.0, 500.0)
@@ -33,16 +34,12 @@ CALM = (5.0, 13.0)
 """Size of cells from which waves fade, and of those that show none [m]."""
 
 
-def rounded(z: FloatArray) -> FloatArray:
-    """Heights [m] in whole steps."""
-    steps: FloatArray = np.round(z / STEP) * STEP
-    return steps
-
-
 RATES = (2.0, 2.5, 4.0)
 """Rates of pictures of the sea [Hz], which divide that of the rows."""
 PHASES, LATE = 8.0, 0.056
 """Pictures in a period of the waves, and how far the surface goes in half the time of one [m, rms], at most."""
+FAST = 0.07
+"""Vertical speed of the surface from which every row is shown [m/s, rms]: three times it is 1 cm from row to row."""
 SAMPLES = 1000
 """Places at which motion and shape of a sea are sampled."""
 
@@ -68,6 +65,11 @@ class Swell(NamedTuple):
         frequency = self.speed / (2.0 * math.pi * max(self.deviation, 1e-9))
         wanted = max(PHASES * frequency, self.speed / (2.0 * LATE))
         return next((rate for rate in RATES if rate >= wanted), RATES[-1])
+
+    @property
+    def fast(self) -> bool:
+        """Whether every row is shown."""
+        return self.speed > FAST
 
     @property
     def interval(self) -> float:
@@ -184,12 +186,28 @@ def triangles(rows: int, columns: int) -> npt.NDArray[np.uint32]:
     return np.concatenate([first, second]).astype(np.uint32)
 
 
+@kernel
+def on_patches(points: FloatArray, places: FloatArray, reach: FloatArray, found: FloatArray) -> None:
+    """Write 1 for each of points (n, m, boats, 2) [m] of wakes that may be over the patch of another boat, else 0.
+
+    Boats are at places (n, boats, 2) [m], their patches within `reach` (boats,) [m].
+    """
+    for i in range(points.shape[0]):
+        for j in range(points.shape[1]):
+            for own in range(points.shape[2]):
+                found[i, j, own] = 0.0
+                for other in range(points.shape[2]):
+                    x, y = points[i, j, own, 0] - places[i, other, 0], points[i, j, own, 1] - places[i, other, 1]
+                    if other != own and x * x + y * y < reach[other] ** 2:
+                        found[i, j, own] = 1.0
+
+
 HULL_CELL = 0.6
 """Least size of a patch's cells [m]; there are up to `HULL_CELLS` of them along a side."""
 HULL_CELLS = 24
 FLAT, CHORD = 0.006, 0.0025
 """How far planes of cells, and heights between evaluated ones, may be from the surface [m]."""
-STILL = 0.75 * STEP
+STILL = 0.0195
 """How far the shown heights of a patch may be from the surface for it to stay [m]."""
 HULL_MARGIN, RIM = 0.25, 1.2
 """Water around a hull's bounding box, and around that a rim that goes down under the fleet's mesh [m]."""
@@ -212,17 +230,14 @@ def hull_lines(boat: RecordedBody, cell: float) -> Lines:
     return x, y
 
 
-def with_low_rim(z: FloatArray, drop: float) -> FloatArray:
-    """Rounded heights (n, rows, columns) [m] of a patch whose rim is lower by more than `drop` [m]."""
-    low = np.ones(z.shape[1:], bool)
-    low[1:-1, 1:-1] = False
-    return np.where(low, np.round((z - 1.5 * drop) / RIM_STEP) * RIM_STEP, rounded(z))
+def hull_water(lines: Lines) -> Held:
+    """Heights of a patch as they are shown: those of its rim, which lies lower, are rounded more."""
+    low = np.pad(np.zeros((len(lines[1]) - 2, len(lines[0]) - 2), np.bool_), 1, constant_values=True).ravel()
+    return Held(np.where(low, RIM_STEP, STEP), keep=KEEP, within=np.where(low, 2.0 * RIM_STEP, STILL))
 
 
-def patch_heights(
-    sea: Swell, lines: Lines, time: FloatArray, pose: FloatArray, changed: Threshold
-) -> tuple[BoolArray, FloatArray]:
-    """Which of times (n,) [s] with poses (n, 7) a patch changes at, and its heights (m, rows, columns) [m] then.
+def patch_heights(sea: Swell, lines: Lines, time: FloatArray, pose: FloatArray, drop: float) -> FloatArray:
+    """Heights (n, rows, columns) of a patch at times (n,) [s] with poses (n, 7), its rim lower by more than `drop` [m].
 
     At some times the surface is met along the vertical from the frame's plane, between them on straight lines; how far
     the vertical leans in the frame is made good with the slope. A boat upside down has no patch.
@@ -234,15 +249,15 @@ def patch_heights(
     after = np.searchsorted(some, np.arange(last + 1))
     before = np.maximum(after - 1, 0)
     share = ((np.arange(last + 1) - some[before]) / np.maximum(some[after] - some[before], 1))[:, None, None]
-    up = _axes(pose)[..., 2]
-    ahead, aside, upright = up.T[..., None, None]
+    ahead, aside, upright = _axes(pose)[..., 2].T[..., None, None]
     over = met[before] * (1.0 - share) + met[after] * share
     over -= pose[:, 2, None, None] + ahead * lines[0] + aside * lines[1][:, None]
-    taken = changed(over[:, 1:-1, 1:-1].reshape(last + 1, -1))
-    over, (ahead, aside, upright) = over[taken], up[taken].T[..., None, None]
     across, along = np.gradient(over, *lines[::-1], axis=(1, 2))
     z = over * upright * (1.0 - along * ahead - across * aside)
-    return taken, np.where(upright > 0.3, z, -1e4 * np.sign(upright))
+    z[:, [0, -1]] -= 1.5 * drop
+    z[:, 1:-1, [0, -1]] -= 1.5 * drop
+    shown: FloatArray = np.where(upright > 0.3, z, -1e4 * np.sign(upright))
+    return shown
 
 
 def patch_points(lines: Lines, pose: FloatArray) -> FloatArray:
@@ -274,17 +289,26 @@ def light(z: FloatArray, toward: FloatArray) -> FloatArray:
 def colors(bright: FloatArray, haze: FloatArray | float = 0.0) -> npt.NDArray[np.uint32]:
     """Colours 0xRRGGBBAA of light, from deep water to crest, with a share of the horizon's colour."""
     far = np.round(np.asarray(haze) * (HAZES - 1)).astype(np.intp)
-    return PALETTE[far, (bright * (SHADES - 1)).astype(np.uint8)]
+    return PALETTE[far, np.round(bright * (SHADES - 1)).astype(np.uint8)]
+
+
+def shades() -> Held:
+    """Light as it is shown, in whole shades."""
+    return Held(1.0 / (SHADES - 1), keep=1.0)
+
+
+def packed(rgb: FloatArray) -> npt.NDArray[np.uint32]:
+    """Colours 0xRRGGBBAA of red, green and blue (..., 3), 0 to 255."""
+    red, green, blue = np.moveaxis(np.round(rgb).astype(np.uint32), -1, 0)
+    colors: npt.NDArray[np.uint32] = (red << 24) | (green << 16) | (blue << 8) | np.uint32(255)
+    return colors
 
 
 def _palette() -> npt.NDArray[np.uint32]:
     """Colours of each haze and shade."""
     share = np.linspace(0.0, 1.0, SHADES)[:, None]
     far = np.linspace(0.0, 1.0, HAZES)[:, None, None]
-    mixed = (DEEP + (CREST - DEEP) * share) * (1.0 - far) + HAZE * far
-    red, green, blue = np.moveaxis(np.round(mixed).astype(np.uint32), -1, 0)
-    palette: npt.NDArray[np.uint32] = (red << 24) | (green << 16) | (blue << 8) | np.uint32(255)
-    return palette
+    return packed((DEEP + (CREST - DEEP) * share) * (1.0 - far) + HAZE * far)
 
 
 PALETTE = _palette()

@@ -57,30 +57,46 @@ class Ticker:
         return taken
 
 
-class Threshold:
-    """Picks rows so that every row is near the last picked one: the first, and each that is not."""
+class Held:
+    """Values as they are shown: rounded, each as it was until it is off by more than it may, in the rows where one is.
 
-    def __init__(self, within: npt.ArrayLike) -> None:
-        """`within`: how far values (k,) of a row may be from those of the last picked one."""
-        self._within = np.asarray(within, np.float64)
+    What stays the same from row to row takes hardly any space in a file.
+    """
+
+    def __init__(self, step: npt.ArrayLike, *, keep: float = 0.5, within: npt.ArrayLike = 0.0) -> None:
+        """`step`: what values (k,) or (...) are rounded to; `keep`: how far one may be off in a shown row, in steps.
+
+        `within`: how far each may be off before a row is shown, if that is more.
+        """
+        self._step, self._keep, self._within = np.asarray(step, np.float64), keep, np.asarray(within, np.float64)
         self._last = np.full(0, np.nan)
 
-    def __call__(self, values: FloatArray) -> BoolArray:
-        """Which of the rows (n, k) to take."""
-        taken = np.empty(len(values), np.bool_)
-        self._last = self._last if self._last.shape == values.shape[1:] else np.full(values.shape[1], np.nan)
-        _pick(np.ascontiguousarray(values), np.broadcast_to(self._within, self._last.shape).copy(), self._last, taken)
-        return taken
+    def __call__(self, values: FloatArray) -> tuple[BoolArray, FloatArray]:
+        """Which of the rows (n, ...) are shown, and what is shown at the time of each, of the same shape."""
+        count, taken = math.prod(values.shape[1:]), np.empty(len(values), np.bool_)
+        shown = np.array(values, np.float64).reshape(len(values), count)
+        if len(self._last) != count:
+            self._last = np.full(count, np.nan)
+        step, within = (np.broadcast_to(each, count) for each in (self._step, self._within))
+        keep = (self._keep + 1e-9) * step
+        _hold(shown, step, keep, np.maximum(within, keep), self._last, taken)
+        return taken, shown.reshape(values.shape)
 
 
 @kernel
-def _pick(values: FloatArray, within: FloatArray, last: FloatArray, taken: BoolArray) -> None:
-    """Write which rows of `values` (n, k) have one further than `within` (k,) from `last` (k,), which follows them."""
+def _hold(
+    values: FloatArray, step: FloatArray, keep: FloatArray, within: FloatArray, last: FloatArray, taken: BoolArray
+) -> None:
+    """Write which rows of `values` (n, k) have one further than `within` from `last` (k,), and into each what is shown.
+
+    Of such a row each value further than `keep` from `last` takes its place there, in whole steps.
+    """
     for i in range(values.shape[0]):
         taken[i] = False
         for j in range(values.shape[1]):
             if not abs(values[i, j] - last[j]) <= within[j]:  # NaN is the first
                 taken[i] = True
-        if taken[i]:
-            for j in range(values.shape[1]):
-                last[j] = values[i, j]
+        for j in range(values.shape[1]):
+            if taken[i] and not abs(values[i, j] - last[j]) <= keep[j]:
+                last[j] = np.rint(values[i, j] / step[j]) * step[j] + 0.0  # no -0.0
+            values[i, j] = last[j]

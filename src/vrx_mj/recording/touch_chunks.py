@@ -13,6 +13,8 @@ from vrx_mj.recording.task_chunks import STEPS, mark_chunks
 from vrx_mj.recording.timeline import static, times
 from vrx_mj.runtime.subscriptions import Touch
 
+TOUCH_WORDS = "/world/forces"
+"""Entities of names and forces."""
 COLOR = shade((1.0, 0.0, 0.45))
 LONGEST, TYPICAL = 5.0, 1000.0
 """Length of an arrow [m] that no force reaches, and the force [N] whose arrow has half of it."""
@@ -32,11 +34,10 @@ def touch_chunks(touches: Sequence[Touch]) -> Iterator[Chunk]:
         yield static(path, rr.Arrows3D.from_fields(colors=[COLOR], radii=[0.16]))
         arrow = rr.Arrows3D.columns(vectors=[vector], origins=[touch.point]).partition([1, 0])
         yield Chunk.from_columns(path, [time], arrow)
-        yield static(
-            f"{path}/force", rr.Points3D.from_fields(colors=[text_color(COLOR)], radii=[0.0], show_labels=True)
-        )
+        said = f"{TOUCH_WORDS}/{touch.boat}/{touch.other}"
+        yield static(said, rr.Points3D.from_fields(colors=[text_color(COLOR)], radii=[0.0], show_labels=True))
         label = f"{touch.boat} touches {touch.other}, {touch.force:.0f} N"
         words = rr.Points3D.columns(positions=[touch.point + vector], labels=[label]).partition([1, 0])
-        yield Chunk.from_columns(f"{path}/force", [time], words)
+        yield Chunk.from_columns(said, [time], words)
         states = rr.StateChange.columns(state=[f"{touch.force:.0f} N"]).partition([1, 0])
         yield Chunk.from_columns(f"{STEPS}/{touch.boat}/{touch.other}", [time], states)

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import rerun as rr
 from rerun.chunk import Chunk
 
-from vrx_mj.arrays import ByteArray, FloatArray
+from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.recording import sea_meshes as sea
 from vrx_mj.recording.record_scene import RecordedBody, SeaHeight
 from vrx_mj.recording.sea_meshes import Grid, Lines, Swell
-from vrx_mj.recording.timeline import Threshold, Ticker, shown, static, times
+from vrx_mj.recording.timeline import Held, Ticker, shown, static, times
 
-TRAIL_RATE = 2.0
+TRAIL_RATE = 1.0
 """Pieces of a trail [Hz]."""
 FASTEST = 3.0
 """Speed of the last colour of a trail [m/s]; the first is that of a boat at rest."""
@@ -35,29 +35,52 @@ SUNK = 1.0
 """How much lower the fleet's mesh is under hulls, in standard deviations of the sea."""
 
 
+class Shown(NamedTuple):
+    """What is shown of the water at a boat."""
+
+    lines: Lines
+    """Lines of the patch at its hull."""
+    heights: Held
+    bright: Held
+    wake: Held
+
+
 class WaterChunks:
     """Turns places of boats into chunks; it knows where each trail ended, the wakes, and where cells were laid."""
 
     def __init__(self) -> None:
-        self._trail, self._drop = Ticker(TRAIL_RATE), Ticker(WAKE_RATE)
+        self._trail, self._drop, self._sea = Ticker(TRAIL_RATE), Ticker(WAKE_RATE), Ticker(sea.RATES[0])
         self._trail_end: dict[str, FloatArray] = {}
         self._wakes: dict[str, FloatArray] = {}
-        self._hulls: dict[str, tuple[Lines, Threshold]] = {}
+        self._left = 0
+        self._hulls: dict[str, Shown] = {}
         self._begun: set[str] = set()
-        self._bodies: Sequence[RecordedBody] = ()
-        self._height: SeaHeight | None = None
         self._swell: Swell | None = None
-        self._sea: Ticker | None = None
         self._laid = np.zeros((0, 2))
+        self._heights = self._bright = Held(0.0)
         self._mesh = ""
+
+    @property
+    def fast(self) -> bool:
+        """Whether the sea moves so fast that it is shown at every row."""
+        return self._swell is not None and self._swell.fast
 
     def keep(self, boats: Sequence[RecordedBody], height: SeaHeight | None) -> None:
         """Go on with these boats; forget all others. `height` None: the sea is not shown."""
         names = {boat.name for boat in boats}
         self._trail_end = {boat: end for boat, end in self._trail_end.items() if boat in names}
         self._wakes = {boat: wake for boat, wake in self._wakes.items() if boat in names}
-        self._hulls = {boat: hull for boat, hull in self._hulls.items() if boat in names}
-        self._bodies, self._height = boats, height
+        if height is None:
+            return
+        if self._swell is None:
+            self._swell = sea.swell_of(height)
+            self._sea = Ticker(self._swell.rate)
+        lines = {boat.name: sea.hull_lines(boat, self._swell.cell) for boat in boats if boat.name not in self._hulls}
+        new = {
+            boat: Shown(own, sea.hull_water(own), sea.shades(), Held(WAKE_STEPS, keep=sea.KEEP))
+            for boat, own in lines.items()
+        }
+        self._hulls = {boat: hull for boat, hull in (self._hulls | new).items() if boat in names}
 
     def __call__(
         self, boats: Sequence[str], time: FloatArray, places: FloatArray, quaternions: FloatArray
@@ -65,13 +88,8 @@ class WaterChunks:
         """Chunks of boats at times (n,) [s], places (n, boats, 3) [m] and quaternions (n, boats, 4)."""
         if (taken := self._trail(time)).any():
             yield from self._trails(boats, time[taken], places[taken])
-        if self._height is None:
+        if self._swell is None:
             return
-        self._swell = self._swell or sea.swell_of(self._height)
-        self._sea = self._sea or Ticker(self._swell.rate)
-        for body in self._bodies:
-            if body.name not in self._hulls:
-                self._hulls[body.name] = sea.hull_lines(body, self._swell.cell), Threshold(sea.STILL)
         poses = np.concatenate([places, quaternions], axis=-1)
         for i, boat in enumerate(boats):
             yield from self._patch(boat, self._swell, time, poses[:, i])
@@ -79,8 +97,9 @@ class WaterChunks:
         left, newest = self._leave(boats, places[drops, :, :2], places[0, :, :2]), np.cumsum(drops)
         frames = np.flatnonzero(self._sea(time))
         for part in (frames[i : i + SEA_FRAMES] for i in range(0, len(frames), SEA_FRAMES)):
-            wakes = ribbons(places[part, :, :2], left[newest[part, None] + np.arange(WAKE_POINTS - 1)[::-1]])
-            yield from self._seas(boats, self._swell, time[part], poses[part], wakes)
+            wakes = ribbons(places[part, :, :2], left[newest[part, None] + np.arange(WAKE_POINTS)[::-1]])[:, :-1]
+            yield from self._seas(boats, self._swell, time[part], poses[part], wakes, self._left + newest[part])
+        self._left += int(newest[-1])
 
     def _trails(self, boats: Sequence[str], time: FloatArray, places: FloatArray) -> Iterator[Chunk]:
         """At each time the piece of the way since the time before, in the colour of its speed."""
@@ -97,22 +116,24 @@ class WaterChunks:
 
     def _patch(self, boat: str, swell: Swell, time: FloatArray, pose: FloatArray) -> Iterator[Chunk]:
         """The water at a boat's hull, in its frame: for poses (n, 7), where it changes."""
-        (x, y), changed = self._hulls[boat]
-        path = patch_path(boat)
+        (x, y), path = self._hulls[boat].lines, patch_path(boat)
         yield from self._begin(path, y, x, rr.CoordinateFrame(f"tf#/world/boats/{boat}"))
-        taken, z = sea.patch_heights(swell, (x, y), time, pose, changed)
+        taken, z = self._hulls[boat].heights(sea.patch_heights(swell, (x, y), time, pose, SUNK * swell.deviation))
         if taken.any():
-            points = mesh_points(x, y, sea.with_low_rim(z, SUNK * swell.deviation))
-            yield mesh_chunk(path, time[taken], vertex_positions=[points])
+            yield mesh_chunk(path, time[taken], vertex_positions=[mesh_points(x, y, z[taken])])
 
     def _seas(
-        self, boats: Sequence[str], swell: Swell, time: FloatArray, poses: FloatArray, wakes: FloatArray
+        self, boats: Sequence[str], swell: Swell, time: FloatArray, poses: FloatArray, wakes: FloatArray, left: IntArray
     ) -> Iterator[Chunk]:
-        """The sea around boats with poses (n, boats, 7), as a mesh, wakes on it, and its colours for hulls' water."""
-        hulls = [self._hulls[boat][0] for boat in boats]
+        """The sea around boats with poses (n, boats, 7), as a mesh, wakes on it, and its colours for hulls' water.
+
+        `wakes` are of boats that have left so many points each (n,).
+        """
+        hulls = [self._hulls[boat].lines for boat in boats]
         reach = np.array([np.hypot(*(np.abs(line).max() - sea.RIM for line in lines)) for lines in hulls])
-        points = [sea.patch_points(lines, poses[:, i]).reshape(3, len(time), -1) for i, lines in enumerate(hulls)]
-        patches = np.moveaxis(np.concatenate(points, axis=-1), 0, -1)
+        wet = [sea.patch_points(lines, poses[:, i]).reshape(3, len(time), -1) for i, lines in enumerate(hulls)]
+        patches = np.moveaxis(np.concatenate(wet, axis=-1), 0, -1)
+        ends = np.cumsum([part.shape[-1] for part in wet])
         drawn: dict[str, list[tuple[npt.NDArray[Any], ...]]] = defaultdict(list)
         for frames, grid in self._grids(poses[..., :2]):
             path = f"/world/sea/{len(grid.y)}x{len(grid.x)}"
@@ -122,20 +143,36 @@ class WaterChunks:
                     yield shown(time[frames][0], self._mesh, rr.Clear(recursive=False))
                 self._mesh = path
             z = grid.heights(swell, time[frames] + LEAD / swell.rate)
-            bright = sea.light(z - swell.level, grid.toward(z))
-            z = sea.rounded(z - SUNK * swell.deviation * grid.near(poses[frames, :, :2], reach))
+            _, bright = self._bright(sea.light(z - swell.level, grid.toward(z)))
+            sunk = np.where(grid.near(poses[frames, :, :2], reach), SUNK * swell.deviation, 0.0)
+            _, z = self._heights(z - sunk)
             drawn[path].append((time[frames], mesh_points(grid.x, grid.y, z), sea.colors(bright, grid.haze)))
-            height = sea.rounded(grid.sampled(z, wakes[frames]) + OVER[0] + OVER[1] * swell.deviation)
-            drawn["hulls"].append((height, sea.colors(grid.sampled(bright, patches[frames]))))
-        height, wet = map(np.concatenate, zip(*drawn.pop("hulls"), strict=True))
-        foam = np.concatenate([wakes, height[..., None]], axis=-1).astype(np.float32)
-        ends = np.cumsum([part.shape[-1] for part in points])
+            points, covered = wakes[frames], np.zeros(wakes[frames].shape[:-1])
+            flat = len(points), 2 * WAKE_POINTS, len(boats)
+            sea.on_patches(points.reshape(*flat, 2), poses[frames, :, :2], reach + MARGIN, covered.reshape(flat))
+            height = grid.sampled(z, points) + covered * grid.sampled(sunk, points)
+            drawn["hulls"].append((height + OVER[0] + OVER[1] * swell.deviation, grid.sampled(bright, patches[frames])))
+        height, bright = map(np.concatenate, zip(*drawn.pop("hulls"), strict=True))
         for path, parts in drawn.items():
-            moments, positions, seen = zip(*parts, strict=True)
-            yield mesh_chunk(path, np.concatenate(moments), vertex_positions=positions, vertex_colors=seen)
-        for i, (boat, own) in enumerate(zip(boats, np.split(wet, ends[:-1], axis=1), strict=True)):
-            yield mesh_chunk(wake_path(boat), time, vertex_positions=[foam[:, :, :, i]])
-            yield mesh_chunk(patch_path(boat), time, vertex_colors=[own])
+            moments, positions, tints = zip(*parts, strict=True)
+            yield mesh_chunk(path, np.concatenate(moments), vertex_positions=positions, vertex_colors=tints)
+        foam = np.concatenate([wakes, height[..., None]], axis=-1)
+        for i, (boat, own) in enumerate(zip(boats, np.split(bright, ends[:-1], axis=1), strict=True)):
+            yield from self._wake(boat, time, foam[:, :, :, i], left)
+            taken, seen = self._hulls[boat].bright(own)
+            if taken.any():
+                yield mesh_chunk(patch_path(boat), time[taken], vertex_colors=[sea.colors(seen[taken])])
+
+    def _wake(self, boat: str, time: FloatArray, foam: FloatArray, left: IntArray) -> Iterator[Chunk]:
+        """Pieces of a wake between both sides (n, points, 2, 3) [m]: each has its place in the mesh while it lasts."""
+        age = (left[:, None] + 1 - np.arange(WAKE_PIECES)) % WAKE_PIECES
+        frame = np.arange(len(time))[:, None]
+        pieces = np.stack([foam[frame, age + 1], foam[frame, age]], axis=2)
+        taken, pieces = self._hulls[boat].wake(pieces)
+        if taken.any():
+            points, age = pieces[taken].astype(np.float32), age[taken]
+            tints = np.stack([FOAM[age + 1], FOAM[age]], axis=2).repeat(2, axis=2)
+            yield mesh_chunk(wake_path(boat), time[taken], vertex_positions=[points], vertex_colors=[tints])
 
     def _begin(self, path: str, y: FloatArray, x: FloatArray, *more: rr.AsComponents) -> Iterator[Chunk]:
         """What an entity with a mesh always has, once: triangles alone, without which a viewer drops the mesh."""
@@ -148,7 +185,7 @@ class WaterChunks:
         begin = 0
         while begin < len(places):
             if self._laid.shape != places[begin].shape or np.abs(places[begin] - self._laid).max() > MOVED:
-                self._laid = places[begin]
+                self._laid, self._heights, self._bright = places[begin], Held(sea.STEP, keep=1.0), sea.shades()
             gone = np.abs(places[begin:] - self._laid).max(axis=(1, 2)) > MOVED
             end = begin + int(np.argmax([*gone, True]))
             yield slice(begin, end), sea.grid_around(self._laid)
@@ -159,7 +196,7 @@ class WaterChunks:
 
         A new boat has left all of the m at its `first` place.
         """
-        count = WAKE_POINTS - 1
+        count = WAKE_POINTS
         before = [self._wakes.get(boat, np.repeat(first[i : i + 1], count, axis=0)) for i, boat in enumerate(boats)]
         left = np.concatenate([np.stack(before, axis=1), places])
         self._wakes = {boat: left[-count:, i] for i, boat in enumerate(boats)}
@@ -169,12 +206,15 @@ class WaterChunks:
 def ribbons(places: FloatArray, left: FloatArray) -> FloatArray:
     """Both sides (n, points, 2, boats, 2) [m] of wakes from places (n, boats, 2) back along points (n, m, boats, 2).
 
+    What lies across a point is across the way from the point left before it; those before the last are thus final.
     A boat that hardly moves has a narrow wake.
     """
     points = np.concatenate([places[:, None], left], axis=1)
-    way = np.gradient(points, axis=1)
+    way = points - np.concatenate([left[:, 1:2], left[:, 1:], left[:, -1:], left[:, -1:]], axis=1)[:, : points.shape[1]]
+    way[:, -1] = way[:, -2]
     across = way[..., ::-1] * (-0.5, 0.5) / np.maximum(np.hypot(way[..., 0], way[..., 1]), SLOW)[..., None]
-    across *= np.linspace(*WAKE_WIDTHS, WAKE_POINTS)[:, None, None]
+    across[:, 0] *= WAKE_WIDTHS[0]
+    across[:, 1:] *= WAKE_WIDTHS[1]
     return np.stack([points - across, points + across], axis=2)
 
 
@@ -216,22 +256,31 @@ def wake_path(boat: str) -> str:
 
 
 def wake_looks() -> rr.Mesh3D:
-    """Triangles and colours of a wake, from foam to water."""
-    share = np.linspace(0.0, 1.0, WAKE_POINTS)
-    shades = [np.interp(share, (0.0, 0.5, 1.0), part) for part in zip(*FOAM, strict=True)]
-    foam = np.repeat(np.column_stack(shades), 2, axis=0).astype(np.uint8)
-    return rr.Mesh3D.from_fields(triangle_indices=sea.triangles(WAKE_POINTS, 2), vertex_colors=foam)
+    """Triangles of a wake, four corners to a piece."""
+    corners = 4 * np.arange(WAKE_PIECES)[:, None, None] + np.array([[0, 1, 3], [0, 3, 2]])
+    return rr.Mesh3D.from_fields(triangle_indices=corners.reshape(-1, 3).astype(np.uint32))
 
 
-WAKE_RATE = 1.5
+WAKE_RATE = 0.8
 """Points that a boat leaves [Hz]."""
-WAKE_POINTS = 20
-"""Points of a wake, the boat's place included."""
+WAKE_POINTS, WAKE_PIECES = 11, 10
+"""Points of a wake, the boat's place included, and pieces between them."""
+WAKE_STEPS = np.tile([1.0 / 128.0, 1.0 / 128.0, sea.STEP], 4 * WAKE_PIECES)
+"""What corners of pieces are rounded to [m]."""
 WAKE_WIDTHS = (0.7, 1.3)
-"""Width of a wake at the boat and at its end [m]."""
+"""Width of a wake at the boat and behind it [m]."""
 SLOW = 0.2
 """Way between two points under which a wake is narrower [m]."""
-FOAM = ((214, 232, 240), (104, 148, 172), (50, 98, 128))
-"""Colours of a wake at the boat, half-way and at its end, where it is nearly that of the sea."""
+FOAM = sea.packed(
+    np.column_stack(
+        [
+            np.interp(np.linspace(0.0, 1.0, WAKE_POINTS), (0.0, 0.5, 1.0), part)
+            for part in ((214, 104, 50), (232, 148, 98), (240, 172, 128))
+        ]
+    )
+)
+"""Colours of a wake from the boat to its end, where it is nearly that of the sea."""
 OVER = (0.04, 0.15)
 """Height of a wake over the drawn sea [m], and more in standard deviations of the sea: cells are flat."""
+MARGIN = 1.0
+"""How far from a boat's hull the wakes of others are over its patch [m], besides the reach of that."""

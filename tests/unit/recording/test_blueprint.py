@@ -5,15 +5,26 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rerun.blueprint import View
+from rerun.blueprint import Corner2D, View
 from rerun.blueprint.components import LinkAxis
 from rerun.chunk import RrdReader
 
 import recorded_run
 from trees import partial
-from vrx_mj.recording.blueprint import LETTER, PLAN_LINES, layout, plan_view, sea_view, unnamed, whole_run
+from vrx_mj.recording.blueprint import (
+    LETTER,
+    PLAN_LINES,
+    layout,
+    plan_view,
+    plot_view,
+    sea_view,
+    unnamed,
+    whole_run,
+)
 from vrx_mj.recording.eyes import PLAN_ASPECT, PLAN_LINE, PLAN_MARGIN, PLAN_SLOPE, followed_circle, sea_eye
 from vrx_mj.recording.static_chunks import boat_chunks, still_chunks
+from vrx_mj.recording.touch_chunks import touch_chunks
+from vrx_mj.runtime.subscriptions import Touch
 
 CALM = {"task": None, "boats": [], "wind": {"mean": 0.0, "gain": 0.0}, "sea": {"waves": []}}
 
@@ -131,6 +142,32 @@ def test_the_shown_range_ends_a_little_after_the_run():
     span = whole_run(replace(recorded_run.scene(), begun=20.0, ended=100.0))
     assert (span.start.kind, span.end.kind) == ("infinite", "absolute")
     assert span.end.inner.value == 105_000_000_000
+
+
+def test_a_legend_stands_behind_the_run():
+    """In its last quarter there is no line that it could hide; while a run goes on, that is where it is."""
+    ended = replace(recorded_run.scene(), begun=0.0, ended=100.0)
+    for scene, corner, end in ((ended, "RightTop", 135_000_000_000), (recorded_run.scene(), "LeftTop", None)):
+        view = plot_view(scene, ("speed", "Speed"), legend=True)
+        assert view.properties["PlotLegend"].corner.as_arrow_array().to_pylist() == [Corner2D[corner].value]
+        span = view.properties["TimeAxis"].view_range.as_arrow_array().to_pylist()[0]["end"]
+        assert span == end
+
+
+def test_names_and_forces_of_touches_are_beside_the_boats_and_not_under_their_names_in_the_plan():
+    scene = recorded_run.scene()
+    touch = Touch("wamv1", "wamv2", 4.0, 1e3, point=(0, 0, 0), vector=(1e3, 0, 0))
+    words = [chunk.entity_path for chunk in touch_chunks([touch]) if any("labels" in name for name in columns(chunk))]
+    assert words
+    for path in words:
+        left_out = [f"- {path.rpartition('/')[0].rpartition('/')[0]}/**"]
+        assert left_out[0] in plan_view(scene).contents
+        assert left_out[0] not in sea_view(scene).contents
+
+
+def columns(chunk):
+    """Names of a chunk's columns."""
+    return chunk.to_record_batch().schema.names
 
 
 @pytest.mark.parametrize("way", [(20.0, 0.0), (0.0, 20.0)])

@@ -1,6 +1,7 @@
 """What moves in a recording: when it is shown, and where arrows and engines point."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import vrx_mj
 from integration.sailing import boats, water
 from vrx_mj.frames import quaternion, rotation_matrix
 from vrx_mj.recording.motion_chunks import (
+    POSE_STEP,
     MovingChunks,
     engine,
     motion,
@@ -81,8 +83,32 @@ def test_the_poses_of_boats_are_those_of_the_rows():
     sim.set_boat("a", pose=(3.0, -2.0, 0.5, 0.1, 0.2, 2.5))
     chunks = {chunk.entity_path: chunk for chunk in MovingChunks(scene_of(sim))(sim.row()[None])}
     x, y, z, w = np.ravel(column(chunks["/world/boats/a"], "quaternion"))
-    assert (w, x, y, z) == pytest.approx(quaternion(0.1, 0.2, 2.5), abs=1e-6)
+    assert (w, x, y, z) == pytest.approx(quaternion(0.1, 0.2, 2.5), abs=POSE_STEP[-1] / 2)
     assert np.ravel(column(chunks["/world/boats/a"], "translation")) == pytest.approx([3.0, -2.0, 0.5], abs=1e-6)
+
+
+def shown_times(velocity, **how):
+    """Times at which a boat is shown that is at rest, of a second of rows, but for a velocity in the second half."""
+    scene = replace(recorded_run.scene(1), sea_height=None)
+    rows = np.repeat([recorded_run.row_at(0.0, 1)], 20, axis=0)
+    rows[:, 0] = np.arange(20) / 20
+    layout = scene.layout()
+    boat = layout.bodies[0]
+    rows[:, layout.pose(boat).start] = rows[:, 0]  # so that every pose differs
+    rows[:, layout.velocity(boat)] = np.where(rows[:, :1] < 0.5, 0.0, velocity)
+    moving = MovingChunks(scene, **how)
+    blocks = [moving(rows[i : i + 1]) for i in range(20)]
+    return [chunk.to_record_batch().column("sim_time")[0].value / 1e9 for block in blocks for chunk in block
+            if chunk.entity_path == "/world/boats/wamv1"]  # fmt: skip
+
+
+def test_a_slow_boat_is_shown_at_half_the_rows_a_fast_one_or_a_watched_one_at_all():
+    slow, fast = (1.5, 0.0, 0.1, 0.0, 0.0, 0.2), (0.0, 3.0, 0.0, 0.0, 0.0, 0.0)
+    half, rows = np.arange(10) / 10, np.arange(20) / 20
+    assert shown_times(slow) == pytest.approx(half)
+    assert shown_times(fast) == pytest.approx([*half[:5], *rows[10:]])
+    assert shown_times((0.0, 0.0, 0.3, 0.0, 0.0, 0.0)) == pytest.approx([*half[:5], *rows[10:]])
+    assert shown_times(slow, live=True) == pytest.approx(rows)
 
 
 def test_the_wind_s_arrow_turns_with_the_wind(tmp_path):

@@ -25,7 +25,7 @@ def test_a_touch_is_an_arrow_of_its_force_at_its_point_while_it_lasts():
     assert np.array(vectors[0]) / np.linalg.norm(vectors[0]) == pytest.approx(np.array([[-1.0, 0.0, 0.0]]))
     assert vectors[1] == []
     assert values(chunks, "/world/touches/a/quay", "Arrows3D:origins")[1] == [[[6.0, 1.0, 0.25]], []]
-    assert values(chunks, "/world/touches/a/quay/force", "Points3D:labels")[1] == [["a touches quay, 1000 N"], []]
+    assert values(chunks, "/world/forces/a/quay", "Points3D:labels")[1] == [["a touches quay, 1000 N"], []]
     assert values(chunks, "/timeline/a/quay", "StateChange:state")[1] == [["1000 N"], []]
     assert values(chunks, "/marks/contacts", "Scalars:scalars")[0] == pytest.approx([4.0])
 

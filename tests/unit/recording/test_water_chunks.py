@@ -28,7 +28,7 @@ from vrx_mj.recording.sea_meshes import (
     triangles,
 )
 from vrx_mj.recording.simulation_scene import scene_of
-from vrx_mj.recording.timeline import Threshold
+from vrx_mj.recording.timeline import Held
 from vrx_mj.recording.water_chunks import FASTEST, OVER, WAKE_WIDTHS, WaterChunks, speed_colors
 
 TRIO = np.array([[0.0, 20.0], [17.3, -10.0], [-17.3, -10.0]])
@@ -179,12 +179,35 @@ def test_wakes_lie_on_the_drawn_sea(storm):
         assert wake[:, 2] == pytest.approx(drawn + over, abs=STEP)
 
 
+def test_a_wake_is_over_the_patch_of_another_boat_and_under_its_own():
+    """A boat lies 8 m behind one that sails away from it, in a swell that lifts and sinks all of the sea at once."""
+    water, time = WaterChunks(), np.arange(100) / 20
+    names = ["wamv1", "wamv2"]
+    water.keep(recorded_run.scene(2).boats(), lambda x, y, t: 0.4 * np.cos(2.0 * np.pi * t / 5.0) + 0.0 * x)
+    places = np.zeros((100, 2, 3))
+    places[:, 0, 0], places[:, 1, 0] = 2.0 * time, 4.0
+    level = np.tile([1.0, 0.0, 0.0, 0.0], (100, 2, 1))
+    chunks = list(water(names, time, places, level))
+    moment, wakes = frames(chunks, "/world/wakes/wamv1", "vertex_positions")
+    for name, over in (("wamv2", True), ("wamv1", False)):
+        patch = frames(chunks, f"/world/sea/hulls/{name}", "vertex_positions")
+        place = places[:, names.index(name)]
+        near = []
+        for at, wake in zip(moment, wakes, strict=True):
+            here = place[np.searchsorted(time, at - 1e-6)]
+            points = latest(patch, at) + here
+            inside = (np.abs(wake[:, :2] - here[:2]) < (2.0, 1.0)).all(axis=1)
+            near += list(wake[inside, 2] - points[:, 2].max())
+        assert len(near) > 3
+        assert (np.array(near) > 0.0).all() == over
+
+
 def test_patch_does_not_depend_on_how_a_boat_leans():
     """Under a plane that leans, heights in the boat's frame are those of a plane that leans the other way."""
     swell = sea_meshes.Swell(lambda x, y, t: 0.2 * x - 0.1 * y + 0.0 * t, 0.0, 0.0)
     lines, time, place = (np.linspace(-3.0, 3.0, 5), np.linspace(-1.0, 1.0, 3)), np.arange(3.0), np.zeros((3, 3))
     turn = np.tile(quaternion(0.15, -0.1, 0.7), (3, 1))
-    _, z = patch_heights(swell, lines, time, np.hstack([place, turn]), Threshold(0.0))
+    z = patch_heights(swell, lines, time, np.hstack([place, turn]), 0.0)
     axes = rotation_matrix(turn[0])
     x, y = np.meshgrid(*lines)
     points = np.stack([x, y, z[0]], axis=-1) @ axes.T
@@ -194,7 +217,7 @@ def test_patch_does_not_depend_on_how_a_boat_leans():
 def test_a_boat_upside_down_has_no_patch_in_sight():
     swell = sea_meshes.Swell(recorded_run.sea_height, 0.0, 0.2)
     lines, turn = (np.linspace(-3.0, 3.0, 5),) * 2, np.array([quaternion(3.0, 0.0, 0.5)])
-    _, z = patch_heights(swell, lines, np.zeros(1), np.hstack([np.zeros((1, 3)), turn]), Threshold(0.0))
+    z = patch_heights(swell, lines, np.zeros(1), np.hstack([np.zeros((1, 3)), turn]), 0.2)
     assert (z * rotation_matrix(turn[0])[2, 2] < -1e3).all()
 
 
@@ -226,22 +249,31 @@ def test_the_patch_that_is_shown_is_near_the_water_in_blocks_of_any_length():
             pose = recorded_run.row_at(moment)[14:21]
             within = latest(shown, moment).reshape(len(lines[1]), len(lines[0]), 3)[1:-1, 1:-1]
             x, y, z = np.moveaxis(within @ rotation_matrix(pose[3:]).T + pose[:3], -1, 0)
-            assert z == pytest.approx(recorded_run.sea_height(x, y, moment), abs=STILL + CHORD + STEP / 2 + 2e-3)
+            assert z == pytest.approx(recorded_run.sea_height(x, y, moment), abs=STILL + CHORD + 2e-3)
 
 
 @given(
     values=arrays(np.float64, st.tuples(st.integers(1, 60), st.integers(1, 3)), elements=st.floats(-9.0, 9.0)),
+    step=st.floats(0.01, 1.0),
+    keep=st.floats(0.5, 3.0),
     within=st.floats(0.0, 5.0),
     cut=st.integers(0, 60),
 )
-def test_every_row_is_near_the_last_picked_one(values, within, cut):
-    picks = Threshold(within)
-    taken = np.concatenate([picks(part) for part in (values[:cut], values[cut:])])
+def test_what_is_shown_is_near_every_row_and_changes_no_more_than_it_must(values, step, keep, within, cut):
+    shows = Held(step, keep=keep, within=within)
+    first, second = shows(values[:cut]), shows(values[cut:])
+    taken, shown = (np.concatenate(parts) for parts in zip(first, second, strict=True))
     assert taken[0]
-    newest = np.maximum.accumulate(np.where(taken, np.arange(len(values)), 0))
-    assert (np.abs(values - values[newest]) <= within).all()
-    before = newest[np.flatnonzero(taken)[1:] - 1]
-    assert (np.abs(values[taken][1:] - values[before]) > within).any(axis=1).all()
+    before = np.concatenate([[np.full(values.shape[1], np.nan)], shown[:-1]])
+    off = np.abs(values - before)
+    assert (np.abs(values - shown) <= max(within, keep * step) + 1e-6).all()
+    assert (np.abs(values - shown)[taken] <= keep * step + 1e-6).all()
+    assert (shown[~taken] == before[~taken]).all()
+    assert (off[taken][1:] > max(within, keep * step) - 1e-6).any(axis=1).all()
+    assert shown == pytest.approx(np.round(shown / step) * step)
+    changed = (shown != before) & ~np.isnan(before)
+    assert (off[changed] > keep * step - 1e-6).all()
+    assert not (np.signbit(shown) & (shown == 0.0)).any(), "-0.0 is another number in a file"
 
 
 def test_a_calm_sea_has_fewer_pictures_and_larger_cells():
@@ -295,6 +327,15 @@ def test_a_wake_begins_at_the_boat_and_gets_wider():
     assert middle[0] == pytest.approx((0.0, 0.0))
     assert middle[1:] == pytest.approx(left[0, :, 0])
     assert width[[0, -1]] == pytest.approx(WAKE_WIDTHS)
+
+
+def test_points_of_a_wake_stay_while_the_boat_goes_on():
+    """A boat in a circle: what was left before the last point is where it was, and so are its sides."""
+    angle = 0.2 * np.arange(20.0)
+    track = 10.0 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)[:, None]
+    count = water_chunks.WAKE_POINTS
+    one, next_one = (water_chunks.ribbons(track[None, i], track[None, i - count : i][:, ::-1]) for i in (12, 13))
+    assert (next_one[0, 2:-1] == one[0, 1:-2]).all()
 
 
 def test_a_boat_at_rest_has_no_wake():
