@@ -66,8 +66,8 @@ def packages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder
 
     Example: vrx-mj ros packages -o ~/vrx_packages
     """
-    from vrx_mj.ros.launch_packages import write_launch_packages
-
+    with importing("a ROS message", "rosbags", "ros1"):
+        from vrx_mj.ros.launch_packages import write_launch_packages
     show(f"{output}: {', '.join(write_launch_packages(output))}")
     show("paste into every shell, or into ~/.bashrc:")
     top = shlex.quote(str(output.absolute()))
