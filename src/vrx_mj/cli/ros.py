@@ -72,8 +72,8 @@ def packages(
 
     Example: vrx-mj ros packages -o ~/vrx_packages
     """
-    from vrx_mj.ros.launch_packages import write_launch_packages
-
+    with importing("a ROS message", "rosbags", "ros1"):
+        from vrx_mj.ros.launch_packages import write_launch_packages
     show(f"{output}: {', '.join(write_launch_packages(output, over))}")
     show("paste into every shell, or into ~/.bashrc:")
     top = shlex.quote(str(output.absolute()))

@@ -26,7 +26,7 @@ from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning
 from vrx_mj.outputs import write_files
 from vrx_mj.ros.interface import Inbox, RosInterface, Sent, Traffic
 from vrx_mj.ros.layout import layout_text
-from vrx_mj.ros.messages import Message, definition, encode, full_name, md5sum, new, stamp, typestore
+from vrx_mj.ros.messages import Message, encode, full_name, full_text, md5sum, new, stamp, typestore
 from vrx_mj.ros.ros_server import CLOCK_RATE, RosServer
 from vrx_mj.ros.table.boats import command_topic
 from vrx_mj.runtime.observation import Observation
@@ -134,7 +134,7 @@ class Ros1File:
             connection = self._writer.add_connection(
                 topic,
                 full_name(type_name),
-                msgdef=definition(type_name),
+                msgdef=full_text(type_name),
                 md5sum=md5sum(type_name),
                 callerid=CALLER,
                 latching=int(latched),

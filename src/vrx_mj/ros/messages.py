@@ -5,8 +5,11 @@ Types are named as ROS 1 names them, `sensor_msgs/Imu`; the two halves of a serv
 is in `definitions`.
 """
 
+import ast
 import hashlib
 import math
+import re
+import sys
 from collections.abc import Mapping
 from functools import cache, lru_cache
 from pathlib import Path
@@ -27,6 +30,12 @@ FieldDesc = tuple[Nodetype, Any]
 DEFINITIONS = Path(__file__).parent / "definitions"
 PADDING = "structure_needs_at_least_one_member"
 """rosbags' only field of a message without fields; it is not sent."""
+MEMBER = f"\n{'=' * 80}\nMSG: "
+"""Between the definitions of a type and of those that it uses."""
+CLASSES = "/usr/lib/python3/dist-packages"
+"""Where Debian has ROS's classes of messages; other releases of ROS set the path of Python."""
+CLASS = re.compile(r'_md5sum = "(\w+)".*?_full_text = (""".*?""")', re.DOTALL)
+"""What such a class says of its type."""
 LARGEST = 1 << 26
 """Elements of an array in a message that is read, at most."""
 
@@ -97,8 +106,31 @@ def decode(raw: bytes | memoryview, type_name: str) -> Message:
 
 @cache
 def definition(type_name: str) -> str:
-    """The full text of a type's definition, with those that it uses, as in a connection's header."""
+    """A type's definition as made from its fields, without comments, with those that it uses."""
     return typestore().generate_msgdef(full_name(type_name))[0]
+
+
+@cache
+def own_text(type_name: str) -> str:
+    """A type's definition without those that it uses, with ROS's comments where this machine has ROS's class of it."""
+    package, _, name = type_name.rpartition("/")
+    for folder in (*sys.path, CLASSES):
+        file = Path(folder, package, "msg", f"_{name}.py")
+        found = CLASS.search(file.read_text("utf-8", "replace")) if file.is_file() else None
+        if found and found[1] == md5sum(type_name):
+            return str(ast.literal_eval(found[2])).partition(MEMBER)[0]
+    file = DEFINITIONS / f"{type_name}.msg"
+    return file.read_text("utf-8") if file.is_file() else definition(type_name).partition(MEMBER)[0]
+
+
+@cache
+def full_text(type_name: str) -> str:
+    """A type's definition, with those that it uses, for the header of a connection.
+
+    `rosbag check` compares it, comments too, with the text of the class that it finds.
+    """
+    used = (part.partition("\n")[0] for part in definition(type_name).split(MEMBER)[1:])
+    return MEMBER.join([own_text(type_name), *(f"{name}\n{own_text(name)}" for name in used)])
 
 
 @cache
@@ -158,7 +190,7 @@ def _dtype(name: str) -> str:
 
 def _hashed(type_name: str) -> str:
     """What ROS computes an md5 sum of: the definition, with the sums of other messages in place of their types."""
-    own = definition(type_name).partition("=" * 80)[0]
+    own = definition(type_name).partition(MEMBER)[0]
     return "\n".join(_hashed_line(line) for line in own.splitlines() if line)
 
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from vrx_mj.config.search import DEEPEST, SOURCES, ReadingError, is_built_in, read_limited
 from vrx_mj.errors import NetworkError, VrxError
 from vrx_mj.outputs import Content, check_inside, write_files, writing
-from vrx_mj.ros.messages import DEFINITIONS, definition
+from vrx_mj.ros.messages import DEFINITIONS, MEMBER, definition, own_text
 
 OF_DEBIAN = frozenset({"roscpp", "std_srvs", "tf2_msgs"})
 """Packages that `definitions` has, but only those of their types that a simulation needs."""
@@ -24,8 +24,6 @@ PYTHON = "/usr/bin/python3"
 NEEDED = "apt-get install python3-genpy python3-rospy python3-geometry-msgs python3-std-msgs"
 LIST = "vrx_mj_messages.json"
 """In the folder: its files that are ours, each with its sha256."""
-DIVIDER = "=" * 80
-"""Between the definitions of a type and of those that it uses."""
 WHAT = "the packages"
 """What is written, for messages."""
 BY_MESSAGES = "written by `vrx-mj ros messages`"
@@ -116,12 +114,9 @@ def _types(package: str) -> Iterator[str]:
 
 def _used(package: str) -> dict[str, str]:
     """Definitions of the messages that a package uses, its own not among them."""
-    found = {}
-    for kind in _types(package):
-        for part in definition(kind).split(f"{DIVIDER}\n")[1:]:
-            head, _, text = part.partition("\n")
-            found[head.removeprefix("MSG: ")] = text
-    return {kind: text for kind, text in found.items() if kind.partition("/")[0] != package}
+    parts = [part for kind in _types(package) for part in definition(kind).split(MEMBER)[1:]]
+    found = {part.partition("\n")[0] for part in parts}
+    return {kind: own_text(kind) for kind in sorted(found) if kind.partition("/")[0] != package}
 
 
 def _interpreter(packages: Sequence[str], top: Path) -> tuple[str, dict[str, str]]:

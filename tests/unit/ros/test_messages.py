@@ -20,9 +20,11 @@ from vrx_mj.ros.messages import (
     duration,
     encode,
     full_name,
+    full_text,
     is_known,
     md5sum,
     new,
+    own_text,
     service_md5sum,
     stamp,
     typestore,
@@ -228,6 +230,29 @@ def test_a_definition_has_those_of_the_types_that_it_uses():
         "float32 elevation",
     ]
     assert "MSG: std_msgs/Header" in definition("usv_msgs/RangeBearing")
+
+
+COMMENTED = "# Where it is.\\nfloat64 x\nfloat64 y\nfloat64 z\n"
+
+
+@pytest.mark.parametrize(("text", "kept"), [(md5sum("geometry_msgs/Point"), True), ("0" * 32, False)])
+def test_a_text_is_that_of_the_ros_that_is_here_if_its_type_is_the_same(tmp_path, monkeypatch, text, kept):
+    (tmp_path / "geometry_msgs/msg").mkdir(parents=True)
+    own = f'class Point:\n  _md5sum = "{text}"\n  _type = "geometry_msgs/Point"\n  _full_text = """{COMMENTED}"""\n'
+    (tmp_path / "geometry_msgs/msg/_Point.py").write_text(own, encoding="utf-8")
+    monkeypatch.setattr("sys.path", [str(tmp_path)])
+    monkeypatch.setattr("vrx_mj.ros.messages.CLASSES", "")
+    for found in (own_text, full_text):
+        found.cache_clear()
+    try:
+        expected = COMMENTED.replace("\\n", "\n") if kept else "float64 x\nfloat64 y\nfloat64 z\n"
+        assert own_text("geometry_msgs/Point").strip() == expected.strip()
+        parts = full_text("geometry_msgs/PointStamped").split(f"\n{'=' * 80}\nMSG: ")
+        assert [part.partition("\n")[0] for part in parts[1:]] == ["std_msgs/Header", "geometry_msgs/Point"]
+        assert parts[2].partition("\n")[2].strip() == expected.strip()
+    finally:
+        for found in (own_text, full_text):
+            found.cache_clear()
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from vrx_mj.ros.messages import (
     definition,
     encode,
     full_name,
+    full_text,
     is_known,
     md5sum,
     service_md5sum,
@@ -97,7 +98,7 @@ class Publication:
             "callerid": self.stream.node,
             "latching": "1" if self.latched else "0",
             "md5sum": md5sum(self.type),
-            "message_definition": definition(self.type),
+            "message_definition": full_text(self.type),
             "topic": self.name,
             "type": self.type,
         }

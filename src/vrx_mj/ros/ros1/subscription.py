@@ -7,7 +7,7 @@ from xmlrpc.client import Fault
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.limits import Intake, Place, Stall
-from vrx_mj.ros.messages import Message, decode, definition, encode, is_known, md5sum, service_md5sum
+from vrx_mj.ros.messages import Message, decode, encode, full_text, is_known, md5sum, service_md5sum
 from vrx_mj.ros.network import Notices
 from vrx_mj.ros.parameters import LONGEST
 from vrx_mj.ros.ros1.connection import LARGEST_HEADER, Splitter, decode_header, encode_header, framed
@@ -83,7 +83,7 @@ class Subscription:
         return {
             "callerid": self.node,
             "md5sum": md5sum(self.type),
-            "message_definition": definition(self.type),
+            "message_definition": full_text(self.type),
             "tcp_nodelay": "1",
             "topic": self.name,
             "type": self.type,
