@@ -182,7 +182,8 @@ class _Reader:
     def __init__(self, file: Path, root: Element, world: Element, known: Mapping[str, Path]) -> None:
         self.file = file
         self.root = world
-        self.others = root.all("world")[1:]
+        first = root.child("world") or root
+        self.others = [one for one in root.children if one is not first] if first is not root else []
         self.report = Report()
         self.parts: dict[Problem, Element] = {}
         """What each problem is in."""
@@ -200,6 +201,7 @@ class _Reader:
 
     def world(self) -> GazeboWorld:
         """All of it."""
+        self.lose(replace(self.root, children=()))
         for part, child in zip(self.root.children, in_world_frame(self.root, self.file), strict=True):
             self.checked(part, child)
         for other in self.others:
@@ -263,6 +265,10 @@ class _Reader:
         )
         if element.tag in _TAKE:
             _TAKE[element.tag](self, element)
+
+    def lose(self, world: Element) -> None:
+        """Note what is lost of the world, or of a part of it in a world by itself."""
+        self.report.lose(losses(as_node(world).element, "world", "world"))
 
     def is_second(self, tag: str, element: Element) -> bool:
         """Whether another element counts in the place of this one, which is noted."""
