@@ -16,6 +16,7 @@ from vrx_mj.errors import ConfigError, Problem
 from vrx_mj.foreign import ReaderError, ask, ask_ahead, spend
 from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.formats.urdf.expand import expand, expanded_lines
+from vrx_mj.formats.urdf.tags import Loss
 from vrx_mj.formats.urdf.xml_document import Table, read_bytes, read_text
 
 LIBRARIES = frozenset({"robotx_gazebo", "vmrc_gazebo", "vorc_gazebo", "vrx_2019", "vrx_gazebo", "wave_gazebo"})
@@ -54,6 +55,11 @@ class Report:
     def note(self, element: "Element", fate: Fate, ours: str, what: str | None = None) -> None:
         """Note what became of an element."""
         self.notes.append(Note(element.place, what or element.label, fate, ours))
+
+    def lose(self, losses: Iterable[Loss]) -> None:
+        """Note what is lost."""
+        for place, what, why in losses:
+            self.notes.append(Note(Place(File(place.file, None), place.line, place.column), what, "ignored", why))
 
     def settle(self) -> None:
         """Raise all problems as one ConfigError."""

@@ -16,6 +16,7 @@ from vrx_mj.formats.urdf.link_meshes import with_shapes
 from vrx_mj.formats.urdf.links import BOUNDED, ENDLESS, freed
 from vrx_mj.formats.urdf.model import ZERO, Joint, Limits, Urdf, relative
 from vrx_mj.formats.urdf.reader import warn
+from vrx_mj.formats.urdf.tags import losses
 from vrx_mj.formats.urdf.writing import urdf_text
 from vrx_mj.formats.urdf.xml_document import Markup
 from vrx_mj.frames import Pose, compose, inverse
@@ -47,9 +48,6 @@ def read_boat(file: Path) -> Urdf:
 
     model = Model(model_element(file))
     findings, remarks = model.findings, [(node, text) for node, text in model.lost if node.tag == "include"]
-    if model.root.flag("static", False):
-        whole = Node(model.root.element, model.root.tag, findings)
-        remarks.append((whole, "static is ignored; everything floats and falls"))
     rows = [row for node, scope in model.joints if (row := read_sdf_joint(model, node, scope))]
     _move_frames(model, rows)
     links = {name: with_shapes(read_sdf_link(model, name), model.files, findings) for name in model.links}
@@ -65,7 +63,8 @@ def read_boat(file: Path) -> Urdf:
     robot = robot_of(model.root, model.file, links, joints, model.around, tags)
     findings.settle()
     warn(findings)
-    told = (*(f"{node.place}: {node.path}: {text}" for node, text in remarks), *_offset(model, robot))
+    lost = (f"{place}: {what}: {why}" for place, what, why in losses(model.root.element, "model", "boat"))
+    told = (*lost, *(f"{node.place}: {node.path}: {text}" for node, text in remarks), *_offset(model, robot))
     return replace(robot, remarks=told, text=urdf_text(robot, tags))
 
 

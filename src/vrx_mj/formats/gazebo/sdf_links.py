@@ -40,8 +40,6 @@ def _inertial(
     if node.attribute_flag("auto"):
         rows = ((part, shape) for part, row in felt for shape in solid_mesh(row, model.files, findings))
         return _filled(node, list(rows))
-    if node.child("fluid_added_mass"):
-        findings.note("added", name)
     mass = node.value("mass", UNIT, low=0)
     tensor = node.child("inertia")
     usual = {"ixx": UNIT, "iyy": UNIT, "izz": UNIT, "ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
@@ -147,9 +145,9 @@ def _color(visual: Node) -> Color | None:
 def _shape(node: Node, geometry: Node, link: str, scope: Scope, model: Model) -> dict[str, Any] | None:
     """Type, sizes, pose and name of a shape; a mesh's file as it is written. None: ours has none like it."""
     tag, known = shape_tag(geometry), len(geometry.findings.problems)
+    if not tag:
+        model.lost.append((node, "it has no geometry"))
     if tag not in SHAPES:
-        model.findings.note("geometry", f"<{tag}> of '{link}'" if tag else f"one without a shape of '{link}'")
-        model.lost.append((node, f"no shape like <{tag}> here" if tag else "it has no geometry"))
         return None
     values = {"type": tag, "pose": model.inside(node, link, scope), **sizes_of(geometry, tag)}
     return None if len(geometry.findings.problems) > known else values | shape_name(node)
@@ -171,8 +169,6 @@ def sizes_of(geometry: Node, tag: str) -> dict[str, Any]:
 
 
 def _mesh(kind: Node) -> dict[str, Any]:
-    if kind.child("submesh"):
-        kind.findings.note("submesh", kind.text("uri"))
     uri = kind.needed("uri")
     text = kind.text("uri")
     if uri and not text:

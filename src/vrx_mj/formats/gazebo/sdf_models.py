@@ -160,6 +160,7 @@ class Model:
         self.frames.add(inner.model, given, scope, scope.model)
         self.attached.setdefault(own, (inner.model, node))
         if included:
+            self.plugins += [(plugin, inner) for plugin in node.children("plugin") if node.tag == "include"]
             self._gather(model, inner, place, depth + 1)
             self.attached.setdefault(scope.model, (inner.model, node))
         by = node.text("placement_frame") or model.attribute("placement_frame")

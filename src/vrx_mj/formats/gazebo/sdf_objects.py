@@ -25,6 +25,7 @@ from vrx_mj.formats.urdf.links import ENDLESS, ONE
 from vrx_mj.formats.urdf.model import ZERO, MeshRow
 from vrx_mj.formats.urdf.model import Place as Spot
 from vrx_mj.formats.urdf.reader import ODD
+from vrx_mj.formats.urdf.tags import losses
 from vrx_mj.frames import Pose, compose
 
 DRAG = 25.0, 2.0
@@ -35,7 +36,7 @@ FARTHEST = 1e9
 """Limit of a joint that has only the other one [rad or m]."""
 TYPES = {"screw": "revolute", "revolute2": "universal"}
 """What types of joints of SDF are here that are called otherwise."""
-QUIET = {"geometry", "mesh", "unit"}
+QUIET = {"mesh", "unit"}
 """Things that are odd in a file of which an object's notes say more, or nothing."""
 PRODUCT = 1e-9
 """Share of the largest moment of inertia up to which a product is rounding."""
@@ -135,6 +136,7 @@ class _Object:
         if not self.is_static:
             check_masses({row.link.name: row.link for row in rows}, model.around, model.root)
         findings.settle()
+        self.report.lose(losses(model.root.element, "model", "object"))
         for node, text in model.lost:
             self.note(node, "ignored", text)
         for kind, things in findings.odd.items():

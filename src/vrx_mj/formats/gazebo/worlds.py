@@ -28,11 +28,12 @@ from vrx_mj.formats.gazebo.models import (
 )
 from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat, read_boat
 from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
-from vrx_mj.formats.gazebo.sdf_models import INSIDE, in_world_frame, pose_of_included
+from vrx_mj.formats.gazebo.sdf_models import INSIDE, as_node, in_world_frame, pose_of_included
 from vrx_mj.formats.gazebo.sdf_objects import buoyancy_of, follow_path, model_section, same_buoyancy
 from vrx_mj.formats.gazebo.surroundings import georeference, published_sea, scene, view, wave_field, wave_plugin, wind
 from vrx_mj.formats.gazebo.task_plugins import kind_of, marked, task_of, unread
 from vrx_mj.formats.series.pieces import SYMBOLS, At, Piece, assembled, base_objects, located, named_as, thing
+from vrx_mj.formats.urdf.tags import losses
 
 BASES = {
     "sydney_regatta": "sydney_regatta",
@@ -183,7 +184,8 @@ class _Reader:
     def __init__(self, file: Path, root: Element, world: Element, known: Mapping[str, Path]) -> None:
         self.file = file
         self.root = world
-        self.others = root.all("world")[1:]
+        first = root.child("world") or root
+        self.others = [one for one in root.children if one is not first] if first is not root else []
         self.report = Report()
         self.parts: dict[Problem, Element] = {}
         """What each problem is in."""
@@ -201,6 +203,7 @@ class _Reader:
 
     def world(self) -> GazeboWorld:
         """All of it."""
+        self.lose(replace(self.root, children=()))
         for part, child in zip(self.root.children, in_world_frame(self.root, self.file), strict=True):
             self.checked(part, child)
         for other in self.others:
@@ -259,10 +262,15 @@ class _Reader:
         """Take over one element of the world."""
         if self.is_second(element.tag, element):
             return
+        self.report.lose(
+            losses(as_node(replace(self.root, attributes={}, children=(element,))).element, "world", "world")
+        )
         if element.tag in _TAKE:
             _TAKE[element.tag](self, element)
-        else:
-            self.report.note(element, "ignored", _IGNORED.get(element.tag, "unknown here"))
+
+    def lose(self, world: Element) -> None:
+        """Note what is lost of the world, or of a part of it in a world by itself."""
+        self.report.lose(losses(as_node(world).element, "world", "world"))
 
     def is_second(self, tag: str, element: Element) -> bool:
         """Whether another element counts in the place of this one, which is noted."""
@@ -424,7 +432,7 @@ class _Reader:
         elif "contain" in file or element.child("performer"):
             self.report.note(element, "taken over", "zones of the task's dock")
         elif "wind-effects" in file:
-            self.report.note(element, "ignored", _IGNORED["wind"])
+            self.report.note(element, "ignored", "Gazebo's own wind, which VRX's boats do not feel")
         elif file.startswith(("gz-sim", "libgz-sim", "ignition-gazebo")):
             self.report.note(element, "taken over", "every world has it")
         else:
@@ -441,8 +449,6 @@ class _Reader:
     def take_scene(self, element: Element) -> None:
         """Take over light, sky and fog."""
         self.add("scene", element, scene(element))
-        if element.child("sky", "clouds"):
-            self.report.note(element, "ignored", "clouds are not drawn", "<clouds>")
 
     def take_view(self, element: Element) -> None:
         """Take over the pose of the view."""
@@ -453,7 +459,9 @@ class _Reader:
         self.add("georeference", element, georeference(element))
 
     def take_physics(self, element: Element) -> None:
-        """Take over the physics, as far as it is not ours."""
+        """Take over the physics, as far as it is not ours; older files have gravity in it."""
+        for gravity in element.all("gravity")[:1]:
+            self.take_gravity(gravity)
         step = element.number("max_step_size")
         usual = 0.004 if self.newer else 0.01
         if step is None or step == usual:
@@ -469,11 +477,6 @@ class _Reader:
         if x or y:
             self.report.note(element, "approximated", "it points straight down")
         self.add_piece("gravity", element, {"physics": {"gravity": -z}}, "`physics: gravity`")
-
-    def take_light(self, element: Element) -> None:
-        """Note a light: the sun is ours."""
-        sun = element.attributes.get("type") == "directional"
-        self.report.note(element, "approximated" if sun else "ignored", "every world has one sun, where ours is")
 
     def finish(self) -> None:
         """Add what needs the whole file: the base, the objects that it lacks, and the task."""
@@ -576,21 +579,8 @@ def _file(element: Element) -> str:
     return element.attributes.get("filename", "").lower().replace("_", "")
 
 
-_IGNORED = {
-    "state": "a saved state of Gazebo",
-    "audio": "sound",
-    "road": "roads",
-    "atmosphere": "air has no density here",
-    "magnetic_field": "no sensor here measures it",
-    "wind": "Gazebo's own wind, which VRX's boats do not feel",
-    "joint": "joints between models",
-    "population": "populations",
-    "frame": "frames of its own",
-}
-"""Why elements of a world are ignored."""
-
 _TAKE: Mapping[str, Callable[[_Reader, Element], None]] = {
     "include": _Reader.take_include, "model": _Reader.take_model, "plugin": _Reader.take_plugin,
     "scene": _Reader.take_scene, "gui": _Reader.take_view, "spherical_coordinates": _Reader.take_georeference,
-    "physics": _Reader.take_physics, "gravity": _Reader.take_gravity, "light": _Reader.take_light,
+    "physics": _Reader.take_physics, "gravity": _Reader.take_gravity,
 }  # fmt: skip

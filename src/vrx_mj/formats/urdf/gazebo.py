@@ -291,12 +291,6 @@ QUIET_PLUGINS = frozenset({
     "usv_gazebo_joint_state_publisher",
 })  # fmt: skip
 """Plugins that only publish what ROS has anyway, or that steer what thrusters steer here."""
-SDF_PARTS = ("link", "joint", "model")
-"""SDF inside URDF, with which VRX ties a boat to its place."""
-_HELD = "static, gravity and turnGravityOff are ignored; everything floats and falls"
-HELD = tuple(
-    (Tag(tag, default), _HELD) for tag, default in (("static", False), ("turnGravityOff", False), ("gravity", True))
-)
 
 
 def is_thruster(filename: str) -> bool:
@@ -354,10 +348,6 @@ def _read_element(node: Node, robot: Robot) -> None:
             _thrusters(plugin, robot)
         elif kind not in QUIET_PLUGINS:
             robot.warn_plugin(plugin)
-    robot.check(node, HELD)
-    parts = [f"<{part.tag}>" for tag in SDF_PARTS for part in node.children(tag)]
-    if parts:
-        robot.warn(node, f"{', '.join(dict.fromkeys(parts))} in SDF: ignored; nothing fixes the boat in place")
 
 
 def _check_names(thrusters: Sequence[UrdfThruster], findings: Findings) -> None:

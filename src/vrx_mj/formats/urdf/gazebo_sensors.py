@@ -346,9 +346,6 @@ def _errors(node: Node, tag: str, scope: Scope) -> Values:
     """
     axes = [node.child("imu", tag, axis, "noise") for axis in "xyz"]
     rows = [_fields(axis, FIELDS["bias"]) for axis in axes]
-    imu = node.child("imu")
-    if imu and any(axis and axis.value("bias_stddev", 0.0) for axis in axes):
-        scope.warn(imu, f"the bias of its {tag} is bias_mean; it is not drawn anew for each run")
     return {
         "offset": tuple(row["offset"] for row in rows),
         "drift": tuple(row["deviation"] * math.sqrt(row["time"] / 2) for row in rows),
@@ -361,7 +358,6 @@ def _noise(node: Node | None, scope: Scope) -> float:
     """Standard deviation of a `<noise>`."""
     if node is None or "none" in {node.text("type"), node.attribute("type")}:
         return 0.0
-    scope.check(node, [(Tag("mean"), "a mean other than 0 is ignored")])
     return node.value("stddev", 0.0, low=0)
 
 
@@ -398,6 +394,6 @@ def read_sensor(node: Node, link: str, scope: Scope, *, alone: bool = True) -> N
             scope.warn_plugin(one)
     own = scope.local((node.attribute("name") or "").removesuffix("_sensor"))
     name = scope.name(node, link if alone else "", own)
-    topic, frame = (plugin.text(TOPIC), plugin.text(FRAME)) if plugin else ("", "")
+    topic, frame = (plugin.text(TOPIC), plugin.text(FRAME)) if plugin else ("", node.text("frame_id"))
     topic = scope.stem(topic or node.text("topic"), kind.ends, kind.instead.format(own or name))
     _add(node, plugin, kind, scope, link, frame, topic, name)

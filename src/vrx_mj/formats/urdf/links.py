@@ -24,8 +24,6 @@ VRX_IMU = (0.1, 0.000083, 0.000083, 0.0125)
 """Mass and moments that VRX gives its IMU. No body has them, but so light a part does not matter."""
 SLIGHT = 1.1
 """How far a moment may exceed the sum of the others before the inertia of a heavy link is an error."""
-SMALL = 0.01
-"""Share of the largest moment below which a negative one comes of rounding."""
 THIN, ROUNDED = 1e-6, 1e-12
 """Squares [m2] of radii of gyration, 1 mm and 1 um: moments off by less come of rounding, and are no error; or are
 not worth a word."""
@@ -140,7 +138,7 @@ def check_inertia(node: Node, name: str, values: tuple[float, ...], around: Surr
     low, middle, high = moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).tolist()
     words = ", ".join(f"{moment:.6g}" for moment in moments)
     if low < -ROUNDED * mass:
-        around.impossible.append((node, name, low < -max(SMALL * high, THIN * mass), f"{words} kg m2"))
+        around.impossible.append((node, name, low < -max(1e-9 * high, THIN * mass), f"{words} kg m2"))
     elif high - low - middle > max(1e-6 * (low + middle), ROUNDED * mass) and (mass, *tensor[:3]) != VRX_IMU:
         far = high - low - middle > max((SLIGHT - 1.0) * (low + middle), THIN * mass)
         more = "and the largest is more than the sum of the other two"
@@ -234,8 +232,6 @@ def read_joint(node: Node, links: Collection[str]) -> Joint:
     parent, child = (_end(node, tag, links) for tag in ("parent", "child"))
     if parent and parent == child:
         node.fault(f"joins the link '{parent}' to itself")
-    if node.child("mimic"):
-        node.findings.note("mimic", name)
     axis = _axis(node, kind)
     kind, limits = freed(kind, _limits(node, kind))
     rest = min(max(0.0, limits.lower), limits.upper) if limits and kind in BOUNDED else 0.0

@@ -23,12 +23,7 @@ ODD = {
     "shapeless": "visuals without a geometry; they are ignored",
     "mesh": "meshes not found in the folders that may be read; they are not drawn",
     "unread": "meshes that cannot be read; they are not drawn",
-    "geometry": "shapes that MuJoCo has none like; they are ignored",
     "unit": "links without <inertial>; by SDF each weighs 1 kg, with moments of inertia of 1 kg m2",
-    "submesh": "meshes of which a <submesh> is meant; they are used whole",
-    "added": "<fluid_added_mass> of links; it is ignored: the Hydrodynamics plugin and the YAML give added mass",
-    "mimic": "joints that mimic another; the mimic is ignored",
-    "element": "unknown elements; they are ignored",
 }
 """What is legal but suspicious, each said once for all that have it."""
 

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.errors import nearest
 from vrx_mj.foreign import ask
 from vrx_mj.formats.urdf.elements import Findings, Node
 from vrx_mj.formats.urdf.gazebo import read_gazebo
 from vrx_mj.formats.urdf.links import Surroundings, material_colors, read_joint, read_link, root_of
 from vrx_mj.formats.urdf.model import Joint, Link, Reading, Urdf
+from vrx_mj.formats.urdf.tags import losses
 from vrx_mj.formats.urdf.xml_document import Markup
 from vrx_mj.frames import Pose, angles
 
@@ -21,13 +21,6 @@ Row = tuple[str, str, str, str, Pose, tuple[float, float, float], float]
 Turns = Callable[[Sequence[str], Sequence[Row]], dict[str, FloatArray]]
 LIGHT = 0.01
 """Share of a robot's mass below which a link's impossible inertia does not matter."""
-
-KNOWN = {
-    "robot": ("link", "joint", "material", "gazebo", "transmission"),
-    "link": ("inertial", "visual", "collision"),
-    "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller"),
-}
-"""Elements that URDF has; others are extensions, unless they look like one of these misspelt."""
 
 
 def reading(markup: Markup, file: str, label: str, turns: Turns) -> Reading:
@@ -38,9 +31,10 @@ def reading(markup: Markup, file: str, label: str, turns: Turns) -> Reading:
     rows = {row.link.name: row for row in (read_link(node, around) for node in named(root, "link"))}
     links = {name: row.link for name, row in rows.items()}
     joints = {joint.name: joint for joint in (read_joint(node, links) for node in named(root, "joint"))}
-    _note_misspelt(root)
+    lost = losses(markup, "robot", "boat")
     tags = [Node(tag, "gazebo", findings) for tag in root.element.findall("gazebo")]
     robot = robot_of(root, Path(file), links, joints, around, tags, turns)
+    robot = replace(robot, remarks=tuple(f"{place}: {what}: {why}" for place, what, why in lost))
     odd = {kind: tuple(things) for kind, things in findings.odd.items()}
     return Reading(robot, tuple(rows.values()), tuple(findings.problems), odd)
 
@@ -137,14 +131,3 @@ def check_masses(links: Mapping[str, Link], around: Surroundings, root: Node) ->
             node.fault(f"impossible moments of inertia: about the principal axes they are {words}")
         else:
             around.findings.note("inertia", name)
-
-
-def _note_misspelt(root: Node) -> None:
-    """Elements that look like a misspelt one of URDF; whatever else is unknown is an extension."""
-    for tag, known in KNOWN.items():
-        for node in [root] if tag == "robot" else root.children(tag):
-            for child in node.element:
-                close = None if child.tag in known else nearest(str(child.tag), known)
-                if close:
-                    thing = f"<{child.tag}> in line {child.place.line} (did you mean '{close}'?)"
-                    root.findings.note("element", thing)

@@ -375,7 +375,7 @@ IGNORED = {
             '<model name="wall"><static>true</static><link name="l"><visual name="v"><geometry><h'
             "eightmap/></geometry></visual></link></model>"
         ),
-        "bay.world:3: <visual> 'v' ignored: no shape like <heightmap> here",
+        "bay.world:3: <heightmap> ignored: no such shape here",
     ),
     "second_world": (
         '</world><world name="other">',

@@ -284,8 +284,8 @@ def test_what_a_boat_has_and_is_not_simulated_is_said():
         "model.sdf: links without <inertial>; by SDF each weighs 1 kg, with moments of inertia of 1 kg m2: bare"
     ]
     assert (*made.remarks, *made.gazebo.warnings) == (
+        "model.sdf:4: <static>: everything floats and falls",
         "model.sdf:9: include: no model named 'cow' beside the file, nor on the path of models",
-        "model.sdf:2: model: static is ignored; everything floats and falls",
         "model.sdf:6: joint 'moor': nothing fixes the boat in place: a joint to the world is ignored",
         "the boat's frame is at that of its root link 'base_link', which the model has at 0 1 0",
         "model.sdf:5: plugin 'fin': the plugin gz-sim-lift-drag-system is not simulated",

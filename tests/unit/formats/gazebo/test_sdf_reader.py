@@ -157,7 +157,7 @@ def test_what_is_lost_of_a_model_is_told_however_it_comes_into_a_world():
         *(f"<include><uri>model://{n}</uri></include>" for n in ("lossy", "course")),
     )
     for body in bodies:
-        assert "no shape like <cone> here" in {note.ours for note in world(body).notes}, body
+        assert "no such shape here" in {note.ours for note in world(body).notes}, body
 
 
 def test_a_model_of_nothing_but_a_plugin_is_told():

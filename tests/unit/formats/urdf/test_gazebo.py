@@ -255,14 +255,6 @@ def test_two_sensors_of_one_link_have_names_of_their_own():
             "gazebo 'mast': no link or joint named 'mast'; the element is ignored",
         ),
         (
-            '<gazebo><link name="anchor"/><joint name="a" type="prismatic"/></gazebo>',
-            "gazebo: <link>, <joint> in SDF: ignored; nothing fixes the boat in place",
-        ),
-        (
-            "<gazebo><static>true</static></gazebo>",
-            "gazebo: static, gravity and turnGravityOff are ignored; everything floats and falls",
-        ),
-        (
             plugin("libgazebo_ros_p3d.so", "<bodyName>eye_link</bodyName><topicName>truth</topicName>"),
             "gazebo / plugin 'p': has no updateRate; it is read at 100 Hz, not at every step",
         ),

@@ -262,8 +262,6 @@ def test_limits_of_1e16_are_none():
                 "or file://, got 'ftp://a.org/b.dae'"
             ),
         ),
-        ([link("frame", "<colision/>")], ("unknown elements; they are ignored: <colision> in line 1 "
-                                         "(did you mean 'collision'?)")),
     ],
 )  # fmt: skip
 def test_what_is_odd_is_said_once(parts, message):
@@ -295,9 +293,13 @@ def test_a_mesh_that_is_only_looked_at_is_left_out_and_one_that_is_touched_refus
         read(link(inner=f"{INERTIAL}<collision>{shape}</collision>"), folder=tmp_path)
 
 
-def test_a_mimicking_joint_is_free():
-    with pytest.warns(VrxWarning, match=r"^boat.urdf: joints that mimic another; the mimic is ignored: hull_arm$"):
-        read(link(), link("arm", ""), joint("hull", "arm", "continuous", '<mimic joint="other"/>'))
+def test_what_is_lost_and_what_is_unknown_is_a_remark():
+    mimic = '<mimic joint="other"/>'
+    urdf = read(link(), link("arm", '<colision size="1"/>'), joint("hull", "arm", "continuous", mimic))
+    assert [remark.partition(": ")[2] for remark in urdf.remarks] == [
+        "<colision>: unknown here; did you mean 'collision'?",
+        "<mimic>: joints move on their own",
+    ]
 
 
 def test_what_is_missing_has_urdfs_defaults():
