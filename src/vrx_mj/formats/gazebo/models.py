@@ -19,7 +19,7 @@ from vrx_mj.config.search import (
     workspace_packages,
 )
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, shortened
 from vrx_mj.formats.gazebo.document import Element, is_file, read_document
 
 ROBOT = "robot.yaml"
@@ -209,8 +209,10 @@ def _main_file(folder: Path) -> str:
     named = [one for one in read_document(config).all("sdf") if one.own_text]
     found = max(named, key=lambda one: _version(one.attributes.get("version", "")), default=None)
     text = found.own_text if found else "model.sdf"
-    if found and (PurePosixPath(text).name != text or not is_file(folder / text)):
+    if found and PurePosixPath(text).name != text:
         raise found.fault(f"expected the name of a file in this folder, got {shown(text)}")
+    if found and not is_file(folder / text):
+        raise found.fault(f"no file '{shortened(text)}' in this folder")
     return _within(folder, text)
 
 

@@ -68,9 +68,11 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
     if is_launch(world):
         launch = launch_of(str(world), arguments)
         if launch.world is None:
-            name = Path(world).name
-            sails = f"opens no world of Gazebo; its boats sail in one: vrx-mj run WORLD --fleet {shortened(world)}"
-            text = instead_of(name, arguments) if is_tool(name) and not launch.boats else sails
+            name, file = Path(world).name, shell_word(shortened(world))
+            beside = f" and spawns no boat; start it beside one: vrx-mj serve WORLD --ros1, then roslaunch {file}"
+            sails = f"; its boats sail in one: vrx-mj run WORLD --fleet {file}"
+            text = f"opens no world of Gazebo{sails if launch.boats or launch.fleet else beside}"
+            text = instead_of(name, arguments) if is_tool(name) and not launch.boats else text
             raise ConfigError([Problem(str(world), None, None, "", text)])
         warn_of_losses(launch.report.notes, str(world), stacklevel=4)
         if fleet is None and launch.fleet is not None:
