@@ -29,8 +29,7 @@ from vrx_mj.errors import (
     first_names,
     shortened,
 )
-from vrx_mj.formats.gazebo.document import read_document
-from vrx_mj.formats.gazebo.folders import files_below, is_folder, links_below, short_names
+from vrx_mj.formats.gazebo.folders import files_below, has_world, is_folder, links_below, short_names
 from vrx_mj.formats.gazebo.launch import is_launch, launch_of, read_launch
 from vrx_mj.formats.gazebo.launched import Launch, fleet_of, with_objects
 from vrx_mj.formats.gazebo.packages import PACKAGES
@@ -172,7 +171,7 @@ def file_of_folder(folder: Path, arguments: Mapping[str, str] | None = None) -> 
         return file
     if tops:
         raise _choice(folder, "launch files that open a world", {file: _about(one) for file, one in tops.items()})
-    worlds = [file for file in files_below(folder, WORLD_SUFFIXES) if _has_world(file)]
+    worlds = [file for file in files_below(folder, WORLD_SUFFIXES) if has_world(file)]
     if len(worlds) == 1:
         _warn_of_failures(folder, found)
         return worlds[0]
@@ -280,16 +279,6 @@ def _warn_of_failures(folder: Path, found: _Found) -> None:
     if found.failed:
         lines = [f"{display(folder)}: launch files that are not read", *first_lines(found.failed, LISTED)]
         warnings.warn("\n".join(lines), VrxWarning, stacklevel=5)
-
-
-def _has_world(file: Path) -> bool:
-    """Whether there is a world in a file, not the model of an object; of what cannot be read that is not known."""
-    if not file.name.lower().endswith((".sdf", ".sdf.xacro")):
-        return True
-    try:
-        return any(one.tag == "world" for one in read_document(file).walk())
-    except VrxError:
-        return not file.name.startswith("model")
 
 
 def _nothing(folder: Path, found: _Found) -> str:
