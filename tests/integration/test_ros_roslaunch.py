@@ -14,6 +14,7 @@ import pytest
 
 from needs import ROS1_TOOLS, needs
 from ros1_served import environment, free_port, tools, until
+from vrx_layout import write_vrx
 from vrx_mj.ros.launch_packages import write_launch_packages
 
 pytestmark = [pytest.mark.slow, needs(ROS1_TOOLS)]
@@ -259,6 +260,22 @@ def test_a_launch_file_that_includes_one_of_vrx_adds_to_it(packages, tmp_path, t
     with launched("roslaunch rxi more.launch", tmp_path, packages) as one:
         one.topics("/cat/cmd_vel", "/defender_b/cmd_vel", "/vrx/station_keeping/goal")
         assert one.boats() == {"cat", "defender_b"}
+
+
+def test_a_launch_file_that_a_user_put_into_vrxs_own_package(tmp_path):
+    """Beside VRX's workspace, in which `ros packages --over` finds the launch file, its world and its boat."""
+    sources = write_vrx(tmp_path / "vrx_ws")
+    theirs = sources / "vrx/vrx_gazebo"
+    (theirs / "worlds/my_bay.world").write_text(WORLD, encoding="utf-8")
+    text = (theirs / "launch/vrx.launch").read_text(encoding="utf-8")
+    (theirs / "launch/mine.launch").write_text(text.replace("example_course", "my_bay"), encoding="utf-8")
+    before = {file: file.read_bytes() for file in sources.rglob("*") if file.is_file()}
+    write_launch_packages(tmp_path / "packages", tmp_path / "vrx_ws")
+    with launched(f"roslaunch vrx_gazebo mine.launch {EXTRA}", tmp_path, f"{tmp_path / 'packages'}:{sources}") as one:
+        one.topics("/wamv/cmd_vel", "/wamv/thrusters/lateral_thrust_cmd")
+        assert "bay: no boats" in one.text
+        assert one.boats() == {"wamv"}
+    assert {file: file.read_bytes() for file in sources.rglob("*") if file.is_file()} == before
 
 
 def pressed(line, home, variables, keys, seconds):

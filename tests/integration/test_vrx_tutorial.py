@@ -18,8 +18,10 @@ import pytest
 
 import vrx_mj
 from vrx_command import vrx
+from vrx_layout import LAUNCHES, write_vrx
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError, VrxWarning
+from vrx_mj.formats.gazebo.launch import read_launch
 
 WORLD = """<?xml version="1.0"?>
 <sdf version="1.6" xmlns:xacro="http://ros.org/wiki/xacro">
@@ -152,9 +154,17 @@ lidar:
 """
 
 
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
+@pytest.fixture(scope="module")
+def vrx_sources(tmp_path_factory):
+    """The sources of a workspace with VRX's packages."""
+    return write_vrx(tmp_path_factory.mktemp("vrx_ws"))
+
+
+@pytest.fixture(autouse=True, params=["alone", pytest.param("beside VRX", marks=pytest.mark.slow)])
+def _elsewhere(tmp_path, monkeypatch, vrx_sources, request):
+    """A folder of a user who has no ROS, or who has sourced VRX's workspace."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("ROS_PACKAGE_PATH", "" if request.param == "alone" else str(vrx_sources))
 
 
 def world(*changes, objects=""):
@@ -371,3 +381,22 @@ def test_two_objects_of_one_name_are_refused():
         "my.world.xacro:18:1: <include> 'my_buoy': a model named 'my_buoy' is included on line 17 already: "
         "give one another <name>"
     )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LAUNCHES)
+def test_a_launch_file_of_vrx_itself_opens_its_own_world_and_boat(vrx_sources, name):
+    """As the user's workspace has it; without packages beside it ours stand for them."""
+    launch = read_launch(vrx_sources / "vrx" / name, {})
+    assert [boat.name for boat in launch.boats] == ["wamv"]
+    package, world = name.partition("/")[0], LAUNCHES[name]
+    file = vrx_sources / "vrx" / package / f"worlds/{world.rpartition('/')[2]}.world.xacro"
+    assert launch.world == file
+
+
+@pytest.mark.slow
+def test_a_launch_file_of_vrx_itself_sails(vrx_sources):
+    sim = simulated(str(vrx_sources / "vrx/vrx_gazebo/launch/vrx.launch"))
+    start = sim.step({"wamv": {"left": 1.0, "right": 1.0}}, duration=5.0)["wamv"]
+    assert len(sim.command_names("wamv")) == 6
+    assert start.velocity[0] > 1.0

@@ -9,7 +9,7 @@ from shlex import quote
 from vrx_mj.config.search import BUILT_IN, is_built_in, packages_around
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.gazebo.launch import SERVING
-from vrx_mj.formats.gazebo.stock import PACKAGES, StockLaunch, stock_launches
+from vrx_mj.formats.gazebo.stock import PACKAGES, stock_launches
 from vrx_mj.resources import root
 from vrx_mj.ros.messages import DEFINITIONS
 from vrx_mj.ros.packages import catkin_files, hide_twins, listed_files, put_files
@@ -38,19 +38,6 @@ NODES = {
 }
 """Programs of each package, by the type of a node, and where they are."""
 PACKAGE_NAMES = (*PACKAGES, "wamv_gazebo", "wamv_description", "gazebo_ros", "teleop_twist_keyboard", "xacro")
-DEFAULTS = {
-    "gui": "true", "verbose": "false", "extra_gazebo_args": "", "paused": "false", "joy": "false",
-    "non_competition_mode": "true", "namespace": "wamv", "thrust_config": "H", "pinger_params": "",
-    "recording": "false", "debug": "false", "use_sim_time": "true", "enable_ros_network": "true", "extra_gz_args": "",
-}  # fmt: skip
-"""Arguments that are the same in all of VRX's launch files."""
-IDLE = frozenset({"gui", "verbose", "joy", "non_competition_mode"})
-"""Arguments that are not given to `vrx-mj serve`."""
-PAUSED = frozenset({"demo_thrusterconfigs.launch"})
-"""Launch files that start paused."""
-WAMV = "$(find wamv_gazebo)/urdf/wamv_gazebo.urdf.xacro"
-WORLDS = {"vrx_2019": "vrx2019/"}
-"""How the names of a package's worlds begin here."""
 
 
 def write_launch_packages(folder: str | Path, over: Path | None = None) -> tuple[str, ...]:
@@ -112,8 +99,7 @@ def launch_packages() -> dict[str, bytes]:
 exec {quote(python)} -E -P -m vrx_mj.cli.nodes {node} "$@"
 """
     for package in PACKAGES:
-        for launch in stock_launches(package):
-            texts[f"{package}/launch/{launch.name}"] = launch_text(launch)
+        texts |= {f"{package}/launch/{one.name}": one.file.read_text("utf-8") for one in stock_launches(package)}
     files = {name: text.encode() for name, text in texts.items()}
     for name, place in (
         *((name, own / "ros" / name) for name in ("vrx_gazebo", "wamv_gazebo", "gazebo_ros", "xacro")),
@@ -128,41 +114,3 @@ exec {quote(python)} -E -P -m vrx_mj.cli.nodes {node} "$@"
 
 def _files(folder: Path) -> Iterator[Path]:
     return (file for file in sorted(folder.rglob("*")) if file.is_file())
-
-
-def launch_text(launch: StockLaunch) -> str:
-    """One of VRX's launch files, which starts `vrx-mj serve` with it."""
-    defaults = _defaults(launch)
-    lines = [f'  <arg name="{name}" default="{value}"/>' for name, value in defaults.items()]
-    given = " ".join(f"{name}:='$(arg {name})'" for name in defaults if name not in IDLE)
-    return f"""<?xml version="1.0"?>
-<!-- {launch.name} of VRX: vrx-mj serve {launch.package}/{launch.name}. -->
-<launch>
-{chr(10).join(lines)}
-
-  <param name="/use_sim_time" value="true"/>
-  <node name="gazebo" pkg="vrx_gazebo" type="{SERVING}" output="screen" required="true"
-        args="{launch.package}/{launch.name} {given}">
-    <env name="VRX_DEBUG" value="$(arg non_competition_mode)"/>
-    <env name="VRX_MJ_FOLDER" value="$(optenv PWD)"/>
-  </node>
-  <include file="$(find vrx_gazebo)/launch/usv_joydrive.launch" if="$(arg joy)">
-    <arg name="namespace" value="$(arg namespace)"/>
-  </include>
-</launch>
-"""
-
-
-def _defaults(launch: StockLaunch) -> Mapping[str, str]:
-    """What a launch file can be given, with its defaults."""
-    boat = launch.boats[0] if launch.boats else None
-    pose = boat.pose if boat else (0.0,) * 6
-    own = {
-        "world": f"$(find {launch.package})/worlds/{launch.world.removeprefix(WORLDS.get(launch.package, ''))}.world",
-        "urdf": WAMV if boat and boat.robot == "wamv" else "",
-        "namespace": boat.name if boat and len(launch.boats) == 1 else "wamv",
-        "paused": str(launch.name in PAUSED).lower(),
-        **{name: f"{value:g}" for name, value in zip("xyzRPY", pose, strict=True)},
-    }
-    known = {**DEFAULTS, **own, **launch.own}
-    return {name: known[name] for name in launch.arguments}

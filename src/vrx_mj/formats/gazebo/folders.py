@@ -1,13 +1,14 @@
 """Files of Gazebo and ROS below a folder, as a catkin workspace, a package or a folder of worlds."""
 
 import os
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePath
 
 from vrx_mj.config.search import display, is_inside
 from vrx_mj.errors import VrxError
-from vrx_mj.formats.urdf.xml_document import MAX_BYTES
+from vrx_mj.formats.urdf.xml_document import MAX_BYTES, read_bytes
 
 BUILT = {"build", "devel", "install", "log"}
 """Folders of a workspace that are made from the others."""
@@ -63,6 +64,16 @@ def _places(folder: Path) -> Iterator[tuple[str, list[str]]]:
         if folders and place[len(top) :].count(os.sep) > DEEPEST:
             raise VrxError(f"folders more than {DEEPEST} deep in {display(folder)}: name a smaller one")
         yield place, names
+
+
+def has_world(file: Path) -> bool:
+    """Whether there is a world in a file, not only a model; of what cannot be read its name says it."""
+    if not file.name.lower().endswith((".sdf", ".sdf.xacro")):
+        return True
+    try:
+        return re.search(rb"<world[\s>]", read_bytes(file)) is not None
+    except VrxError:
+        return not file.name.startswith("model")
 
 
 def _size(file: Path) -> int:

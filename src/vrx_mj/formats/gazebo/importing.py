@@ -22,7 +22,7 @@ from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, shortened
 from vrx_mj.foreign import budget
 from vrx_mj.formats.gazebo.document import Fate, Note, Report, is_file
-from vrx_mj.formats.gazebo.folders import files_below, is_folder
+from vrx_mj.formats.gazebo.folders import files_below, has_world, is_folder
 from vrx_mj.formats.gazebo.launch import launch_of
 from vrx_mj.formats.gazebo.launched import Launch, SpawnedBoat, SpawnedObject, fleet_of, objects_of
 from vrx_mj.formats.gazebo.models import is_gazebo_model, model_element, model_file
@@ -166,7 +166,7 @@ class _Writer:
         name = file.name.lower()
         if name.endswith(".launch"):
             self.add_launch(file, launch_of(str(file), arguments))
-        elif is_gazebo_world(file) and not _is_model_alone(file):
+        elif is_gazebo_world(file) and has_world(file):
             self.add_world(file, arguments)
         elif name.endswith(".sdf") and is_boat(model_element(file)[0]):
             self.add_fleet_of(file, self.add_boat(str(file.absolute()), file))
@@ -384,13 +384,6 @@ def _has_links(file: Path) -> bool:
         return "<link" in _urdf(file, {})
     except VrxError:
         return True
-
-
-def _is_model_alone(file: Path) -> bool:
-    """Whether a `.sdf` is that of a model: in a folder of one, or without a world."""
-    if not file.name.lower().endswith((".sdf", ".sdf.xacro")):
-        return False
-    return b"<world" not in read_bytes(file)
 
 
 def _stem(file: Path) -> str:

@@ -16,7 +16,6 @@ from vrx_mj.formats.gazebo.document import Element, Fate, Note, Report, home_pat
 from vrx_mj.formats.gazebo.erb_docks import is_template
 from vrx_mj.formats.gazebo.launched import (
     ENDING,
-    POSE,
     Launch,
     SpawnedBoat,
     SpawnedObject,
@@ -35,6 +34,7 @@ from vrx_mj.formats.gazebo.packages import (
 from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat
 from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
 from vrx_mj.formats.gazebo.stock import (
+    POSE,
     STOCK_LAUNCHES,
     StockLaunch,
     instead_of,

@@ -14,15 +14,13 @@ from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, VrxError
 from vrx_mj.formats.gazebo.document import Report
 from vrx_mj.formats.gazebo.sdf_frames import safe_name
-from vrx_mj.formats.gazebo.stock import StockBoat
+from vrx_mj.formats.gazebo.stock import POSE, StockBoat
 from vrx_mj.formats.series.pieces import At, located
 from vrx_mj.formats.urdf.elements import truth
 from vrx_mj.frames import Pose
 
 ENDING = ".launch"
 """How the names of launch files end."""
-POSE = ("x", "y", "z", "R", "P", "Y")
-"""Names of arguments for a pose."""
 
 
 @dataclass(frozen=True)

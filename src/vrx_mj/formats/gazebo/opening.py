@@ -29,8 +29,7 @@ from vrx_mj.errors import (
     first_names,
     shortened,
 )
-from vrx_mj.formats.gazebo.document import read_document
-from vrx_mj.formats.gazebo.folders import files_below, is_folder, links_below, short_names
+from vrx_mj.formats.gazebo.folders import files_below, has_world, is_folder, links_below, short_names
 from vrx_mj.formats.gazebo.launch import is_launch, launch_of, read_launch
 from vrx_mj.formats.gazebo.launched import Launch, fleet_of, with_objects
 from vrx_mj.formats.gazebo.packages import PACKAGES
@@ -68,9 +67,11 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
     if is_launch(world):
         launch = launch_of(str(world), arguments)
         if launch.world is None:
-            name = Path(world).name
-            sails = f"opens no world of Gazebo; its boats sail in one: vrx-mj run WORLD --fleet {shortened(world)}"
-            text = instead_of(name, arguments) if is_tool(name) and not launch.boats else sails
+            name, file = Path(world).name, shell_word(shortened(world))
+            beside = f" and spawns no boat; start it beside one: vrx-mj serve WORLD --ros1, then roslaunch {file}"
+            sails = f"; its boats sail in one: vrx-mj run WORLD --fleet {file}"
+            text = f"opens no world of Gazebo{sails if launch.boats or launch.fleet else beside}"
+            text = instead_of(name, arguments) if is_tool(name) and not launch.boats else text
             raise ConfigError([Problem(str(world), None, None, "", text)])
         warn_of_losses(launch.report.notes, str(world), stacklevel=4)
         if fleet is None and launch.fleet is not None:
@@ -170,7 +171,7 @@ def file_of_folder(folder: Path, arguments: Mapping[str, str] | None = None) -> 
         return file
     if tops:
         raise _choice(folder, "launch files that open a world", {file: _about(one) for file, one in tops.items()})
-    worlds = [file for file in files_below(folder, WORLD_SUFFIXES) if _has_world(file)]
+    worlds = [file for file in files_below(folder, WORLD_SUFFIXES) if has_world(file)]
     if len(worlds) == 1:
         _warn_of_failures(folder, found)
         return worlds[0]
@@ -278,16 +279,6 @@ def _warn_of_failures(folder: Path, found: _Found) -> None:
     if found.failed:
         lines = [f"{display(folder)}: launch files that are not read", *first_lines(found.failed, LISTED)]
         warnings.warn("\n".join(lines), VrxWarning, stacklevel=5)
-
-
-def _has_world(file: Path) -> bool:
-    """Whether there is a world in a file, not the model of an object; of what cannot be read that is not known."""
-    if not file.name.lower().endswith((".sdf", ".sdf.xacro")):
-        return True
-    try:
-        return any(one.tag == "world" for one in read_document(file).walk())
-    except VrxError:
-        return not file.name.startswith("model")
 
 
 def _nothing(folder: Path, found: _Found) -> str:

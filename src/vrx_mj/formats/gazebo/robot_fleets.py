@@ -6,13 +6,17 @@ from pathlib import Path
 from typing import Any, TypeGuard
 
 from vrx_mj.config.loading import file_of, path_of
-from vrx_mj.config.search import SCHEME, XML_SUFFIXES, kind_name
+from vrx_mj.config.search import SCHEME, XML_SUFFIXES, display, kind_name
 from vrx_mj.config.tree import File, Place, Section
-from vrx_mj.errors import ConfigError, Problem, VrxWarning, shortened
+from vrx_mj.errors import ConfigError, Problem, VrxWarning, first_names, shortened
+from vrx_mj.formats.gazebo.document import read_document
 from vrx_mj.formats.gazebo.launch import is_launch, launch_of
 from vrx_mj.formats.gazebo.launched import fleet_of
-from vrx_mj.formats.gazebo.models import ROBOT, file_in_folder, is_gazebo_model, model_file
+from vrx_mj.formats.gazebo.models import ROBOT, file_in_folder, is_gazebo_model, model_element, model_file
+from vrx_mj.formats.gazebo.sdf_boats import is_boat
 
+LISTED = 6
+"""Names of models that a warning lists."""
 BESIDE = {"thrusters": "thruster_config.yaml", "components": "component_config.yaml"}
 """Keys of a fleet, and the files of VRX that a robot's folder may have for them."""
 
@@ -57,7 +61,7 @@ def robot_fleet(source: str | Path, arguments: Mapping[str, str] | None = None, 
     if is_gazebo_model(str(source)):
         path, mark, model = str(source).partition("#")
         file = model_file(path, None) if path.startswith(SCHEME) else path_of("robots", path)
-        file = Path(f"{file}{mark}{model}")
+        file = Path(f"{file}{mark}{model}" if mark else f"{file}{_taken(file)}")
     else:
         file = file_of("robots", source)
     place = Place(File(file.name, file.absolute().parent))
@@ -67,3 +71,16 @@ def robot_fleet(source: str | Path, arguments: Mapping[str, str] | None = None, 
     if arguments:
         values["arguments"] = Section(arguments, place)
     return Section(values, place)
+
+
+def _taken(file: Path) -> str:
+    """`#NAME` of the model that is the boat in a file of several, with a warning: the first boat, else the first."""
+    root = read_document(file)
+    names = [one.attributes.get("name", "") for one in (root.child("world") or root).all("model")]
+    if len(names) < 2 or not all(names):
+        return ""
+    name = next((name for name in names if is_boat(model_element(Path(f"{file}#{name}")).model)), names[0])
+    others = first_names((each for each in names if each != name), LISTED)
+    text = f"{display(file)}: the boat is its model '{name}'; for another one: --fleet FILE#NAME, NAME one of {others}"
+    warnings.warn(text, VrxWarning, stacklevel=5)
+    return f"#{name}"

@@ -1,43 +1,50 @@
 """VRX's own launch files: which world each opens, with which boats, and what does the work of those that open none."""
 
+import re
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from vrx_mj.formats.urdf.elements import truth
 from vrx_mj.frames import Pose
 from vrx_mj.packages import shell_word
+from vrx_mj.resources import root
 
 CLASSIC, OLDER, WAVES, MARITIME = PACKAGES = ("vrx_gazebo", "vrx_2019", "wave_gazebo", "vorc_gazebo")
 """Packages that hold launch files; a launch file that two of them have is that of the earlier one."""
 
-SYDNEY: Pose = (-532.0, 162.0, 0.1, 0.0, 0.0, 1.0)
-SAND_ISLAND: Pose = (158.0, 108.0, 0.1, 0.0, 0.0, -2.76)
-MARINA: Pose = (10.0, -372.0, 0.1, 0.0, 0.0, 0.3816)
-OCEAN: Pose = (0.0, 0.0, 0.1, 0.0, 0.0, 0.0)
-COMMON = ("world", "gui", "verbose", "extra_gazebo_args", "namespace", "x", "y", "z", "P", "R", "Y", "thrust_config",
-          "urdf", "paused", "joy", "non_competition_mode", "recording", "debug", "use_sim_time", "enable_ros_network",
-          "extra_gz_args")  # fmt: skip
-"""Arguments of all of them: VRX's own, and those of Gazebo's launch file that some pass on."""
-UNUSED: Mapping[str, tuple[frozenset[str], str]] = {
-    "paused": (frozenset({"false", "0"}), "`vrx-mj serve --paused` starts paused"),
-    "joy": (frozenset({"false", "0"}), "`vrx-mj teleop --web` beside `vrx-mj serve` has a joystick"),
-    "non_competition_mode": (frozenset({"true", "1"}), "VRX_DEBUG=false hides the topics of wind and contacts"),
-    "extra_gazebo_args": (frozenset({""}), "no Gazebo runs; type options of `vrx-mj` instead"),
-    "extra_gz_args": (frozenset({""}), "no Gazebo runs; type options of `vrx-mj` instead"),
-    "recording": (frozenset({"false", "0"}), "`--record run.rrd` records"),
-    "debug": (frozenset({"false", "0"}), "no Gazebo runs that a debugger could take"),
-    "use_sim_time": (frozenset({"true", "1"}), "time is always that of the simulation"),
-    "enable_ros_network": (frozenset({"true", "1"}), "`vrx-mj serve` opens the wires that its options name"),
-    "pinger_params": (
-        frozenset({""}),
-        "VRX's launch files do not read it; `task: {pinger: [x, y, z]}` of the world does",
+FOLDER = root() / "assets" / "launch"
+"""Launch files of ours by VRX's names, in folders of their packages: arguments with VRX's defaults, and our node."""
+SEVERAL: Mapping[str, Sequence[tuple[str, str, Pose]]] = {
+    "demo_thrusterconfigs.launch": (
+        ("wamvH", "H", (-552.0, 166.0, 0.0, 0.0, 0.0, 1.0)),
+        ("wamvT", "T", (-542.0, 164.0, 0.0, 0.0, 0.0, 1.0)),
+        ("wamvX", "X", (-532.0, 162.0, 0.0, 0.0, 0.0, 1.0)),
     ),
+    "wave_wamv.launch": (
+        ("wamv0", "H", (0.0, 0.0, 0.1, 0.0, 0.0, 0.0)), ("wamv1", "H", (0.0, 6.0, 0.1, 0.0, 0.0, 1.57)),
+    ),
+}  # fmt: skip
+"""Name, thrusters and pose [m, rad] of each boat of those launch files that have several."""
+POSE = ("x", "y", "z", "R", "P", "Y")
+"""Names of arguments for a pose."""
+UNUSED: Mapping[str, str] = {
+    "paused": "`vrx-mj serve --paused` starts paused",
+    "joy": "`vrx-mj teleop --web` beside `vrx-mj serve` has a joystick",
+    "non_competition_mode": "VRX_DEBUG=false hides the topics of wind and contacts",
+    "extra_gazebo_args": "no Gazebo runs; type options of `vrx-mj` instead",
+    "extra_gz_args": "no Gazebo runs; type options of `vrx-mj` instead",
+    "recording": "`--record run.rrd` records",
+    "debug": "no Gazebo runs that a debugger could take",
+    "use_sim_time": "time is always that of the simulation",
+    "enable_ros_network": "`vrx-mj serve` opens the wires that its options name",
+    "pinger_params": "VRX's launch files do not read it; `task: {pinger: [x, y, z]}` of the world does",
 }
-"""Arguments without effect here: the values with which nothing is lost, and what to do instead."""
+"""What to do instead of arguments that have no effect here; nothing is lost where the value is the default."""
+USUAL = {"paused": "false"}
+"""Defaults that are others than those of all launch files."""
 LOCKS = ("wamv_locked", "robot_locked")
 """Arguments that hold a boat in its place."""
-FLAGS = ("camera_enabled", "gps_enabled", "imu_enabled", "lidar_enabled", "ground_truth_enabled")
 
 
 @dataclass(frozen=True)
@@ -47,9 +54,9 @@ class StockBoat:
     name: str
     pose: Pose
     """Pose in the world [m, rad]."""
-    robot: str = "wamv"
+    robot: str
     """Kind of boat, here."""
-    arguments: Mapping[str, str] = field(default_factory=dict)
+    arguments: Mapping[str, str]
     """Arguments of the launch file that its description takes, with their defaults."""
 
 
@@ -61,10 +68,12 @@ class StockLaunch:
     world: str
     """Name of the world, here."""
     boats: tuple[StockBoat, ...]
-    arguments: tuple[str, ...]
-    """What it can be given."""
-    package: str = CLASSIC
+    arguments: Mapping[str, str]
+    """What it can be given, with the defaults."""
+    package: str
     """Package that it is in."""
+    file: Path
+    """The file of ours, which starts it by roslaunch."""
 
     @property
     def own(self) -> Mapping[str, str]:
@@ -72,58 +81,26 @@ class StockLaunch:
         return self.boats[0].arguments if self.boats else {}
 
 
-def _one(name: str, world: str, pose: Pose, thrusters: str, *, suite: bool = True, locked: bool | None = None,
-         boat: str = "wamv", package: str = CLASSIC, lock: str = "wamv_locked") -> StockLaunch:  # fmt: skip
-    """A launch file with one boat: with VRX's suite of sensors, or with switches for single ones."""
-    given = {"thrust_config": thrusters} if thrusters else {}
-    sensors = {"vrx_sensors_enabled": "true"} if suite else dict.fromkeys(FLAGS, "false")
-    held = {} if locked is None else {lock: str(locked).lower()}
-    arguments = given | sensors | held
-    boats = (StockBoat(boat, pose, boat, arguments),)
-    return StockLaunch(name, world, boats, (*COMMON, *arguments, "pinger_params"), package)
+def _read(file: Path) -> StockLaunch:
+    """The launch file of VRX that a file of ours is."""
+    package, text = file.parent.name, file.read_text(encoding="utf-8")
+    given = dict(re.findall(r'<arg name="(\w+)" default="(.*?)"/>', text))
+    world = PurePosixPath(given["world"]).stem
+    own = {key: value for key, value in given.items() if key in {"thrust_config", *LOCKS} or key.endswith("_enabled")}
+    x, y, z, roll, pitch, yaw = (float(given[key]) for key in POSE)
+    several = SEVERAL.get(file.name) or [(given["namespace"], given["thrust_config"], (x, y, z, roll, pitch, yaw))]
+    robot = "wamv" if given["urdf"] else "cora"
+    boats = tuple(
+        StockBoat(
+            name, pose, robot, {key: value for key, value in {**own, "thrust_config": thrusters}.items() if value}
+        )
+        for name, thrusters, pose in several
+        if len(own) > 1
+    )
+    return StockLaunch(file.name, f"vrx2019/{world}" if package == OLDER else world, boats, given, package, file)
 
 
-def _older(name: str, world: str, thrusters: str, *, suite: bool = True, locked: bool | None = True) -> StockLaunch:
-    """A launch file of 2019, at Sand Island."""
-    return _one(name, f"vrx2019/{world}", SAND_ISLAND, thrusters, suite=suite, locked=locked, package=OLDER)
-
-
-def _demo() -> Iterator[StockBoat]:
-    for x, y, layout in ((-552.0, 166.0, "H"), (-542.0, 164.0, "T"), (-532.0, 162.0, "X")):
-        flags = dict.fromkeys(FLAGS, "false")
-        yield StockBoat(f"wamv{layout}", (x, y, 0.0, 0.0, 0.0, 1.0), arguments={"thrust_config": layout, **flags})
-
-
-def _waves() -> Iterator[StockBoat]:
-    for index, (y, yaw) in enumerate(((0.0, 0.0), (6.0, 1.57))):
-        flags = dict.fromkeys(FLAGS, "true")
-        yield StockBoat(f"wamv{index}", (0.0, y, 0.1, 0.0, 0.0, yaw), arguments={"thrust_config": "H", **flags})
-
-
-_ALL = (
-    _one("vrx.launch", "example_course", SYDNEY, "T", locked=False),
-    _one("sydneyregatta.launch", "example_course", SYDNEY, "H", suite=False),
-    _one("station_keeping.launch", "stationkeeping_task", SYDNEY, "T", locked=True),
-    _one("wayfinding.launch", "wayfinding_task", SYDNEY, "T", locked=True),
-    _one("perception_task.launch", "perception_task", SYDNEY, "H", locked=True),
-    _one("wildlife.launch", "wildlife_task", SYDNEY, "H", locked=True),
-    _one("scan_dock_deliver.launch", "scan_dock_deliver", SYDNEY, "H", locked=True),
-    _one("gymkhana.launch", "gymkhana", SYDNEY, "T", locked=True),
-    _older("sandisland.launch", "example_course", "H", suite=False, locked=None),
-    _older("dock.launch", "dock", "H"),
-    _older("navigation_task.launch", "navigation_task", "H"),
-    _older("scan_and_dock.launch", "scan_and_dock", "H"),
-    _older("vrx.launch", "example_course", "T", locked=False),
-    _older("station_keeping.launch", "stationkeeping_task", "T"),
-    _older("wayfinding.launch", "wayfinding_task", "T"),
-    _older("perception_task.launch", "perception_task", "H"),
-    _one("marina.launch", "marina", MARINA, "", locked=False, boat="cora", package=MARITIME, lock="robot_locked"),
-    _one("ocean_world_buoys.launch", "ocean_buoys", OCEAN, "H", suite=False, package=WAVES),
-    _one("ocean_demos.launch", "ocean_buoys", OCEAN, "H", suite=False, package=WAVES),
-    StockLaunch("ocean_world.launch", "ocean", (), COMMON, WAVES),
-    StockLaunch("demo_thrusterconfigs.launch", "example_course", tuple(_demo()), (*COMMON, *FLAGS)),
-    StockLaunch("wave_wamv.launch", "ocean_wamv", tuple(_waves()), (*COMMON, *FLAGS), WAVES),
-)
+_ALL = tuple(_read(file) for package in PACKAGES for file in sorted((FOLDER / package).glob("*.launch")))
 _BY_PACKAGE: Mapping[tuple[str, str], StockLaunch] = {(launch.package, launch.name): launch for launch in _ALL}
 STOCK_LAUNCHES: Mapping[str, StockLaunch] = {launch.name: launch for launch in reversed(_ALL)}
 """VRX's launch files by their names."""
@@ -175,8 +152,9 @@ def unused(launch: StockLaunch, name: str, value: str) -> str:
             return "true or false is expected"
         held = truth(value) and not truth(launch.own.get(name, "true"))
         return "a boat is held by a task, until it is ready" if held else ""
-    usual, instead = UNUSED.get(name, (frozenset({value.lower()}), ""))
-    return "" if value.lower() in usual else instead
+    usual = USUAL.get(name, launch.arguments[name])
+    same = value.lower() == usual or (truth(value) is not None and truth(value) == truth(usual))
+    return "" if same else UNUSED.get(name, "")
 
 
 def unlocks(launch: StockLaunch, given: Mapping[str, str]) -> bool:

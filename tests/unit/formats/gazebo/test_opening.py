@@ -56,6 +56,14 @@ def test_the_one_launch_file_that_starts_a_world_is_opened():
     assert [boat["name"] for boat in fleet["boats"]] == ["team"]
 
 
+def test_a_launch_file_of_nodes_alone_is_started_beside_a_world():
+    written(keys_dot_launch='<launch><node pkg="a" type="b" name="c"/></launch>')
+    advice = "start it beside one: vrx-mj serve WORLD --ros1, then roslaunch keys.launch"
+    assert message(opened, "keys.launch", None, {}) == (
+        f"keys.launch: opens no world of Gazebo and spawns no boat; {advice}"
+    )
+
+
 def test_arguments_reach_the_launch_file_of_a_folder():
     write_workspace(Path("ws"), without=(TWO_BOATS,))
     written(ws__src__team_gazebo__worlds__bay_dot_world=BAY)

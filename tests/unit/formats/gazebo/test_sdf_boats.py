@@ -14,6 +14,7 @@ from sdf_boats import BOATS, fossen, link, sdf, spinning, thruster
 from vrx_mj.config.robots import load_robot
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.formats.gazebo.document import read_document
+from vrx_mj.formats.gazebo.robot_fleets import robot_fleet
 from vrx_mj.formats.gazebo.sdf_boats import is_boat, read_boat
 from vrx_mj.formats.urdf.reader import read_urdf
 from vrx_mj.frames import compose, quaternion, rotation
@@ -385,3 +386,14 @@ def test_a_folder_of_a_model_is_a_robot():
         VrxError, match=r"^path '\.\./boat' leaves the folder of the file that names it; add its folder by"
     ):
         load_robot("../boat", Path("../other"))
+
+
+@pytest.mark.parametrize("start", ["<world name='bay'>", ""])
+def test_a_fleet_of_a_file_of_several_models_says_which_it_takes(start):
+    pier = '<model name="pier"><static>true</static><link name="l"/></model>'
+    end = "</world>" if start else ""
+    Path("two.sdf").write_text(f'<sdf version="1.6">{start}{pier}{BOATS["raft"]()[19:-8]}{end}</sdf>', encoding="utf-8")
+    said = "the boat is its model 'raft'; for another one: --fleet FILE#NAME, NAME one of pier"
+    with pytest.warns(VrxWarning, match=said):
+        assert robot_fleet("two.sdf")["robot"] == "two.sdf#raft"
+    assert robot_fleet("two.sdf#pier")["robot"] == "two.sdf#pier"
