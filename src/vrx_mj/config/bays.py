@@ -219,7 +219,7 @@ def bay_zones(bay: Bay, block: float) -> tuple[Box, Box]:
     return internal, _zone(bay, block, MOUTH_GAP, ZONE_DEPTH, width + ZONE_SPILL)
 
 
-def board(bay: Bay, block: float, name: str, model: Board, symbol: Symbol) -> PlacardConfig:
+def board(bay: Bay, block: float, name: str, model: Board) -> PlacardConfig:
     """The board at the inner end of a bay, which faces out of it."""
     depth, _ = _depth_and_width(bay, block)
     dx, dy = bay.opens
@@ -231,7 +231,6 @@ def board(bay: Bay, block: float, name: str, model: Board, symbol: Symbol) -> Pl
         model=model,
         pose=(x, y, BOARD_CENTER, 0.0, 0.0, yaw),
         symbol_pose=(x + before * dx, y + before * dy, height, 0.0, 0.0, yaw),
-        symbol=symbol,
     )
 
 

@@ -18,7 +18,6 @@ from vrx_mj.arguments import as_number
 from vrx_mj.config.base import Config, Fault, Folder, Only, fault, faults, repeated
 from vrx_mj.config.bays import (
     BLOCKS,
-    FIRST_SYMBOL,
     Bay,
     BayConfig,
     Box,
@@ -265,7 +264,7 @@ def _placards(
         return {}
     else:
         placards = {
-            number: board(place, dock.block, f"{dock.name}_placard{number}", bay.placard, FIRST_SYMBOL)
+            number: board(place, dock.block, f"{dock.name}_placard{number}", bay.placard)
             for number, (bay, place) in enumerate(listed, 1)
             if place is not None and bay.placard != "none"
         }
