@@ -55,12 +55,12 @@ class _Called(Protocol):
     """What has a name."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str | None: ...
 
 
 def repeated(**groups: Iterable[_Called]) -> list[Fault]:
     """Names that are given more than once, as faults at the later ones."""
-    seen: Counter[str] = Counter()
+    seen: Counter[str | None] = Counter()
     found: list[Fault] = []
     for key, group in groups.items():
         for index, thing in enumerate(group):

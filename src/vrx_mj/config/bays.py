@@ -11,10 +11,9 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import BeforeValidator, Field
 
-from vrx_mj.config.base import Config, Only, fault
+from vrx_mj.config.base import Config, Only
 from vrx_mj.config.shapes import Size
-from vrx_mj.config.values import COLORS, Name, NonNegative, NotEmpty, Pose, Vec3, numbers
-from vrx_mj.config.wording import shown
+from vrx_mj.config.values import COLORS, Name, NonNegative, NotEmpty, Pose, Vec3, demand, numbers, several
 from vrx_mj.frames import apply, rotation
 
 Cell = tuple[int, int]
@@ -38,28 +37,16 @@ def _off(value: object) -> object:
     return OFF if value is False else value
 
 
-def three(what: str) -> BeforeValidator:
-    """Demands a list of three."""
-
-    def check(value: object) -> object:
-        if not isinstance(value, tuple | list) or len(value) != 3:
-            raise fault(f"expected three {what}, got {shown(value)}")
-        return tuple(value)
-
-    return BeforeValidator(check)
-
-
-def _symbol(value: str) -> str:
-    if value not in SYMBOLS:
-        colors, shapes = ", ".join(LIGHT_COLORS), ", ".join(SHAPES)
-        raise fault(f"expected a symbol COLOUR_SHAPE of {colors} and {shapes}, got {shown(value)}")
-    return value
-
-
-Symbol = Annotated[str, BeforeValidator(_symbol)]
+Symbol = Annotated[
+    str,
+    demand(
+        SYMBOLS.__contains__,
+        f"expected a symbol COLOUR_SHAPE of {', '.join(LIGHT_COLORS)} and {', '.join(SHAPES)}, got {{}}",
+    ),
+]
 """What a placard shows, as `red_circle`."""
 LightColor = Annotated[Literal["red", "green", "blue", "yellow", "off"], BeforeValidator(_off)]
-Pattern = Annotated[tuple[LightColor, LightColor, LightColor], three("of red, green, blue, yellow and off")]
+Pattern = Annotated[tuple[LightColor, LightColor, LightColor], several(3, "three of red, green, blue, yellow and off")]
 
 
 class LightConfig(Config):
@@ -219,7 +206,7 @@ def bay_zones(bay: Bay, block: float) -> tuple[Box, Box]:
     return internal, _zone(bay, block, MOUTH_GAP, ZONE_DEPTH, width + ZONE_SPILL)
 
 
-def board(bay: Bay, block: float, name: str, model: Board, symbol: Symbol) -> PlacardConfig:
+def board(bay: Bay, block: float, name: str, model: Board) -> PlacardConfig:
     """The board at the inner end of a bay, which faces out of it."""
     depth, _ = _depth_and_width(bay, block)
     dx, dy = bay.opens
@@ -231,7 +218,6 @@ def board(bay: Bay, block: float, name: str, model: Board, symbol: Symbol) -> Pl
         model=model,
         pose=(x, y, BOARD_CENTER, 0.0, 0.0, yaw),
         symbol_pose=(x + before * dx, y + before * dy, height, 0.0, 0.0, yaw),
-        symbol=symbol,
     )
 
 

@@ -14,11 +14,9 @@ from typing import Annotated
 from pydantic import BeforeValidator, field_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.arguments import as_number
 from vrx_mj.config.base import Config, Fault, Folder, Only, fault, faults, repeated
 from vrx_mj.config.bays import (
     BLOCKS,
-    FIRST_SYMBOL,
     Bay,
     BayConfig,
     Box,
@@ -35,7 +33,7 @@ from vrx_mj.config.bays import (
 from vrx_mj.config.loading import check, referenced
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import Items
-from vrx_mj.config.values import Name, Number, Pose, Switch
+from vrx_mj.config.values import Name, Number, Pose, Switch, demand
 from vrx_mj.config.wording import one_of, shown
 from vrx_mj.config.yaml_text import find_lookalikes, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError
@@ -158,6 +156,12 @@ Drawing = Annotated[str, BeforeValidator(_drawing)]
 """A dock's drawing, or what names one."""
 
 
+Block = Annotated[
+    Number,
+    demand(BLOCKS.__contains__, f"a block is {one_of([f'{edge:g}' for edge in BLOCKS])} m long, got {{}}"),
+]
+
+
 class DockPlacement(Placed):
     """A dock somewhere."""
 
@@ -165,7 +169,7 @@ class DockPlacement(Placed):
     """A drawing, as a block of text `|` or a list of rows; a name from `docks`; or the path of a text file."""
     dynamic: Switch = False
     """Whether it floats: its blocks hang together by hinges."""
-    block: Number = 2.0
+    block: Block = 2.0
     """Edge of a block [m]: 1 x 1 to 4 x 4 cubes of 0.5 m."""
     mooring: Annotated[MooringConfig | None, Only("dynamic", (True,))] = None
     """Lines that hold a dynamic dock; without them it drifts."""
@@ -186,14 +190,6 @@ class DockPlacement(Placed):
         elif found := dock_faults(value.split("\n")):
             raise faults(*(((), fault(message, row=row, column=column)) for row, column, message in found))
         return value
-
-    @field_validator("block", mode="before")
-    @classmethod
-    def _is_a_size(cls, value: object) -> object:
-        edge = as_number(value)
-        if isinstance(value, bool) or edge not in BLOCKS:
-            raise fault(f"a block is {one_of([f'{each:g}' for each in BLOCKS])} m long, got {shown(value)}")
-        return edge
 
     def _faults(self) -> Iterator[Fault]:
         with contextlib.suppress(VrxError):  # what is wrong with the drawing is reported with it
@@ -265,7 +261,7 @@ def _placards(
         return {}
     else:
         placards = {
-            number: board(place, dock.block, f"{dock.name}_placard{number}", bay.placard, FIRST_SYMBOL)
+            number: board(place, dock.block, f"{dock.name}_placard{number}", bay.placard)
             for number, (bay, place) in enumerate(listed, 1)
             if place is not None and bay.placard != "none"
         }

@@ -21,6 +21,7 @@ from vrx_mj.config.search import contained, is_path
 from vrx_mj.config.tree import Loc
 from vrx_mj.config.values import (
     MAX_COORDINATE,
+    Cartesian,
     Color,
     Coordinate,
     Name,
@@ -30,7 +31,6 @@ from vrx_mj.config.values import (
     Seed,
     by_type,
     demand,
-    numbers,
 )
 from vrx_mj.config.world import Sensors, SpawnConfig, WorldConfig, check_thrusters
 from vrx_mj.errors import ConfigError, Problem
@@ -194,8 +194,7 @@ class BoatEntry(_Built):
 
 
 Origin = Annotated[
-    Annotated[Literal["world", "spawn"], Tag("word")]
-    | Annotated[tuple[Coordinate, Coordinate, Number], numbers("x y yaw"), Tag("frame")],
+    Annotated[Literal["world", "spawn"], Tag("word")] | Annotated[Cartesian, Tag("frame")],
     by_type("world, spawn or [x, y, yaw]", ("world", "spawn"), frame=(tuple, list)),
 ]
 Heading = Annotated[

@@ -6,12 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, field_validator
+from pydantic import Field
 
-from vrx_mj.config.base import Config, Fault, Folder, Only, fault, repeated
+from vrx_mj.config.base import Config, Fault, Folder, Only, repeated
 from vrx_mj.config.shapes import BuoyancyConfig, Shape, Visual
-from vrx_mj.config.values import Inertia, Name, NonNegative, Number, Pose, Positive, Vec3, numbers
-from vrx_mj.config.wording import shown
+from vrx_mj.config.values import Inertia, Name, NonNegative, Number, Pose, Positive, Vec3, demand, numbers
 from vrx_mj.errors import UnknownNameError
 
 MOST_LINKS = 64
@@ -20,10 +19,11 @@ AXES: Mapping[str, int] = {"revolute": 1, "continuous": 1, "prismatic": 1, "univ
 """Number of axes of each type of joint."""
 
 
-def _with_a_length(value: tuple[float, float, float]) -> tuple[float, float, float]:
-    if math.hypot(*value) < 1e-9:
-        raise fault(f"must have a length, got {shown(list(value))}")
-    return value
+Limits = Annotated[
+    tuple[Number, Number],
+    numbers("lower upper"),
+    demand(lambda limits: limits[0] < limits[1], "lower must be below upper, got {}"),
+]
 
 
 def _parallel(one: tuple[float, float, float], other: tuple[float, float, float]) -> bool:
@@ -35,9 +35,9 @@ def _parallel(one: tuple[float, float, float], other: tuple[float, float, float]
 class AxisConfig(Config):
     """An axis of a joint, about which the child link turns, or along which it slides."""
 
-    xyz: Annotated[Vec3, AfterValidator(_with_a_length)] = (0.0, 0.0, 1.0)
+    xyz: Annotated[Vec3, demand(lambda axis: math.hypot(*axis) >= 1e-9, "must have a length, got {}")] = (0.0, 0.0, 1.0)
     """Direction of the axis in the joint's frame."""
-    limits: Annotated[tuple[Number, Number], numbers("lower upper")] | None = None
+    limits: Limits | None = None
     """Lowest and highest angle [rad] or, of a prismatic joint, position [m]; without them it moves freely."""
     damping: NonNegative = 0.0
     """Damping [N m s/rad], of a prismatic joint [N s/m]."""
@@ -47,13 +47,6 @@ class AxisConfig(Config):
     """Stiffness of a spring in the joint [N m/rad], of a prismatic joint [N/m]."""
     spring_reference: Number = 0.0
     """Angle [rad] or position [m] at which the spring is at rest."""
-
-    @field_validator("limits")
-    @classmethod
-    def _in_order(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
-        if value is not None and value[0] >= value[1]:
-            raise fault(f"lower {value[0]:g} is not below upper {value[1]:g}")
-        return value
 
 
 class JointConfig(Config):

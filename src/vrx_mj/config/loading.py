@@ -106,72 +106,45 @@ def _inside(place: Place, row: int, column: int) -> Place:
     return Place(place.file, (place.line or 0) + row, indent + column)
 
 
+_MESSAGES = {
+    "vrx": "{message}",
+    "missing": "required, but missing",
+    "union_tag_not_found": "required, but missing",
+    "unexpected_keyword_argument": "unknown key",
+    "extra_forbidden": "unknown key",
+    "json_invalid": "not JSON: {error}",
+    "finite_number": "must be finite, got {got}",
+    "greater_than": "must be above {gt}, got {got}",
+    "greater_than_equal": "must be at least {ge}, got {got}",
+    "less_than": "must be below {lt}, got {got}",
+    "less_than_equal": "must be at most {le}, got {got}",
+    "string_type": "expected text, got {got}",
+    "float_type": "expected a number, got {got}",
+    "int_type": "expected a whole number, got {got}",
+    "int_from_float": "expected a whole number, got {got}",
+    "bool_type": "expected true or false, got {got}",
+    "tuple_type": "expected a list, got {got}",
+    "dataclass_type": "expected keys and values, got {got}",
+    "dict_type": "expected keys and values, got {got}",
+    "model_type": "expected keys and values, got {got}",
+    "model_attributes_type": "expected keys and values, got {got}",
+}
+"""What pydantic's errors say, by their type; other names in braces are those of the error's context."""
+
+
 def _message(details: ErrorDetails) -> str:
     kind, value, context = details["type"], details["input"], details.get("ctx", {})
-    if kind in _SAYS:
-        return _SAYS[kind](value, context)
-    if kind in _EXPECTED:
-        return f"expected {_EXPECTED[kind]}, got {shown(value)}"
-    return f"{details['msg'][:1].lower()}{details['msg'][1:]}, got {shown(value)}"
-
-
-Context = Mapping[str, Any]
-"""Details of a pydantic error besides its type and the value."""
-Sentence = Callable[[object, Context], str]
-
-
-def _limit(words: str, key: str) -> Sentence:
-    def say(value: object, context: Context) -> str:
-        limit = context[key] if isinstance(context[key], int) else format(context[key], ".15g")
-        return f"must be {words} {limit}, got {shown(value)}"
-
-    return say
-
-
-def _text(value: object, _: Mapping[str, object]) -> str:
-    quote = "; put it in quotes" if isinstance(value, int | float) else ""
-    return f"expected text, got {shown(value)}{quote}"
-
-
-def _literal(value: object, context: Context) -> str:
-    return choice(value, context["expected"].replace(" or ", ", ").replace("'", "").split(", "))
-
-
-def _tag(value: Any, context: Context) -> str:
-    return choice(value[context["discriminator"].strip("'")], context["expected_tags"].replace("'", "").split(", "))
-
-
-_SAYS: dict[str, Sentence] = {
-    "vrx": lambda _, context: str(context["message"]),
-    "missing": lambda *_: "required, but missing",
-    "unexpected_keyword_argument": lambda *_: "unknown key",
-    "extra_forbidden": lambda *_: "unknown key",
-    "json_invalid": lambda _, context: f"not JSON: {context['error']}",
-    "string_type": _text,
-    "literal_error": _literal,
-    "union_tag_invalid": _tag,
-    "union_tag_not_found": lambda value, _: (
-        "required, but missing"
-        if isinstance(value, Mapping)
-        else f"expected {_EXPECTED['dict_type']}, got {shown(value)}"
-    ),
-    "finite_number": lambda value, _: f"must be finite, got {shown(value)}",
-    "greater_than": _limit("above", "gt"),
-    "greater_than_equal": _limit("at least", "ge"),
-    "less_than": _limit("below", "lt"),
-    "less_than_equal": _limit("at most", "le"),
-}
-_EXPECTED = {
-    "float_type": "a number",
-    "int_type": "a whole number",
-    "int_from_float": "a whole number",
-    "bool_type": "true or false",
-    "tuple_type": "a list",
-    "dataclass_type": "keys and values",
-    "dict_type": "keys and values",
-    "model_type": "keys and values",
-    "model_attributes_type": "keys and values",
-}
+    if kind == "literal_error":
+        return choice(value, context["expected"].replace(" or ", ", ").replace("'", "").split(", "))
+    if kind == "union_tag_invalid":
+        return choice(value[context["discriminator"].strip("'")], context["expected_tags"].replace("'", "").split(", "))
+    if kind == "union_tag_not_found" and not isinstance(value, Mapping):
+        kind = "dict_type"
+    if kind not in _MESSAGES:
+        return f"{details['msg'][:1].lower()}{details['msg'][1:]}, got {shown(value)}"
+    limits = {key: format(limit, ".15g") if isinstance(limit, float) else limit for key, limit in context.items()}
+    quotes = "; put it in quotes" if kind == "string_type" and isinstance(value, int | float) else ""
+    return _MESSAGES[kind].format(got=shown(value), **limits) + quotes
 
 
 Source = str | Path | Mapping[str, Any]

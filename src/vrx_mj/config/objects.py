@@ -19,27 +19,12 @@ from vrx_mj.config.readers import file_of_others, read_others
 from vrx_mj.config.search import display, kind_name
 from vrx_mj.config.shapes import BuoyancyConfig, Shape, Visual
 from vrx_mj.config.tree import Section
-from vrx_mj.config.values import (
-    Coordinate,
-    Inertia,
-    Name,
-    NonNegative,
-    NotEmpty,
-    Number,
-    Pose,
-    Positive,
-    Seed,
-    Switch,
-    Vec3,
-    numbers,
-)
+from vrx_mj.config.values import Inertia, Name, NonNegative, NotEmpty, Number, Point, Pose, Positive, Seed, Switch, Vec3
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 from vrx_mj.frames import rotation
 
 POINTS = 8
 """Waypoints of a circle: VRX's follow_plugin.cc."""
-
-Point = Annotated[tuple[Coordinate, Coordinate], numbers("x y")]
 
 
 class CirclePath(Config):
@@ -340,7 +325,7 @@ class FieldConfig(Config):
     """Kinds of objects in the field, and how many of each."""
     size: Positive = 40.0
     """Edge of the square [m], along the world's axes."""
-    center: Annotated[tuple[Coordinate, Coordinate], numbers("x y")] = (0.0, 0.0)
+    center: Point = (0.0, 0.0)
     """Centre of the square in the world [m]."""
     min_distance: NonNegative = 5.0
     """Least distance between the objects' origins, and from them to the origins of other things, to docks and to the

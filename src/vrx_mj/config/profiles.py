@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, Literal
 
-from vrx_mj.config.tree import Section
+from vrx_mj.config.tree import Section, merged, of_python
 from vrx_mj.constants import STANDARD_GRAVITY
 
 Profile = Literal["vrx", "vrx3", "marine"]
@@ -15,37 +15,17 @@ MARINE: Profile = "marine"
 DEFAULT: Profile = MARINE
 """Of a world that names none."""
 
-PHYSICS: Mapping[str, Mapping[str, Any]] = {
-    "vrx3": {"timestep": 0.004, "at_base_link": ("pinger",)},
-    "marine": {"gravity": STANDARD_GRAVITY, "at_base_link": ()},
+DEFAULTS: Mapping[str, Mapping[str, Any]] = {
+    "vrx3": {"physics": {"timestep": 0.004, "at_base_link": ("pinger",)}, "sea": {"scale": 1.1}},
+    "marine": {"physics": {"gravity": STANDARD_GRAVITY, "at_base_link": ()}},
 }
-"""What a profile has instead of the defaults of `PhysicsConfig`; VRX 3's GPS and IMU are links of their own."""
-SEA: Mapping[str, Mapping[str, Any]] = {"vrx3": {"scale": 1.1}}
-"""The same for `SeaConfig`; VRX 3's Wavefield.cc."""
+"""What a world has where its file gives none; VRX 3's GPS and IMU are links of their own, its sea Wavefield.cc's."""
 
 
-def physics_of_profile(data: object) -> object:
-    """A world's `physics` with its profile's values where it gives none."""
-    return _on_top(PHYSICS, data.get("profile", DEFAULT), data) if isinstance(data, Mapping) else data
-
-
-def world_of_profile(data: object) -> object:
-    """A world's file with its profile's defaults of the sea."""
-    if not isinstance(data, Mapping) or not isinstance(data.get("physics"), Mapping):
-        return data
-    sea, profile = data.get("sea"), data["physics"].get("profile")
-    if profile not in SEA or not (sea is None or isinstance(sea, Mapping)):
-        return data
-    return _with_places(data, {**data, "sea": _on_top(SEA, profile, sea or {})})
-
-
-def _on_top(
-    defaults: Mapping[str, Mapping[str, object]], profile: object, data: Mapping[str, object]
-) -> Mapping[str, object]:
-    own = defaults.get(profile, {}) if isinstance(profile, str) else {}
-    return _with_places(data, {**own, **data}) if own else data
-
-
-def _with_places(data: Mapping[str, object], values: Mapping[str, object]) -> Mapping[str, object]:
-    """Other values at the places that a file's have."""
-    return data.holding(values) if isinstance(data, Section) else values
+def on_its_profile(world: Section) -> Section:
+    """A world's file on top of its profile's defaults."""
+    physics = world.get("physics")
+    profile = physics.get("profile", DEFAULT) if isinstance(physics, Mapping) else DEFAULT
+    own = DEFAULTS.get(profile, {}) if isinstance(profile, str) else {}
+    given = {key: value for key, value in world.items() if value is not None or key not in own}
+    return merged(of_python(own, world.place.file), world.holding(given))

@@ -6,11 +6,11 @@ whose YAML, if it has one, is called as itself: `my_boat.yaml` goes with `my_boa
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, PrivateAttr
+from pydantic import BeforeValidator, Field
 
-from vrx_mj.config.base import Config, Fault, Folder, Only, fault, faults, unsorted_rows
+from vrx_mj.config.base import Config, Fault, Folder, Only, faults, unsorted_rows
 from vrx_mj.config.dynamics import (
     ContactConfig,
     HullConfig,
@@ -186,12 +186,13 @@ class Profiles(Config):
 class RobotConfig(Config):
     """A kind of boat."""
 
+    folder_keys: ClassVar = {"urdf_folder": "urdf"}
     folder: Folder = None
+    urdf_folder: Folder = None
     description: str = ""
     """What `vrx-mj list robots --verbose` shows."""
     urdf: str
     """The `.urdf`, `.xacro` or `.sdf`, relative to this file; `FILE#NAME` is the model of this name in a world."""
-    _urdf_folder: Path | None = PrivateAttr(None)
     arguments: Arguments = Field(default_factory=dict)
     """Arguments of the xacro."""
     layouts: dict[Name, Arguments] = Field(default_factory=dict)
@@ -263,7 +264,7 @@ class RobotConfig(Config):
         """The URDF, xacro or SDF, or `FILE#NAME`."""
         assert self.folder is not None, "a robot comes from a file"
         path, mark, name = self.urdf.partition("#")
-        return Path(f"{contained(path, self._urdf_folder or self.folder)}{mark}{name}")
+        return Path(f"{contained(path, self.urdf_folder or self.folder)}{mark}{name}")
 
     @property
     def is_sdf(self) -> bool:
@@ -277,12 +278,7 @@ def load_robot(name: str, near: Path | None = None) -> RobotConfig:
     if section is None:
         file = _file(name, near)
         return RobotConfig(folder=file.parent, urdf=file.name)
-    config = validated(RobotConfig, section, Loading())
-    if config.folder is None:
-        raise fault("a robot comes from a file")
-    if "urdf" in section.entries:  # it may be that of a file which this one extends
-        config._urdf_folder = section.entries["urdf"].value.file.folder
-    return config
+    return validated(RobotConfig, section, Loading())
 
 
 def robot_section(name: str, near: Path | None = None) -> Section | None:

@@ -3,19 +3,19 @@
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, Tag, field_validator
+from pydantic import BeforeValidator, Field, Tag
 
-from vrx_mj.config.base import Config, Fault, Only, fault
+from vrx_mj.config.base import Config, Fault, Only
 from vrx_mj.config.shapes import Size
-from vrx_mj.config.values import Color, Coordinate, NonNegative, Number, Share, Switch, by_type, numbers, switched
-
-Place = Annotated[tuple[Coordinate, Coordinate, Number], numbers("x y yaw")]
+from vrx_mj.config.values import Cartesian, Color, NonNegative, Number, Share, Switch, by_type, demand, switched
 
 
 class MarkersConfig(Config):
     """An upright cylinder at every place, and one ahead of it that lies along the yaw wanted there."""
 
-    scaling: Size = (0.2, 0.2, 2.0)
+    scaling: Annotated[
+        Size, demand(lambda size: size[0] == size[1], "the first two must be equal, as a marker is round, got {}")
+    ] = (0.2, 0.2, 2.0)
     """Diameter, once more, and length of the cylinders [m]."""
     height: Number = 0.5
     """Height of the upright cylinder's lower end over the mean water [m]."""
@@ -23,15 +23,8 @@ class MarkersConfig(Config):
     """Colour of the markers."""
     task: Switch = True
     """Whether the goal or the waypoints of the world's task have markers."""
-    places: tuple[Place, ...] = ()
+    places: tuple[Cartesian, ...] = ()
     """Other places that have markers: x, y [m] and yaw [rad] in the world."""
-
-    @field_validator("scaling")
-    @classmethod
-    def _is_round(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
-        if value[0] != value[1]:
-            raise fault(f"the first two numbers must be equal, as a marker is round, got {value[0]:g} and {value[1]:g}")
-        return value
 
 
 Hour = Annotated[float, Field(ge=0, le=24)]

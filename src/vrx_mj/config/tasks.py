@@ -3,14 +3,13 @@
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal, get_args
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, model_validator
 
-from vrx_mj.config.base import Config, Fault, exclusive, fault
-from vrx_mj.config.bays import LIGHT_COLORS, ColorName, Symbol, three
+from vrx_mj.config.base import Config, Fault, exclusive
+from vrx_mj.config.bays import LIGHT_COLORS, ColorName, Symbol
 from vrx_mj.config.values import (
-    Coordinate,
-    Latitude,
-    Longitude,
+    Cartesian,
+    Geodetic,
     NonNegative,
     NotEmpty,
     Number,
@@ -18,25 +17,16 @@ from vrx_mj.config.values import (
     Positive,
     Switch,
     Vec3,
-    numbers,
+    demand,
+    several,
 )
-from vrx_mj.config.wording import shown
 
-
-def _gate(value: object) -> object:
-    if not isinstance(value, tuple | list) or len(value) != 2 or not all(isinstance(name, str) for name in value):
-        raise fault(f"expected two names [left, right], got {shown(value)}")
-    if value[0] == value[1]:
-        raise fault(f"a gate has two sides, got '{value[0]}' twice")
-    return tuple(value)
-
-
-Gate = Annotated[tuple[str, str], BeforeValidator(_gate)]
-Colors = Annotated[tuple[ColorName, ColorName, ColorName], three(f"colours of {', '.join(LIGHT_COLORS)}")]
-Geodetic = Annotated[tuple[Latitude, Longitude, Number], numbers("latitude longitude yaw")]
-"""Latitude, longitude [degrees, WGS84] and yaw [rad, from east]."""
-Cartesian = Annotated[tuple[Coordinate, Coordinate, Number], numbers("x y yaw")]
-"""x, y [m] in the world frame and yaw [rad, from x]."""
+Gate = Annotated[
+    tuple[str, str],
+    several(2, "two names [left, right]"),
+    demand(lambda gate: gate[0] != gate[1], "a gate has two sides, got {}"),
+]
+Colors = Annotated[tuple[ColorName, ColorName, ColorName], several(3, f"three colours of {', '.join(LIGHT_COLORS)}")]
 
 
 class ShownObject(Config):

@@ -58,6 +58,17 @@ def numbers(labels: str, more: str = "") -> BeforeValidator:
     return BeforeValidator(check)
 
 
+def several(count: int, form: str) -> BeforeValidator:
+    """Demands a list of so many values, which `form` describes."""
+
+    def check(value: object) -> object:
+        if not isinstance(value, tuple | list) or len(value) != count:
+            raise fault(f"expected {form}, got {shown(value)}")
+        return tuple(value)
+
+    return BeforeValidator(check)
+
+
 def _in_brackets(value: object, *counts: int) -> str:
     """Advice for so many numbers side by side without brackets, as in Gazebo's files; empty for anything else."""
     parts = re.split(r"[\s,]+", value.strip()) if isinstance(value, str) else []
@@ -148,6 +159,15 @@ Inertia = Annotated[
     AfterValidator(_possible),
 ]
 """Moments of inertia of a body about its centre of mass [kg m2]."""
+
+Point = Annotated[tuple[Coordinate, Coordinate], numbers("x y")]
+"""x, y [m]."""
+
+Geodetic = Annotated[tuple[Latitude, Longitude, Number], numbers("latitude longitude yaw")]
+"""Latitude, longitude [degrees, WGS84] and yaw [rad, from east]."""
+
+Cartesian = Annotated[tuple[Coordinate, Coordinate, Number], numbers("x y yaw")]
+"""x, y [m] and yaw [rad, from x]."""
 
 Pose = Annotated[tuple[Coordinate, Coordinate, Coordinate, Number, Number, Number], numbers("x y z roll pitch yaw")]
 """x, y, z [m], roll, pitch, yaw [rad]; R = Rz(yaw) Ry(pitch) Rx(roll), body to world."""

@@ -14,7 +14,7 @@ from vrx_mj.config.current import CurrentConfig
 from vrx_mj.config.docks import DockPlacement, Placed
 from vrx_mj.config.loading import Loading, Source, check, file_of, loads, read_source, validated
 from vrx_mj.config.objects import FieldConfig, Placement
-from vrx_mj.config.profiles import CLASSIC, DEFAULT, MARINE, Profile, physics_of_profile, world_of_profile
+from vrx_mj.config.profiles import CLASSIC, DEFAULT, MARINE, Profile, on_its_profile
 from vrx_mj.config.readers import function_of, read_others
 from vrx_mj.config.robots import Arguments, load_robot
 from vrx_mj.config.scene import MarkersConfig, SceneConfig
@@ -58,11 +58,6 @@ class PhysicsConfig(Config):
 
     The default is the profile's: in marine none does. `[pinger]`, that of vrx3, is what the plugins do in a VRX whose
     GPS and IMU links are not merged into `base_link`, as those of the WAM-V's own macros."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _of_its_profile(cls, data: object) -> object:
-        return physics_of_profile(data)
 
 
 class Georeference(Geodetic, Config):
@@ -157,7 +152,7 @@ class WorldConfig(FromFile):
     @model_validator(mode="before")
     @classmethod
     def _of_its_profile(cls, data: object) -> object:
-        return world_of_profile(data)
+        return on_its_profile(data) if isinstance(data, Section) else data
 
     def _faults(self) -> list[Fault]:
         found = repeated(objects=self.objects, docks=self.docks, fields=self.fields)

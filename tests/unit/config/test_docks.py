@@ -171,7 +171,7 @@ def test_a_floating_dock_has_an_end():
 def test_a_board_faces_out_of_its_bay_whichever_way_that_opens(opens):
     """The front of a board is its -y; it stands at the bay's inner end, so that the way out from it is the bay."""
     bay = Bay((1, 1), (2, 2), opens)
-    placard = board(bay, 2.0, "sign", "placard", "red_cross")
+    placard = board(bay, 2.0, "sign", "placard")
     x, y, _, _, _, yaw = placard.pose
     assert (math.sin(yaw), -math.cos(yaw)) == pytest.approx(opens, abs=1e-12)
     assert (x + opens[0] * 2.95, y + opens[1] * 2.95) == pytest.approx((3.0, 3.0))

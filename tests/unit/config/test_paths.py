@@ -139,6 +139,4 @@ def test_a_field_has_a_name_of_its_own():
 
 def test_markers_are_round():
     text = message(markers={"scaling": [0.2, 0.3, 2.0]})
-    assert text == (
-        "<world>: markers.scaling: the first two numbers must be equal, as a marker is round, got 0.2 and 0.3"
-    )
+    assert text == ("<world>: markers.scaling: the first two must be equal, as a marker is round, got [0.2, 0.3, 2]")

@@ -252,3 +252,10 @@ def test_a_sea_that_may_be_meant_otherwise_is_warned_of(sea, text):
 
 def test_a_sea_with_an_amplitude_and_fog_without_keys_are_not():
     load_world({"sea": {"model": "cwr", "amplitude": 0.3}, "scene": {"fog": {}}})
+
+
+def test_an_empty_section_has_the_values_of_the_world_s_profile():
+    assert load_world({"physics": None}).physics.gravity == 9.80665
+    assert load_world({"physics": {"profile": "vrx3"}, "sea": None}).sea.scale == 1.1
+    with pytest.raises(ConfigError, match="seed: expected a whole number, got nothing"):
+        load_world({"seed": None})
