@@ -97,8 +97,8 @@ class MovingChunks:
 
     def __call__(self, rows: FloatArray) -> Iterator[Chunk]:
         """Chunks of what is shown of (n, columns) rows, n > 0; it is finite."""
-        rows = np.nan_to_num(rows)
-        np.clip(rows, -FARTHEST, FARTHEST, out=rows)
+        if not (rows.min() >= -FARTHEST and rows.max() <= FARTHEST):  # as NaN is not
+            rows = np.clip(np.nan_to_num(rows), -FARTHEST, FARTHEST)
         posed = rows[self._posed(rows)]
         for body in self._layout.bodies:
             if body.kind == "ball":

@@ -11,14 +11,12 @@ import struct
 import zipfile
 import zlib
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
-from vrx_mj.arrays import ByteArray, FloatArray, IntArray
+from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.errors import RecordError
-from vrx_mj.physics.kernel import allocating_kernel, inlined_kernel, kernel
-from vrx_mj.recording.row_coding import FARTHEST, FLIP, Bodies, coded_rows, decoded_rows, sortable
+from vrx_mj.recording.row_coding import FARTHEST, FLIP, Bodies, coded_rows, decoded_rows
 
 HEADER = struct.Struct("<II")
 """Number of rows; number of columns, with the form of what follows in its upper two bits."""
@@ -41,25 +39,6 @@ def pack_rows(rows: FloatArray, bodies: Bodies = (), timestep: float = 1.0) -> b
     if not len(rows):
         return plain_rows(rows)
     return HEADER.pack(len(rows), rows.shape[1] | CODED << WIDTH_BITS) + coded_rows(rows, bodies, timestep)
-
-
-@inlined_kernel
-def _predicted(differences: FloatArray, known: int) -> float:
-    """Return the next number of a column of which so many are known.
-
-    Sums alone: where a product could become one operation with a sum, another processor would have other bits.
-    """
-    total = 0.0
-    for k in range(min(known, ORDER + 1)):
-        total += differences[k]
-    return total if abs(total) < FARTHEST else 0.0
-
-
-@inlined_kernel
-def _follow(differences: FloatArray, value: float) -> None:
-    """Make a column's last number and its backward differences those of the next number."""
-    for k in range(ORDER + 1):
-        value, differences[k] = value - differences[k], value
 
 
 def shape_of(blob: bytes | memoryview) -> tuple[int, int]:
@@ -99,45 +78,30 @@ def unpack_rows(blob: bytes | memoryview) -> FloatArray:
 
 def _off_predictions(planes: FloatArray, form: int) -> FloatArray:
     """The rows (n, columns) that are off their predictions by what is in byte planes, which take as many bytes."""
-    bits = np.empty(planes.shape, "<i8")
-    (_read_planes if form == PLANES else _read_differences)(planes.view(np.uint8).reshape(8, -1), bits)
+    count, width = planes.shape
+    off = np.ascontiguousarray(planes.view(np.uint8).reshape(8, -1).T).view("<i8").reshape(width, count).T
+    off = (off >> 1 & FLIP) ^ -(off & 1)
+    if form == DIFFERENCES:
+        for order in (2, 1, 0):
+            off[order:] = np.cumsum(off[order:], axis=0)
+        return _flipped(off).view("<f8")
+    bits, differences = np.empty((count, width), "<i8"), np.zeros((ORDER + 1, width))
+    with np.errstate(all="ignore"):
+        for i, row in enumerate(bits):
+            predicted = np.zeros(width)
+            for difference in differences[:i]:
+                predicted += difference
+            predicted[~(np.abs(predicted) < FARTHEST)] = 0.0
+            row[:] = _flipped(_flipped(predicted.view("<i8")) + off[i])
+            change = row.view("<f8")
+            for k in range(ORDER + 1):
+                change, differences[k] = change - differences[k], change
     return bits.view("<f8")
 
 
-@allocating_kernel
-def _read_planes(planes: ByteArray, rows: IntArray) -> None:
-    """Write the bit patterns (n, columns) that are off their predictions by what is in byte planes (8, columns * n)."""
-    count = rows.shape[0]
-    differences = np.zeros(ORDER + 1)
-    for column in range(rows.shape[1]):
-        for i in range(count):
-            bits = sortable(_predicted(differences, i)) + _off(planes, column * count + i)
-            rows[i, column] = bits ^ FLIP if bits < 0 else bits
-            _follow(differences, np.int64(rows[i, column]).view(np.float64))
-
-
-@inlined_kernel
-def _off(planes: ByteArray, at: int) -> int:
-    """Return the integer of which `planes` hold the bytes, its sign in the lowest bit."""
-    value: Any = np.int64(0)
-    for plane in range(8):
-        value |= np.int64(planes[plane, at]) << (8 * plane)
-    off: int = ((value >> 1) & FLIP) ^ -(value & 1)
-    return off
-
-
-@kernel
-def _read_differences(planes: ByteArray, rows: IntArray) -> None:
-    """Write the bit patterns (n, columns) whose third differences are in byte planes (8, columns * n)."""
-    count = rows.shape[0]
-    for column in range(rows.shape[1]):
-        value = change = turn = np.int64(0)
-        for i in range(count):
-            small: Any = _off(planes, column * count + i)
-            turn = small if i < 3 else turn + small
-            change = turn if i < 2 else change + turn
-            value = change if i < 1 else value + change
-            rows[i, column] = value ^ FLIP if value < 0 else value
+def _flipped(bits: IntArray) -> IntArray:
+    """Bit patterns as integers that sort like their numbers, and back."""
+    return np.where(bits < 0, bits ^ FLIP, bits)
 
 
 EPOCH = (2020, 1, 1, 0, 0, 0)

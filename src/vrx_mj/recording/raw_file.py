@@ -14,7 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from vrx_mj.errors import RecordError
-from vrx_mj.recording.parts import Cell, Part, block_of, parts_of
+from vrx_mj.recording.parts import FRAMES, STATES, Cell, Part, block_of, parts_of
 
 MAGIC = b"VRXMJRAW"
 """How such a file begins; the version comes next."""
@@ -23,6 +23,8 @@ HEAD, FRAME = struct.Struct("<8sI"), struct.Struct("<QI")
 """Beginning of the file: mark and version. Before each block: its length [bytes] and its CRC-32."""
 FLUSH = 1.0
 """Wall time between flushes [s]."""
+JOINED = (STATES, FRAMES)
+"""Entities of small parts, which cost as much as their headers."""
 
 
 class RawFile:
@@ -37,24 +39,37 @@ class RawFile:
         self._stream = path.open("wb")
         self._stream.write(HEAD.pack(MAGIC, VERSION))
         self._due = 0.0
+        self._entity, self._columns = "", dict[str, list[Cell]]()
 
     def append(self, entity: str, columns: Mapping[str, Sequence[Cell]]) -> None:
-        """Append a part.
+        """Append a part; states that come one after another, and frames, are one part, written with the next flush.
 
         Raises:
             OSError: it cannot be written; then the file is closed.
         """
-        pieces = block_of(entity, columns)
-        checksum = functools.reduce(lambda total, piece: zlib.crc32(piece, total), pieces, 0)
+        now = time.monotonic()
         try:
-            self._stream.writelines([FRAME.pack(sum(map(len, pieces)), checksum), *pieces])
-            if (now := time.monotonic()) >= self._due:
+            if entity != self._entity:
+                self._write()
+                self._entity, self._columns = entity, {}
+            for name, cells in columns.items():
+                self._columns.setdefault(name, []).extend(cells)
+            if entity not in JOINED or now >= self._due:
+                self._write()
+            if now >= self._due:
                 self._due = now + FLUSH
                 self._stream.flush()
         except OSError:
             with suppress(OSError):
-                self.close()
+                self._stream.close()
             raise
+
+    def _write(self) -> None:
+        if self._entity:
+            pieces = block_of(self._entity, self._columns)
+            self._entity = ""
+            checksum = functools.reduce(lambda total, piece: zlib.crc32(piece, total), pieces, 0)
+            self._stream.writelines([FRAME.pack(sum(map(len, pieces)), checksum), *pieces])
 
     def close(self) -> None:
         """Write what is left.
@@ -62,7 +77,8 @@ class RawFile:
         Raises:
             OSError: it cannot be written.
         """
-        self._stream.close()
+        with self._stream:
+            self._write()
 
 
 def is_raw(path: Path) -> bool:

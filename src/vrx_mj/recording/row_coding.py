@@ -49,8 +49,8 @@ def coded_rows(rows: FloatArray, bodies: Bodies, timestep: float) -> bytes:
     steps = round((rows[1, 0] - rows[0, 0]) / timestep) if moving or turning else 0
     gains = timestep * np.append(_gains(min(max(steps, 0), MOST_STEPS)), 1.0)
     order, velocities, turns = _places(changes, moving, turning)
-    table = np.ascontiguousarray(bits[:, order])
-    _code(table, velocities, turns, gains, back=False)
+    table = np.empty((len(bits), len(order)), "<i8")
+    _code(bits, order, table, velocities, turns, gains, back=False)
     words = np.empty(3 * table.size + 1, "<u8")
     words = words[: _write_bits(table.view("<u8"), words)]
     columns, changing = np.array([*moving, *turning], "<u4"), np.packbits(changes)
@@ -105,54 +105,77 @@ def decoded_rows(blob: memoryview, count: int, width: int) -> FloatArray | None:
     order, velocities, turns = _places(changes, pairs[:moving], pairs[moving:])
     bits = np.empty((count, width), "<i8")
     bits[:] = np.frombuffer(first, "<i8")
-    table = np.ascontiguousarray(bits[:, order])
+    table = np.empty((count, len(order)), "<i8")
     if not _read_bits(np.append(np.frombuffer(words, "<u8"), np.uint64(0)), table.view("<u8")):
         return None
-    _code(table, velocities, turns, np.array(gains), back=True)
-    bits[:, order] = table
+    _code(bits, order, table, velocities, turns, np.array(gains), back=True)
     return bits.view("<f8")
 
 
 @allocating_kernel
-def _code(table: IntArray, velocities: IntArray, turns: IntArray, gains: FloatArray, back: bool) -> None:
-    """Replace bit patterns (n, columns) by how much they are off their predictions, but for the first; or `back`.
+def _code(
+    bits: IntArray, order: IntArray, table: IntArray, velocities: IntArray, turns: IntArray, gains: FloatArray,
+    back: bool,
+) -> None:  # fmt: skip
+    """Write by how much bit patterns are off their predictions into a table, but for the first row; or `back`.
 
-    The last columns are those of positions and of quaternions: `velocities` are where the velocity of each position
-    is, and `turns` where the angular velocity of each quaternion begins.
+    `order` are columns of `bits` (n, columns), of which the last are positions and then quaternions: `velocities` are
+    where in the table the velocity of each position is, and `turns` where the angular velocity of a quaternion begins.
     """
     count, width = table.shape
     quaternions = width - 4 * turns.size
     positions = quaternions - velocities.size
     differences, rates = np.zeros((ORDER + 1, width)), np.zeros((turns.size, ORDER + 1, 4))
-    predicted, values, turned = np.empty(width), np.empty(width), np.empty(4)
+    predicted, values = np.empty(width), np.empty(width)
     for i in range(count):
+        if i == 0 or not back:
+            for j in range(width):
+                table[i, j] = bits[i, order[j]]
         _extrapolate(differences, min(i, ORDER + 1), predicted)
         for j in range(positions):
             values[j] = _coded(table, i, j, predicted[j], back)
         _follow(differences, values, 0, positions)
+        if i > ORDER:
+            _move(differences, gains, velocities, differences[0, positions:], predicted[positions:])
         for j in range(positions, quaternions):
-            if i > ORDER:
-                predicted[j] = differences[0, j] + _gain(gains, differences[:, velocities[j - positions]])
             values[j] = _coded(table, i, j, predicted[j], back)
         for b in range(turns.size):
-            first, turning = quaternions + 4 * b, differences[0, turns[b] : turns[b] + 3]
-            if i > ORDER:
-                _turn(differences[0, first:], rates[b], gains, turning, predicted[first:], turned)
-            _code_unit(table, i, first, predicted, values, back)
-            for part in range(4):
-                rate = _rate(values[first:], turning, gains[ORDER + 1], part)
-                for k in range(ORDER + 1):
-                    rate, rates[b, k, part] = rate - rates[b, k, part], rate
+            turning = differences[0, turns[b] : turns[b] + 3]
+            last = differences[0, quaternions + 4 * b :]
+            _code_turning(table, i, quaternions + 4 * b, last, rates[b], gains, turning, predicted, values, back)
         _follow(differences, values, positions, width)
+        if back:
+            for j in range(width):
+                bits[i, order[j]] = table[i, j]
 
 
 @inlined_kernel
-def _gain(gains: FloatArray, differences: FloatArray) -> float:
-    """Return what a position gains by a velocity and its differences."""
-    gained = 0.0
+def _code_turning(
+    table: IntArray, i: int, first: int, last: FloatArray, rates: FloatArray, gains: FloatArray, turning: FloatArray,
+    predicted: FloatArray, values: FloatArray, back: bool,
+) -> None:  # fmt: skip
+    """Code a quaternion, and make its rate and the backward differences of that the newest."""
+    if i > ORDER:
+        _turn(last, rates, gains, turning, predicted[first:])
+    _code_unit(table, i, first, predicted, values, back)
+    w, x, y, z = _rate(values[first:], turning, gains[ORDER + 1])
     for k in range(ORDER + 1):
-        gained += gains[k] * differences[k]
-    return gained
+        w, rates[k, 0] = w - rates[k, 0], w
+        x, rates[k, 1] = x - rates[k, 1], x
+        y, rates[k, 2] = y - rates[k, 2], y
+        z, rates[k, 3] = z - rates[k, 3], z
+
+
+@inlined_kernel
+def _move(
+    differences: FloatArray, gains: FloatArray, velocities: IntArray, last: FloatArray, predicted: FloatArray
+) -> None:
+    """Predict positions from the `last` ones and their velocities, of which the newest are known."""
+    for j in range(velocities.size):
+        predicted[j] = last[j]
+    for k in range(ORDER + 1):
+        for j in range(velocities.size):
+            predicted[j] += gains[k] * differences[k, velocities[j]]
 
 
 @inlined_kernel
@@ -175,40 +198,35 @@ def _follow(differences: FloatArray, values: FloatArray, begin: int, end: int) -
 
 
 @inlined_kernel
-def _turn(
-    last: FloatArray, rates: FloatArray, gains: FloatArray, turning: FloatArray, q: FloatArray, turned: FloatArray
-) -> None:
-    """Make a predicted quaternion (4,) the one after the `last` at its rates; `turned` (4,) is overwritten."""
+def _turn(last: FloatArray, rates: FloatArray, gains: FloatArray, turning: FloatArray, q: FloatArray) -> None:
+    """Make a predicted quaternion (4,) the one after the `last`, by rates before and the newest angular velocity."""
     for _ in range(2):  # the newest rate is that of the quaternion which is sought
-        for part in range(4):
-            rate = _rate(q, turning, gains[ORDER + 1], part)
-            turned[part] = last[part]
-            for k in range(ORDER + 1):
-                turned[part] += gains[k] * rate
-                rate -= rates[k, part]
-        for part in range(4):
-            q[part] = turned[part]
+        w, x, y, z = _rate(q, turning, gains[ORDER + 1])
+        a, b, c, d = last[0], last[1], last[2], last[3]
+        for k in range(ORDER + 1):
+            a, w = a + gains[k] * w, w - rates[k, 0]
+            b, x = b + gains[k] * x, x - rates[k, 1]
+            c, y = c + gains[k] * y, y - rates[k, 2]
+            d, z = d + gains[k] * z, z - rates[k, 3]
+        q[0], q[1], q[2], q[3] = a, b, c, d
 
 
 @inlined_kernel
-def _rate(q: FloatArray, turning: FloatArray, step: float, part: int) -> float:
-    """Return a number of the change over `step` [s] of a quaternion (4,) by a step with (3,) [rad/s] about its axes.
+def _rate(q: FloatArray, turning: FloatArray, step: float) -> tuple[float, float, float, float]:
+    """Return by how much a quaternion (4,) changed in a `step` [s] that turned it at (3,) [rad/s] about its own axes.
 
-    q - q exp(-turning step / 2), to the third power of the angle.
+    (q - q exp(-turning step / 2)) / step, to the third power of the angle.
     """
     squared = turning[0] ** 2 + turning[1] ** 2 + turning[2] ** 2
-    half = 0.5 - step * step * squared / 48.0
-    a, b, c, still = half * turning[0], half * turning[1], half * turning[2], step * squared / 8.0
-    rate: float = still * q[part]
-    if part == 0:
-        rate -= q[1] * a + q[2] * b + q[3] * c
-    elif part == 1:
-        rate += q[0] * a + q[2] * c - q[3] * b
-    elif part == 2:
-        rate += q[0] * b + q[3] * a - q[1] * c
-    else:
-        rate += q[0] * c + q[1] * b - q[2] * a
-    return rate
+    half, still = 0.5 - step * step * squared / 48.0, step * squared / 8.0
+    a, b, c = half * turning[0], half * turning[1], half * turning[2]
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    return (
+        still * w - (x * a + y * b + z * c),
+        still * x + (w * a + y * c - z * b),
+        still * y + (w * b + z * a - x * c),
+        still * z + (w * c + x * b - y * a),
+    )
 
 
 @inlined_kernel
@@ -229,7 +247,7 @@ def _code_unit(table: IntArray, i: int, first: int, predicted: FloatArray, value
 @inlined_kernel
 def _coded(table: IntArray, i: int, j: int, predicted: float, back: bool) -> float:
     """Code a bit pattern with its sign in the lowest bit: small means few bits; or `back`. Return the number."""
-    expected: Any = sortable(predicted if abs(predicted) < FARTHEST else 0.0)
+    expected: Any = _sortable(predicted if abs(predicted) < FARTHEST else 0.0)
     bits: Any = table[i, j]
     if i > 0 and back:
         bits = expected + (((bits >> 1) & FLIP) ^ -(bits & 1))
@@ -243,7 +261,7 @@ def _coded(table: IntArray, i: int, j: int, predicted: float, back: bool) -> flo
 
 
 @inlined_kernel
-def sortable(value: float) -> int:
+def _sortable(value: float) -> int:
     """Return the bit pattern of a number as an integer that sorts like it."""
     bits: Any = np.float64(value).view(np.int64)
     found: int = bits ^ FLIP if bits < 0 else bits
