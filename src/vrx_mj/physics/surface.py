@@ -35,6 +35,8 @@ PLAIN = 0.5
 """Row of the palette of water with neither glitter, which is above it, nor foam, which is below."""
 WAVELETS = 0.008
 """Variance of the slopes of wavelets that no table of waves has: Cox and Munk's (1954) at a wind of 1 m/s."""
+SPOKE = 0.6
+"""Standard deviation of the weights of the mean over spokes, in their steps: the least that a mesh can carry."""
 BREAKING, SOFT = 0.29, 0.05
 """Downward acceleration, in parts of g, at which half of a crest is foam, and its standard deviation.
 
@@ -118,11 +120,12 @@ def reflectance(cosine_of_incidence: float, deviation: float) -> float:
 
 @kernel
 def _shade(
-    slope: tuple[float, float], view: tuple[float, float, float], sun: FloatArray, variance: float
+    slope: tuple[float, float], view: tuple[float, float, float], sun: FloatArray, variance: float, turn: float
 ) -> tuple[float, float]:
     """Return how much of the sky a point mirrors, and how it glitters, 0 to 1.
 
-    `view` points to the eye, `sun` to the sun, `variance` is that of the slopes around `slope`. The first is
+    `view` points to the eye, `sun` to the sun, `variance` is that of the slopes around `slope`, `turn` [rad] the angle
+    from spoke to spoke, over which glitter is a mean: a narrower path of a low sun would have steps. The first is
     `reflectance`, with a little more where the surface leans to the sun, which represents the light that comes out of
     the water. Glitter is that of Cox and Munk (1954): the density of the slope that mirrors the sun, as a share of what
     a white surface throws back, with Reinhard's (2002) curve for what is brighter than a picture can be: an edge of
@@ -137,9 +140,13 @@ def _shade(
     length = math.sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2])
     if half[2] < 0.05 * length or view[2] <= 0.0:
         return mirrored, 0.0
-    off = (half[0] / half[2] + slope[0]) ** 2 + (half[1] / half[2] + slope[1]) ** 2
+    level = max(math.sqrt(view[0] * view[0] + view[1] * view[1]), 1e-6)
+    east, north = half[0] / half[2] + slope[0], half[1] / half[2] + slope[1]
+    along, across = (east * view[0] + north * view[1]) / level, (north * view[0] - east * view[1]) / level
+    wide = spread + (SPOKE * turn * level / half[2]) ** 2
     cosine = 0.5 * length  # of the incidence of the sun on what mirrors it: both are unit vectors
-    density = math.exp(-min(0.5 * off / spread, 50.0)) / (2.0 * math.pi * spread)
+    off = along * along / spread + across * across / wide
+    density = math.exp(-min(0.5 * off, 50.0)) / (2.0 * math.pi * math.sqrt(spread * wide))
     upward = half[2] / length
     glitter = math.pi * reflectance(cosine, 0.0) * density / (4.0 * max(view[2], 0.1) * upward**4)
     return mirrored, glitter / (1.0 + glitter)
@@ -187,7 +194,7 @@ def draw_surface(
             row, length = ring * count + spoke, math.sqrt(1.0 + slope[0] ** 2 + slope[1] ** 2)
             away = max(math.sqrt(r * r + (eye[2] - z) ** 2), 1e-6)
             view = ((eye[0] - x) / away, (eye[1] - y) / away, (eye[2] - z) / away)
-            mirrored, glitter = _shade(slope, view, sun, grown * grown * rough)
+            mirrored, glitter = _shade(slope, view, sun, grown * grown * rough, 2.0 * half / (count - 1))
             foam = _exceeded(BREAKING - grown * fall, math.sqrt(grown * grown * falls + SOFT * SOFT))
             foam = max(foam, _fringe(floats, x, y, FRINGE + 0.5 * max(gap, beside)))
             vertices[row, 0], vertices[row, 1], vertices[row, 2] = x, y, z

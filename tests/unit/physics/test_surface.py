@@ -197,6 +197,17 @@ def test_a_low_suns_path_on_calm_water_has_no_edge():
     assert np.abs(np.diff(glitter, axis=1)).max() < 0.6  # of white
 
 
+@pytest.mark.parametrize("off", [0.0, 0.005, 0.01])
+def test_the_path_of_a_setting_sun_is_as_wide_as_spokes_can_carry(off):
+    """Narrower, it would be of two or three spokes, and its edges steps, wherever between two of them the sun is."""
+    angle = COURSE + off
+    low = np.array([math.cos(angle) * math.cos(0.06), math.sin(angle) * math.cos(0.06), math.sin(0.06)])
+    glitter = whiteness(surface(*one_wave(5.0, COURSE, 0.001), sun=low)[3])
+    far = glitter[-20:]
+    assert (far > 0.5 * far.max(axis=1, keepdims=True)).sum(axis=1).min() >= 4
+    assert np.abs(np.diff(glitter, axis=1)).max() < 0.8  # of white
+
+
 def test_steep_crests_are_foam_and_troughs_and_gentle_seas_are_not():
     length, amplitude = 20.0, 1.4  # downward acceleration of a crest: 0.44 g
     distances, points, _, palette = surface(*one_wave(length, COURSE, amplitude), height=6.0)
