@@ -30,20 +30,23 @@ _NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)", re.IGNORECASE)
 
 
-def numbers_of(text: str, labels: Sequence[str]) -> list[float]:
+def numbers_of(
+    text: str, labels: str, above: float = -math.inf, low: float = -math.inf, high: float = math.inf,
+    largest: float = LARGEST,
+) -> tuple[float, ...]:  # fmt: skip
     """The numbers of a text with blanks between them, one for each label.
 
     Raises:
-        ValueError: they are others than finite numbers, beyond the limit, or not as many as labels.
+        ValueError: they are others than finite numbers within the limits, or not as many as labels.
     """
-    try:
-        values = [float(word) for word in text.split()] if "_" not in text else []
-    except ValueError:
-        values = []
-    if len(values) != len(labels) or not all(abs(value) <= LARGEST for value in values):
-        form = "a number" if len(labels) == 1 else f"{len(labels)} numbers {' '.join(labels)}"
+    words, names = text.split(), labels.split()
+    if len(words) != len(names):
+        form = "a number" if len(names) == 1 else f"{len(names)} numbers {labels}"
         raise ValueError(f"expected {form}, got {shown(text)}")
-    return values
+    for word in words:
+        if message := _fault(word, above, low, high, largest):
+            raise ValueError(message)
+    return tuple(float(word) + 0.0 for word in words)
 
 
 def truth(text: str) -> bool | None:
@@ -259,25 +262,14 @@ class Node:
         return None
 
     def _parsed(self, text: str, key: str, labels: str, **limits: float) -> tuple[float, ...] | None:
-        words, names = text.split(), labels.split()
-        message = _count_fault(text, words, names) or next(filter(None, (_fault(word, **limits) for word in words)), "")
-        if message:
-            self.fault(message, key)
-            return None
-        return tuple(float(word) + 0.0 for word in words)
+        try:
+            return numbers_of(text, labels, **limits)
+        except ValueError as error:
+            self.fault(str(error), key)
+        return None
 
 
-def _count_fault(text: str, words: list[str], names: list[str]) -> str:
-    if len(words) == len(names):
-        return ""
-    if len(names) == 1:
-        return f"expected a number, got {shown(text)}"
-    return f"expected {len(names)} numbers '{' '.join(names)}' with blanks between them, got {shown(text)}"
-
-
-def _fault(
-    word: str, above: float = -math.inf, low: float = -math.inf, high: float = math.inf, largest: float = LARGEST
-) -> str:
+def _fault(word: str, above: float, low: float, high: float, largest: float) -> str:
     """What is wrong with the text of a number; empty if nothing is."""
     if _NOT_FINITE.fullmatch(word):
         return f"must be finite, got {shown(word)}"

@@ -199,7 +199,7 @@ def _floats(surfaces: list[Node], robot: Robot) -> dict[str, Any]:
 
 def _hull(node: Node, robot: Robot) -> HullConfig | None:
     try:
-        points = tuple(tuple(numbers_of(point.text or "", "xyz")) for point in node.element.iterfind("points/point"))
+        points = tuple(numbers_of(point.text or "", "x y z") for point in node.element.iterfind("points/point"))
     except ValueError:
         points = ()
     if points:
