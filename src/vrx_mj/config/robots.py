@@ -28,7 +28,7 @@ from vrx_mj.config.base import (
 )
 from vrx_mj.config.dynamics import ContactConfig, HullConfig, ServoConfig, Six, ThrusterConfig
 from vrx_mj.config.hull import MarineHullConfig
-from vrx_mj.config.loading import Loading, read_source, referenced, validated
+from vrx_mj.config.loading import Loading, problem_at, read_source, referenced, validated
 from vrx_mj.config.profiles import NEWER
 from vrx_mj.config.propeller import PropellerConfig
 from vrx_mj.config.readers import file_of_others
@@ -37,7 +37,7 @@ from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.tree import Section
 from vrx_mj.config.windage import WindageConfig
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import UnknownNameError, VrxError
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError
 
 DESCRIPTIONS = (".urdf.xacro", *WORLD_SUFFIXES, ".xacro", ".urdf")
 """How a robot's description may end, the longest first."""
@@ -258,6 +258,10 @@ def load_robot(name: str, near: Path | None = None) -> RobotConfig:
         raise fault("a robot comes from a file")
     if "urdf" in section.entries:  # it may be that of a file which this one extends
         config._urdf_folder = section.entries["urdf"].value.file.folder
+    try:
+        contained(_file_part(config.urdf), config._urdf_folder or config.folder)
+    except VrxError as error:
+        raise ConfigError([problem_at(section, ("urdf",), str(error))]) from None
     return config
 
 

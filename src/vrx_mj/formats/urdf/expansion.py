@@ -122,8 +122,8 @@ def expanded(
 
     In a file in one of the folders of `own` packages, these are found first. Without `known`, names of all packages
     that there are, one that is not found is no error yet. Macros of the file `macros` stand for those of `libraries`,
-    whose files may be missing; what they make has the place of their call. It changes the package `xacro`: it is for a
-    process of its own.
+    whose files may be missing. What macros of `macros` and of `own` packages make in other files has the place of its
+    call. It changes the package `xacro`: it is for a process of its own.
 
     Raises:
         ConfigError: the file cannot be expanded.
@@ -215,8 +215,9 @@ class _Expansion:
         package.root_dir = str(Path(file).parent)
         package.substitution_args_context = {"filename": ""}
         package._global_symbols = _symbols()
+        package.handle_macro_call = self._call
         if macros:
-            package.process_include, package.handle_macro_call = self._include, self._call
+            package.process_include = self._include
         package.init_stacks(file)
         inner: Any = substitution_args
         inner._eval_dirname = lambda _: str(Path(xacro.filestack[-1]).parent)
@@ -256,9 +257,16 @@ class _Expansion:
         text = decoded(data, name)
         file = File(name, Path(filename).parent, tuple(text.split("\n")))
         document = parse_xml(text, name, partial(_Dom, file), strict=True).document
-        for element in document.getElementsByTagName("*") if filename == self.macros else ():
+        for element in document.getElementsByTagName("*") if self._is_ours(filename) else ():
             element.setUserData("place", place_of(element), self)
         return document
+
+    def _is_ours(self, filename: str) -> bool:
+        """Whether a file is one of macros of ours, which another calls: what they make has the place of its call."""
+        ours = [
+            any(Path(one).resolve().is_relative_to(root) for root in self.own.values()) for one in (filename, self.file)
+        ]
+        return filename == self.macros or ours == [True, False]
 
     def _preload(self, document: Any) -> None:
         """Have the macros at hand before the first element."""
