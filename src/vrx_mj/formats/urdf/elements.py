@@ -6,7 +6,7 @@ A value that cannot be read is noted as a problem and its default is handed on, 
 import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
@@ -95,14 +95,20 @@ class Findings:
     file: str
     """Name of the file in messages."""
     problems: list[Problem] = field(default_factory=list)
-    odd: dict[str, list[str]] = field(default_factory=dict)
+    odd: dict[str, dict[str, None]] = field(default_factory=dict)
     """Things that are legal but suspicious, by their kind."""
 
     def note(self, kind: str, thing: str) -> None:
         """Remembers a suspicious thing, once."""
-        things = self.odd.setdefault(kind, [])
-        if thing not in things:
-            things.append(thing)
+        self.odd.setdefault(kind, {})[thing] = None
+
+    def check_names(self, kind: str, things: Iterable[tuple[str, Place, str]]) -> None:
+        """Notes things of a kind, each with its name, place and path, whose name one before has."""
+        first: dict[str, Place] = {}
+        for name, place, path in things:
+            if name and first.setdefault(name, place) is not place:
+                message = f"duplicate name: line {first[name].line} has a {kind} of this name"
+                self.problems.append(place.problem(path, message))
 
     def settle(self) -> None:
         """Raises all problems, in the order of the file."""

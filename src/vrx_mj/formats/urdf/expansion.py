@@ -19,7 +19,7 @@ import xacro
 import yaml
 from xacro import substitution_args
 
-from vrx_mj.config.search import ReadingError, display, read_limited
+from vrx_mj.config.search import ReadingError, display, near_names, read_limited
 from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, nearest
 from vrx_mj.formats.urdf.expand import Expanded
@@ -339,15 +339,14 @@ def _unread(filename: str, error: ReadingError) -> str:
     """Why a file cannot be read, with the name that may be meant."""
     path = Path(filename)
     try:
-        close = nearest(path.name, [entry.name for entry in path.parent.iterdir()][:1000])
+        os.scandir(path.parent).close()
     except PermissionError:
         outside = "it is neither in the folder of the first file nor in a package; add its folder to the package paths"
         return f"may not read '{display(path)}': {outside}"
     except OSError:
-        return f"no file '{display(path)}': no such folder"
-    if os.path.lexists(path):
-        return f"'{display(path)}' {error}"
-    return f"no file '{display(path)}'" + (f"; did you mean '{close}'?" if close else "")
+        pass  # there is none
+    there = os.path.lexists(path)
+    return f"'{display(path)}' {error}" if there else f"no file '{display(path)}'{near_names(path)}"
 
 
 def _check_names(element: Any) -> None:

@@ -281,7 +281,7 @@ def read_gazebo(urdf: Urdf, tags: Sequence[Node], findings: Findings) -> Gazebo:
         _read_element(node, robot)
     _newer_water(robot)
     thrusters = controlled(robot.thrusters, robot.controls, robot)
-    _check_names(thrusters, findings)
+    findings.check_names("thruster", ((one.name, one.place, f"thruster '{one.name}'") for one in thrusters))
     findings.settle()
     return Gazebo(
         thrusters=tuple(thrusters),
@@ -315,12 +315,3 @@ def _read_element(node: Node, robot: Robot) -> None:
     parts = [f"<{part.tag}>" for tag in SDF_PARTS for part in node.children(tag)]
     if parts:
         robot.warn(node, f"{', '.join(dict.fromkeys(parts))} in SDF: ignored; nothing fixes the boat in place")
-
-
-def _check_names(thrusters: Sequence[UrdfThruster], findings: Findings) -> None:
-    lines: dict[str, int | None] = {}
-    for thruster in thrusters:
-        if thruster.name in lines:
-            message = f"duplicate name: line {lines[thruster.name]} has a thruster of this name"
-            findings.problems.append(thruster.place.problem(f"thruster '{thruster.name}'", message))
-        lines.setdefault(thruster.name, thruster.place.line)
