@@ -20,7 +20,7 @@ from vrx_mj.config.dynamics import (
     Six,
     ThrusterConfig,
 )
-from vrx_mj.config.loading import Loading, read_source, referenced, validated
+from vrx_mj.config.loading import Loading, problem_at, read_source, referenced, validated
 from vrx_mj.config.profiles import NEWER
 from vrx_mj.config.readers import file_of_others
 from vrx_mj.config.search import WORLD_SUFFIXES, contained
@@ -29,7 +29,7 @@ from vrx_mj.config.tree import Section
 from vrx_mj.config.values import MAX_NUMBER, Name, NonNegative, Number, Positive, Share, Switch, Vec3, numbers
 from vrx_mj.config.wind import WindageConfig
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import UnknownNameError, VrxError
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError
 
 DESCRIPTIONS = (".urdf.xacro", *WORLD_SUFFIXES, ".xacro", ".urdf")
 """How a robot's description may end, the longest first."""
@@ -278,7 +278,12 @@ def load_robot(name: str, near: Path | None = None) -> RobotConfig:
     if section is None:
         file = _file(name, near)
         return RobotConfig(folder=file.parent, urdf=file.name)
-    return validated(RobotConfig, section, Loading())
+    config = validated(RobotConfig, section, Loading())
+    try:
+        _ = config.description_file
+    except VrxError as error:
+        raise ConfigError([problem_at(section, ("urdf",), str(error))]) from None
+    return config
 
 
 def robot_section(name: str, near: Path | None = None) -> Section | None:

@@ -159,7 +159,7 @@ class Element:
     def read_numbers(self, labels: str) -> list[float]:
         """The numbers in this element, one for each label. Raises ConfigError."""
         try:
-            return numbers_of(self.own_text, labels.split())
+            return list(numbers_of(self.own_text, labels))
         except ValueError as error:
             raise self.fault(str(error)) from None
 

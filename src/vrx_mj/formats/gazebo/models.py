@@ -23,6 +23,10 @@ from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.document import Element, is_file, parse_ahead, read_document
 
+CONFIG = "model.config"
+"""What a folder of a model has beside its SDF."""
+MOST_AHEAD = 500
+"""Models that are parsed ahead."""
 ROBOT = "robot.yaml"
 """What a folder that is a robot has."""
 PATHS = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH")
@@ -149,17 +153,17 @@ def hold_models(file: Path, root: Element) -> None:
 
 def read_ahead(root: Element, near: Path) -> None:
     """Have the models that a file includes parsed by two questions, not two for each."""
-    names = dict.fromkeys(one.text("uri").rstrip("/").rpartition("/")[2] for one in root.walk() if one.tag == "include")
-    for find in (_config, model_file):
-        files = []
-        for name in names:
-            with contextlib.suppress(VrxError):
-                files.append(find(f"{SCHEME}{name}", near))
-        parse_ahead(file for file in files if is_file(file))
-
-
-def _config(uri: str, near: Path) -> Path:
-    return (model_folder(uri.removeprefix(SCHEME), near) or near) / "model.config"
+    uris = dict.fromkeys(one.text("uri").rstrip("/") for one in root.walk() if one.tag == "include")
+    folders = []
+    for uri in list(uris)[:MOST_AHEAD]:
+        with contextlib.suppress(VrxError):
+            folders.append(model_folder(uri.rpartition("/")[2], near))
+    parse_ahead(folder / CONFIG for folder in folders if folder and is_file(folder / CONFIG))
+    files = []
+    for folder in filter(None, folders):
+        with contextlib.suppress(VrxError):
+            files.append(folder / _main_file(folder))
+    parse_ahead(files)
 
 
 def included_name(include: Element) -> str:
@@ -213,12 +217,12 @@ def model_paths() -> list[Path]:
 
 
 def _is_model(folder: Path) -> bool:
-    return any(is_file(folder / name) for name in ("model.sdf", "model.config", TEMPLATE))
+    return any(is_file(folder / name) for name in ("model.sdf", CONFIG, TEMPLATE))
 
 
 def _main_file(folder: Path) -> str:
     """The SDF of a folder, as its `model.config` says; of several the one of the newest version."""
-    config = folder / "model.config"
+    config = folder / CONFIG
     if is_file(folder / TEMPLATE) and not is_file(folder / "model.sdf"):
         return _within(folder, TEMPLATE)
     if not is_file(config):

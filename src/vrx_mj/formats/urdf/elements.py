@@ -6,7 +6,7 @@ A value that cannot be read is noted as a problem and its default is handed on, 
 import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
@@ -30,23 +30,23 @@ _NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)", re.IGNORECASE)
 
 
-def numbers_of(text: str, labels: Sequence[str]) -> list[float]:
+def numbers_of(
+    text: str, labels: str, above: float = -math.inf, low: float = -math.inf, high: float = math.inf,
+    largest: float = LARGEST,
+) -> tuple[float, ...]:  # fmt: skip
     """The numbers of a text with blanks between them, one for each label.
 
     Raises:
-        ValueError: they are others than finite numbers, beyond the limit, or not as many as labels.
+        ValueError: they are others than finite numbers within the limits, or not as many as labels.
     """
-    try:
-        values = [float(word) for word in text.split()] if "_" not in text else []
-    except ValueError:
-        values = []
-    too_large = [word for word, value in zip(text.split(), values, strict=False) if LARGEST < abs(value) < math.inf]
-    if len(values) == len(labels) and too_large:
-        raise ValueError(f"must lie between -{LARGEST:g} and {LARGEST:g}, got {too_large[0]}")
-    if len(values) != len(labels) or not all(abs(value) <= LARGEST for value in values):
-        form = "a number" if len(labels) == 1 else f"{len(labels)} numbers {' '.join(labels)}"
+    words, names = text.split(), labels.split()
+    if len(words) != len(names):
+        form = "a number" if len(names) == 1 else f"{len(names)} numbers {labels}"
         raise ValueError(f"expected {form}, got {shown(text)}")
-    return values
+    for word in words:
+        if message := _fault(word, above, low, high, largest):
+            raise ValueError(message)
+    return tuple(float(word) + 0.0 for word in words)
 
 
 def truth(text: str) -> bool | None:
@@ -95,14 +95,20 @@ class Findings:
     file: str
     """Name of the file in messages."""
     problems: list[Problem] = field(default_factory=list)
-    odd: dict[str, list[str]] = field(default_factory=dict)
+    odd: dict[str, dict[str, None]] = field(default_factory=dict)
     """Things that are legal but suspicious, by their kind."""
 
     def note(self, kind: str, thing: str) -> None:
         """Remembers a suspicious thing, once."""
-        things = self.odd.setdefault(kind, [])
-        if thing not in things:
-            things.append(thing)
+        self.odd.setdefault(kind, {})[thing] = None
+
+    def check_names(self, kind: str, things: Iterable[tuple[str, Place, str]]) -> None:
+        """Notes things of a kind, each with its name, place and path, whose name one before has."""
+        first: dict[str, Place] = {}
+        for name, place, path in things:
+            if name and first.setdefault(name, place) is not place:
+                message = f"duplicate name: line {first[name].line} has a {kind} of this name"
+                self.problems.append(place.problem(path, message))
 
     def settle(self) -> None:
         """Raises all problems, in the order of the file."""
@@ -262,25 +268,14 @@ class Node:
         return None
 
     def _parsed(self, text: str, key: str, labels: str, **limits: float) -> tuple[float, ...] | None:
-        words, names = text.split(), labels.split()
-        message = _count_fault(text, words, names) or next(filter(None, (_fault(word, **limits) for word in words)), "")
-        if message:
-            self.fault(message, key)
-            return None
-        return tuple(float(word) + 0.0 for word in words)
+        try:
+            return numbers_of(text, labels, **limits)
+        except ValueError as error:
+            self.fault(str(error), key)
+        return None
 
 
-def _count_fault(text: str, words: list[str], names: list[str]) -> str:
-    if len(words) == len(names):
-        return ""
-    if len(names) == 1:
-        return f"expected a number, got {shown(text)}"
-    return f"expected {len(names)} numbers '{' '.join(names)}' with blanks between them, got {shown(text)}"
-
-
-def _fault(
-    word: str, above: float = -math.inf, low: float = -math.inf, high: float = math.inf, largest: float = LARGEST
-) -> str:
+def _fault(word: str, above: float, low: float, high: float, largest: float) -> str:
     """What is wrong with the text of a number; empty if nothing is."""
     if _NOT_FINITE.fullmatch(word):
         return f"must be finite, got {shown(word)}"

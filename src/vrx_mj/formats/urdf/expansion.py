@@ -19,7 +19,7 @@ import xacro
 import yaml
 from xacro import substitution_args
 
-from vrx_mj.config.search import ReadingError, display, read_limited
+from vrx_mj.config.search import ReadingError, display, near_names, read_limited
 from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, nearest
 from vrx_mj.formats.urdf.expand import Expanded
@@ -123,8 +123,8 @@ def expanded(
 
     In a file in one of the folders of `own` packages, these are found first. Without `known`, names of all packages
     that there are, one that is not found is no error yet. Macros of the file `macros` stand for those of `libraries`,
-    whose files may be missing; what they make has the place of their call. It changes the package `xacro`: it is for a
-    process of its own.
+    whose files may be missing. What macros of `macros` and of `own` packages make in other files has the place of its
+    call. It changes the package `xacro`: it is for a process of its own.
 
     Raises:
         ConfigError: the file cannot be expanded.
@@ -216,8 +216,9 @@ class _Expansion:
         package.root_dir = str(Path(file).parent)
         package.substitution_args_context = {"filename": ""}
         package._global_symbols = _symbols()
+        package.handle_macro_call = self._call
         if macros:
-            package.process_include, package.handle_macro_call = self._include, self._call
+            package.process_include = self._include
         package.init_stacks(file)
         inner: Any = substitution_args
         inner._eval_dirname = lambda _: str(Path(xacro.filestack[-1]).parent)
@@ -257,9 +258,16 @@ class _Expansion:
         text = decoded(data, name)
         file = File(name, Path(filename).parent, tuple(text.split("\n")))
         document = parse_xml(text, name, partial(_Dom, file), strict=True).document
-        for element in document.getElementsByTagName("*") if filename == self.macros else ():
+        for element in document.getElementsByTagName("*") if self._is_ours(filename) else ():
             element.setUserData("place", place_of(element), self)
         return document
+
+    def _is_ours(self, filename: str) -> bool:
+        """Whether a file is one of macros of ours, which another calls: what they make has the place of its call."""
+        ours = [
+            any(Path(one).resolve().is_relative_to(root) for root in self.own.values()) for one in (filename, self.file)
+        ]
+        return filename == self.macros or ours == [True, False]
 
     def _preload(self, document: Any) -> None:
         """Have the macros at hand before the first element."""
@@ -332,14 +340,13 @@ def _unread(filename: str, error: ReadingError) -> str:
     """Why a file cannot be read, with the name that may be meant."""
     path = Path(filename)
     try:
-        close = nearest(path.name, [entry.name for entry in path.parent.iterdir()][:1000])
+        os.scandir(path.parent).close()
     except PermissionError:
         return f"may not read '{display(path)}': {OUTSIDE}"
     except OSError:
-        return f"no file '{display(path)}': no such folder"
-    if os.path.lexists(path):
-        return f"'{display(path)}' {error}"
-    return f"no file '{display(path)}'" + (f"; did you mean '{close}'?" if close else "")
+        pass  # there is none
+    there = os.path.lexists(path)
+    return f"'{display(path)}' {error}" if there else f"no file '{display(path)}'{near_names(path)}"
 
 
 def _check_names(element: Any) -> None:

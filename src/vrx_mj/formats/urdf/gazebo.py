@@ -236,7 +236,7 @@ def _floats(surfaces: list[Node], robot: Robot) -> dict[str, Any]:
 
 def _hull(node: Node, robot: Robot) -> HullConfig | None:
     try:
-        points = tuple(tuple(numbers_of(point.text or "", "xyz")) for point in node.element.iterfind("points/point"))
+        points = tuple(numbers_of(point.text or "", "x y z") for point in node.element.iterfind("points/point"))
     except ValueError:
         points = ()
     if points:
@@ -313,7 +313,7 @@ def read_gazebo(urdf: Urdf, tags: Sequence[Node], findings: Findings) -> Gazebo:
         _read_element(node, robot)
     _newer_water(robot)
     thrusters = controlled(robot.thrusters, robot.controls, robot)
-    _check_names(thrusters, findings)
+    findings.check_names("thruster", ((one.name, one.place, f"thruster '{one.name}'") for one in thrusters))
     findings.settle()
     return Gazebo(
         thrusters=tuple(thrusters),
@@ -348,12 +348,3 @@ def _read_element(node: Node, robot: Robot) -> None:
             _thrusters(plugin, robot)
         elif kind not in QUIET_PLUGINS:
             robot.warn_plugin(plugin)
-
-
-def _check_names(thrusters: Sequence[UrdfThruster], findings: Findings) -> None:
-    lines: dict[str, int | None] = {}
-    for thruster in thrusters:
-        if thruster.name in lines:
-            message = f"duplicate name: line {lines[thruster.name]} has a thruster of this name"
-            findings.problems.append(thruster.place.problem(f"thruster '{thruster.name}'", message))
-        lines.setdefault(thruster.name, thruster.place.line)

@@ -12,7 +12,7 @@ import numpy as np
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.values import COLORS
 from vrx_mj.config.wording import choice
-from vrx_mj.errors import UnknownNameError
+from vrx_mj.errors import UnknownNameError, first_names
 from vrx_mj.formats.urdf.elements import FIELDS, LARGEST, Findings, Node
 from vrx_mj.formats.urdf.model import Color, Inertial, Joint, Limits, Link, LinkRow, MeshRow
 from vrx_mj.frames import Pose
@@ -250,7 +250,7 @@ def root_of(links: Mapping[str, Link], joints: Mapping[str, Joint], findings: Fi
         above.setdefault(joint.child, joint)
     roots = [name for name in links if name not in above]
     if len(roots) > 1:
-        names = ", ".join(f"'{name}'" for name in roots[:8]) + (f" and {len(roots) - 8} more" if len(roots) > 8 else "")
+        names = first_names((f"'{name}'" for name in roots), 8)
         message = f"{len(roots)} links are not a joint's child: {names}; there must be one, the root"
         findings.problems.append(links[roots[1]].place.problem(f"link '{roots[1]}'", message))
     try:

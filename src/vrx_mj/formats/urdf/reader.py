@@ -8,7 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from vrx_mj.config.search import display
-from vrx_mj.errors import VrxError, VrxWarning
+from vrx_mj.errors import VrxError, VrxWarning, first_names
 from vrx_mj.foreign import ask
 from vrx_mj.formats.urdf.elements import Findings
 from vrx_mj.formats.urdf.expand import ExpandedText
@@ -57,7 +57,9 @@ def read_urdf(
     )
     reading = ask("formats.urdf.kinematics:reading", text, file, label, *source, returns=Reading, about=label)
     files = MeshFiles(file.absolute().parent, dict(packages or {}), tuple(package_paths))
-    findings = Findings(label, list(reading.problems), {kind: list(things) for kind, things in reading.odd.items()})
+    findings = Findings(
+        label, list(reading.problems), {kind: dict.fromkeys(things) for kind, things in reading.odd.items()}
+    )
     links = {row.link.name: with_shapes(row, files, findings) for row in reading.links}
     findings.settle()
     warn(findings)
@@ -101,5 +103,4 @@ def namespace_of(text: str) -> str:
 def warn(findings: Findings) -> None:
     """Warn of what is suspicious, once for each kind of it."""
     for kind, things in findings.odd.items():
-        names = ", ".join(things[:8]) + (f" and {len(things) - 8} more" if len(things) > 8 else "")
-        warnings.warn(f"{findings.file}: {ODD[kind]}: {names}", VrxWarning, stacklevel=4)
+        warnings.warn(f"{findings.file}: {ODD[kind]}: {first_names(things, 8)}", VrxWarning, stacklevel=4)

@@ -21,6 +21,8 @@ Row = tuple[str, str, str, str, Pose, tuple[float, float, float], float]
 Turns = Callable[[Sequence[str], Sequence[Row]], dict[str, FloatArray]]
 LIGHT = 0.01
 """Share of a robot's mass below which a link's impossible inertia does not matter."""
+SLENDER = 0.1
+"""Share of the largest moments of all links up to which it does not matter either."""
 
 
 def reading(markup: Markup, file: str, label: str, turns: Turns) -> Reading:
@@ -102,12 +104,7 @@ def _pose(turn: FloatArray) -> Pose:
 def named(root: Node, tag: str) -> list[Node]:
     """Elements of this name, with names of their own that none shares."""
     nodes = root.children(tag)
-    lines: dict[str, int | None] = {}
-    for node in nodes:
-        name = node.attribute("name") or ""
-        if name in lines and name:
-            node.fault(f"duplicate name: line {lines[name]} has a {tag} of this name")
-        lines.setdefault(name, node.line)
+    root.findings.check_names(tag, ((node.attribute("name") or "", node.place, node.path) for node in nodes))
     return nodes
 
 
@@ -122,12 +119,13 @@ def _checked_root(links: Mapping[str, Link], joints: Mapping[str, Joint], root: 
 
 def check_masses(links: Mapping[str, Link], around: Surroundings, root: Node) -> None:
     """A robot has a mass; the inertia of a link that is no small part of it can exist."""
-    total = sum(link.inertial.mass for link in links.values() if link.inertial)
+    inertials = [link.inertial for link in links.values() if link.inertial]
+    total, moment = sum(one.mass for one in inertials), sum(max(one.tensor[:3]) for one in inertials)
     if links and total == 0 and not around.findings.problems:
         root.fault("no link has a mass", root.tag)
     for node, name, far, words in around.impossible:
         inertial = links[name].inertial
-        if far and inertial and inertial.mass > LIGHT * total:
+        if far and inertial and (inertial.mass > LIGHT * total or max(inertial.tensor[:3]) > SLENDER * moment):
             node.fault(f"impossible moments of inertia: about the principal axes they are {words}")
         else:
             around.findings.note("inertia", name)

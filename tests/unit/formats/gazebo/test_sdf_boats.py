@@ -84,10 +84,7 @@ def test_all_that_is_wrong_is_said_at_once():
     assert str(caught.value).splitlines() == [
         "model.sdf:3: link 'base_link' / inertial / mass: expected a number, got 'x'",
         "model.sdf:4: joint 'drive' / child: no link named 'scrw'; known: base_link, a",
-        (
-            "model.sdf:5: link 'a' / pose: expected 6 numbers 'x y z roll pitch yaw' with blanks between them, "
-            "got '1'"
-        ),
+        "model.sdf:5: link 'a' / pose: expected 6 numbers x y z roll pitch yaw, got '1'",
     ]  # fmt: skip
 
 

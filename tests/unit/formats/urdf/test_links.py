@@ -59,7 +59,7 @@ def test_a_scaled_mesh_has_a_scaled_stand_in(mesh, attributes, factors):
 
 @pytest.mark.parametrize(
     ("scale", "message"),
-    [("0 1 1", "must not be 0"), ("1 2", "expected 3 numbers 'x y z' with blanks between them, got '1 2'")],
+    [("0 1 1", "must not be 0"), ("1 2", "expected 3 numbers x y z, got '1 2'")],
 )
 def test_a_scale_that_is_none_is_told(scale, message):
     with pytest.raises(ConfigError) as caught:

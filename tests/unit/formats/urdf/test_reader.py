@@ -225,6 +225,11 @@ def test_a_light_part_may_have_a_negative_moment():
     assert urdf.links["antenna"].inertial.tensor[0] == -3.5e-8
 
 
+def test_a_light_part_with_a_large_impossible_moment_refuses_the_robot():
+    with pytest.raises(VrxError, match="link 'screw' / inertial / inertia: impossible moments of inertia"):
+        read(link(), link("screw", inertial(0.05, 1, 1, 200)), joint("hull", "screw"))
+
+
 @given(mass=st.floats(1e-3, 1e3), size=st.floats(1e-3, 10), share=st.floats(1e-3, 1))
 def test_a_moment_of_more_than_a_millimetre_below_0_is_impossible(mass, size, share):
     moments = mass * size**2, mass * size**2, -share * mass * size**2 - 2e-6 * mass
