@@ -64,8 +64,13 @@ def run(scene, seconds):
 
 def call(scene, name, kind, **fields):
     """Call a service; its response, or the reason why there is none."""
+    return answer(scene, name, new(f"{kind}Request", **fields))
+
+
+def answer(scene, name, request):
+    """The response to a request, or the reason why there is none."""
     answers = []
-    scene.inbox.call(name, new(f"{kind}Request", **fields), "/test", lambda *answer: answers.append(answer))
+    scene.inbox.call(name, request, "/test", lambda *answer: answers.append(answer))
     scene.server.receive()
     ((response, why),) = answers
     return response if response is not None else why

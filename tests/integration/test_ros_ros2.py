@@ -49,7 +49,7 @@ georeference: {latitude: -33.72, longitude: 150.68}
 FLEET = """
 boats: [{name: wamv, pose: [0, 0, -0.1, 0, 0, 0]}]
 thrusters: H
-sensors: [imu, ground_truth, camera]
+sensors: [gps, imu, ground_truth, camera]
 """
 
 
@@ -128,7 +128,16 @@ def test_it_counts_and_closes(told):
 def test_a_boat_is_driven_and_nothing_is_left_behind(tmp_path):
     for name, text in (("world", WORLD), ("fleet", FLEET)):
         (tmp_path / f"{name}.yaml").write_text(text, encoding="utf-8")
-    arguments = ("serve", tmp_path / "world.yaml", "--fleet", tmp_path / "fleet.yaml", "--ros2", "--duration", 600)
+    arguments = (
+        "serve",
+        tmp_path / "world.yaml",
+        "--fleet",
+        tmp_path / "fleet.yaml",
+        "--ros2",
+        "--localization",
+        "--duration",
+        600,
+    )
     with started(tmp_path, SERVE, *arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as served:
         with started(tmp_path, RUN, HERE / "drive.py", stdout=subprocess.PIPE, stderr=subprocess.PIPE) as driver:
             out, err = driver.communicate(timeout=TIMEOUT)
@@ -139,6 +148,8 @@ def test_a_boat_is_driven_and_nothing_is_left_behind(tmp_path):
     assert 0.5 < told["speed"] < 5.0  # after 3 s; a thrust that ended after 1 s gives less
     assert told["image"] == [1280, 720, 3 * 1280 * 720, "wamv/front_camera_link"]
     assert "<robot" in told["robot"]
+    assert told["frames"] == ["wamv/odom", "wamv/base_link", True]
+    assert max(map(abs, told["apart"])) < 0.6  # both come at 30 and 10 Hz, of a boat that goes 2 m/s
     assert served.returncode == 0, log
     assert "by VRX 3's names" in log
     assert "Traceback" not in log

@@ -33,8 +33,9 @@ def messages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder
     """Write the ROS 1 message packages that Debian lacks, and print the lines that make programs find them.
 
     The packages are gazebo_msgs, geographic_msgs, uuid_msgs, usv_msgs, vrx_gazebo, usv_gazebo_plugins and
-    robotx_gazebo, each with all its types, and vrx_mj_msgs; rosservice, rostopic, rosmsg, rosbag and rospy need
-    them. Only the lines go to stdout.
+    robotx_gazebo, each with all its types, those types of robot_localization, tf2_web_republisher and
+    trajectory_msgs that are served, and vrx_mj_msgs; rosservice, rostopic, rosmsg, rosbag and rospy need them.
+    Only the lines go to stdout.
 
     In bash, eval "$(vrx-mj ros messages -o FOLDER)" sets them in the current shell.
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.constants import STANDARD_GRAVITY
+from vrx_mj.control.navigation import base_link_by
 from vrx_mj.frames import Geodetic, rotation_matrix
 from vrx_mj.sensors.errors import variances
 
@@ -97,10 +98,11 @@ class Localizer:
         """Correct by a new fix."""
         fix, dt = reading.data, reading.time - self._time
         turned, slanted, unsure = self._attitude(inertia, reading.time)
-        arm, (north, west, up) = turned @ self._antenna, fix.velocity
-        velocity = self._axes @ (-west, north, up) - turned @ np.cross(self._spin, self._antenna)
+        north, west, up = fix.velocity
+        place = np.array(self._earth.to_enu(fix.latitude, fix.longitude, fix.altitude))
+        antenna = place, self._axes @ (-west, north, up)
+        arm, measured, velocity = base_link_by(*antenna, self._antenna, turned, self._spin)
         unsteady = self._in_world(variances(self._gps.velocity)) + _lever(arm, turned @ unsure @ turned.T)
-        measured = np.array(self._earth.to_enu(fix.latitude, fix.longitude, fix.altitude)) - arm
         noise = self._in_world(np.square(self._gps.position.noise)) + LEAST[:3, :3]
         self._drift = self._in_world(np.square(self._gps.position.drift)) + _lever(arm, slanted)
         self.fixed = reading.time, measured, _joint(noise + self._drift, np.zeros((3, 3)))

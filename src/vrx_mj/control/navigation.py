@@ -2,13 +2,17 @@
 
 The frame is level and east-north, its origin where the first fix was. VRX's GPS errs by a millimetre and its velocity
 by 2 cm/s, its inertial unit's attitude not at all: nothing needs a filter; a fix is only carried on to the present.
+`localization` filters the same measurement for receivers that err more, by the figures of the sensors' files, which an
+observation does not have.
 """
 
 import math
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import VrxError, VrxWarning
@@ -123,15 +127,14 @@ class Navigator:
         turned = rotation_matrix(inertia.orientation)
         if self._plane is None:
             self._begin(readings[0])
-        arm = (turned @ self._antenna).tolist()
-        roll, pitch, turn = (turned @ inertia.angular_velocity).tolist()
-        north, west, _ = fix.velocity.tolist()
-        vx, vy = -west - (pitch * arm[2] - turn * arm[1]), north - (turn * arm[0] - roll * arm[2])
-        x, y = self._local(fix.latitude, fix.longitude)
+        north, west, up = fix.velocity
+        antenna = np.array([*self._local(fix.latitude, fix.longitude), fix.altitude]), np.array([-west, north, up])
+        _, place, velocity = base_link_by(*antenna, self._antenna, turned, inertia.angular_velocity)
+        (x, y, z), (vx, vy, _), turn = place.tolist(), velocity.tolist(), float((turned @ inertia.angular_velocity)[2])
         return Estimate(
-            x=x - arm[0] + vx * age,
-            y=y - arm[1] + vy * age,
-            z=fix.altitude - arm[2],
+            x=x + vx * age,
+            y=y + vy * age,
+            z=z,
             heading=_heading(turned) + turn * (t - readings[1].time),
             vx=vx,
             vy=vy,
@@ -181,6 +184,23 @@ class Navigator:
         self._truth = True
         warnings.warn(f"navigation by ground truth: {why}", VrxWarning, stacklevel=3)
         return None
+
+
+def base_link_by(
+    place: FloatArray, velocity: FloatArray, antenna: Sequence[float], rotation: FloatArray, spin: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Arm of the antenna, and place and velocity of `base_link` by those of the antenna, (3,) each, along local axes.
+
+    Args:
+        place: of the antenna [m].
+        velocity: of the antenna [m/s].
+        antenna: its place on the body [m].
+        rotation: (3, 3), body to local axes.
+        spin: angular velocity about the body's axes [rad/s].
+    """
+    arm, (p, q, r) = rotation @ antenna, rotation @ spin
+    x, y, z = arm
+    return arm, place - arm, velocity - np.array([q * z - r * y, r * x - p * z, p * y - q * x])
 
 
 def sensor_named(boat: "BoatObservation", kind: str) -> str | None:

@@ -17,7 +17,7 @@ from vrx_mj.errors import NetworkError, VrxError
 from vrx_mj.outputs import Content, check_inside, write_files, writing
 from vrx_mj.ros.messages import DEFINITIONS, MEMBER, definition, own_text
 
-OF_DEBIAN = frozenset({"roscpp", "std_srvs", "tf2_msgs"})
+OF_DEBIAN = frozenset({"nav_msgs", "roscpp", "sensor_msgs", "std_srvs", "tf2_msgs"})
 """Packages that `definitions` has, but only those of their types that a simulation needs."""
 PYTHON = "/usr/bin/python3"
 """The interpreter that Debian's ROS tools run with."""

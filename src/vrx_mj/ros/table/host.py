@@ -52,6 +52,10 @@ class JointAxis(NamedTuple):
     """[N m s/rad], of a slide [N s/m]."""
 
 
+CARRIER = "carrier/"
+"""How the name of a body begins that holds a boat for its task: it is no link, as in Gazebo."""
+
+
 class Bodies:
     """All models and links of a simulation, at its present moment."""
 
@@ -67,7 +71,8 @@ class Bodies:
         boats = {name: hull.body for name, hull in zip(self._sim.boats, parameters.hulls, strict=True)}
         objects = {item.name: item.body for item in parameters.objects}
         docks = {dock.name: dock.bodies[0] for dock in parameters.docks}
-        known = {str(model.body(index).name): index for index in range(1, model.nbody)}
+        bodies = {str(model.body(index).name): index for index in range(1, model.nbody)}
+        known = {name: index for name, index in bodies.items() if not name.startswith(CARRIER)}
         singles = {name: known[body] for name, body in {**objects, **docks, **boats}.items() if body in known}
         self._balls = {singles[name] for name in ball_names(parameters)}
         self._singles = {index: name for name, index in singles.items()}
@@ -80,7 +85,7 @@ class Bodies:
         self._links = {link_name(body, boats): index for body, index in known.items()}
         self._joints: dict[str, list[int]] = {}
         for joint in range(model.njnt):
-            if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE:
+            if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE and model.jnt_bodyid[joint] in known.values():
                 self._joints.setdefault(_joint_name(str(model.joint(joint).name), boats), []).append(joint)
 
     @property

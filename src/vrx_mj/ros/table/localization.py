@@ -80,10 +80,11 @@ class Localization:
         """`fromLL`, `toLL` and `datum`, without a namespace, too, where there is one boat."""
         if self._earth is None:
             return
+        service = partial(Service, dialects=BOTH)
         for stem in (self._stem, "")[: 2 if len(self._host.sim.boats) == 1 else 1]:
-            yield Service(f"{stem}/fromLL", "robot_localization/FromLL", self._from_geodetic)
-            yield Service(f"{stem}/toLL", "robot_localization/ToLL", self._to_geodetic)
-            yield Service(f"{stem}/datum", "robot_localization/SetDatum", self._set_datum)
+            yield service(f"{stem}/fromLL", "robot_localization/FromLL", self._from_geodetic)
+            yield service(f"{stem}/toLL", "robot_localization/ToLL", self._to_geodetic)
+            yield service(f"{stem}/datum", "robot_localization/SetDatum", self._set_datum)
 
     def _filtered(self) -> Message:
         located = self.now

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import vrx_mj
 from ros_scene import call as service
 from ros_scene import run, served
 from sdf_boats import BOATS
@@ -460,6 +461,14 @@ def test_a_wrench_ends_when_it_is_cleared_or_its_boat_leaves(course):
     assert service(scene, "/gazebo/delete_model", "gazebo_msgs/DeleteModel", model_name="wamv").success
     assert scene.told[-2:] == ["the force on wamv::wamv/base_link ends: it left", "wamv leaves"]
     run(scene, 0.1)
+
+
+def test_what_holds_a_boat_is_neither_a_link_nor_a_joint():
+    sim = vrx_mj.Simulation(vrx_mj.compile_world("stationkeeping_task"))
+    assert any(str(sim.model.body(body).name) == "carrier/wamv" for body in range(sim.model.nbody))
+    bodies = Bodies(sim)
+    assert "wamv::wamv/base_link" in bodies.links
+    assert not [name for name in (*bodies.models, *bodies.links, *bodies.joints) if "carrier" in name]
 
 
 def test_an_effort_turns_a_joint(course):

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import vrx_mj
-from ros_scene import call, run, served
+from ros_scene import answer, call, run, served
 from vrx_mj.errors import CommandError
 from vrx_mj.frames import rotation_matrix
+from vrx_mj.ros import cdr
 from vrx_mj.ros.serve import Wanted
 
 STEM = "/wamv/robot_localization"
@@ -193,6 +194,26 @@ def test_ros_2_has_the_topics_and_frames(sydney):
     run(scene, 0.2)
     assert last(scene, FILTERED).child_frame_id == "wamv/base_link"
     assert {"wamv/odom", "wamv/base_link"} < {one.child_frame_id for one in last(scene, "/wamv/pose").transforms}
+
+
+def test_ros_2_has_the_services_as_bytes_of_its_own_types(sydney):
+    """robot_localization has no wheel: what its types of ROS 2 have is written and read in CDR."""
+    scene = served(sydney, dialect="vrx3", localization="truth")
+
+    def asked(name, kind, **fields):
+        asks, answers = (f"robot_localization/{kind}{half}" for half in ("Request", "Response"))
+        request = cdr.decode(cdr.encode(cdr.kind(asks)(**fields), asks), asks)
+        raw = cdr.encode(answer(scene, name, request), answers)
+        return raw, cdr.decode(raw, answers)
+
+    place = cdr.kind("geographic_msgs/GeoPoint")(**THERE, altitude=0.0)
+    point = asked(f"{STEM}/fromLL", "FromLL", ll_point=place)[1].map_point
+    back = asked("/toLL", "ToLL", map_point=point)[1].ll_point
+    assert (back.latitude, back.longitude) == pytest.approx((THERE["latitude"], THERE["longitude"]), abs=1e-9)
+    turn = cdr.kind("geometry_msgs/Quaternion")(x=0.0, y=0.0, z=0.0, w=1.0)
+    pose = cdr.kind("geographic_msgs/GeoPose")(position=place, orientation=turn)
+    assert asked("/datum", "SetDatum", geo_pose=pose)[0] == bytes((0, 1, 0, 0, 0))
+    assert xyz(asked("/fromLL", "FromLL", ll_point=place)[1].map_point) == pytest.approx(np.zeros(3), abs=1e-6)
 
 
 def test_time_that_begins_anew_is_no_time_that_goes_back(sydney):
