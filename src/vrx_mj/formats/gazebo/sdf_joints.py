@@ -14,6 +14,8 @@ from vrx_mj.frames import Pose, apply, rotation
 
 AXIS_OF_JOINT = (1, 5)
 """Version of SDF from which the axis of a joint is in the joint's frame, not in the model's."""
+FRAMES = (1, 7)
+"""Version of SDF from which `expressed_in` says so, and `use_parent_model_frame` is nothing."""
 AXES = {
     "fixed": 1, "revolute": 1, "continuous": 1, "prismatic": 1, "ball": 0, "universal": 2, "screw": 1, "revolute2": 2,
     "gearbox": 1,
@@ -115,7 +117,8 @@ def _frame_of_axis(model: Model, node: Node, axis: Node, scope: Scope) -> str:
     frame = (direction.attribute("expressed_in") or "") if direction else ""
     if frame:
         return model.frames.known(scope.name(frame), given_pose(node)._replace(node=node))
-    return scope.model if axis.flag("use_parent_model_frame", model.version < AXIS_OF_JOINT) else ""
+    older = model.version < FRAMES and axis.flag("use_parent_model_frame", model.version < AXIS_OF_JOINT)
+    return scope.model if older else ""
 
 
 def _limits(axis: Node, kind: str) -> Limits:
