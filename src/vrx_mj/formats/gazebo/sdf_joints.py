@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+from vrx_mj.config.base import MAX_NUMBER
 from vrx_mj.config.wording import choice, shown
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.gazebo.sdf_frames import MODEL, WORLD, Scope, given_pose
@@ -147,8 +148,12 @@ def _bound(limit: Node | None, tag: str, sign: float) -> float:
 
 
 def _dynamics(axis: Node) -> dict[str, float]:
+    """Damping, friction and spring of an axis; what is endless, as 5e80, is the largest that there is here."""
     dynamics = axis.child("dynamics")
-    names = {"damping": "damping", "friction": "friction", "spring_stiffness": "stiffness"}
-    found = {ours: dynamics.value(tag, 0.0, low=0) for tag, ours in names.items()} if dynamics else {}
+    found = {}
+    for tag, ours in {"damping": "damping", "friction": "friction", "spring_stiffness": "stiffness"}.items():
+        found[ours] = min(_bound(dynamics, tag, 0.0), MAX_NUMBER)
+        if found[ours] < 0.0 and dynamics:
+            dynamics.fault(f"must be at least 0, got {dynamics.text(tag)}", tag)
     reference = dynamics.value("spring_reference", 0.0) if dynamics else 0.0
     return {key: value for key, value in (*found.items(), ("spring_reference", reference)) if value}
