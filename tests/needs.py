@@ -120,7 +120,7 @@ RCLPY = Need(
 )
 DRAKE = Need(
     "Drake",
-    f"{shlex.quote(sys.executable)} -m venv {DRAKE_HOME} && {DRAKE_HOME}/bin/pip install drake",
+    f"{shlex.quote(sys.executable)} -m venv {DRAKE_HOME} && {DRAKE_HOME}/bin/pip install drake==1.51.1",
     lambda: any(DRAKE_HOME.glob("lib/*/site-packages/pydrake")),
 )
 RAY = Need("Ray", "pip install -e '.[ray]'", lambda: importlib.util.find_spec("ray") is not None)

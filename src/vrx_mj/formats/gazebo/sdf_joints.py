@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+from vrx_mj.config.base import MAX_NUMBER
 from vrx_mj.config.wording import choice, shown
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.gazebo.sdf_frames import MODEL, WORLD, Scope, given_pose
@@ -14,6 +15,8 @@ from vrx_mj.frames import Pose, apply, rotation
 
 AXIS_OF_JOINT = (1, 5)
 """Version of SDF from which the axis of a joint is in the joint's frame, not in the model's."""
+FRAMES = (1, 7)
+"""Version of SDF from which `expressed_in` says so, and `use_parent_model_frame` is nothing."""
 AXES = {
     "fixed": 1, "revolute": 1, "continuous": 1, "prismatic": 1, "ball": 0, "universal": 2, "screw": 1, "revolute2": 2,
     "gearbox": 1,
@@ -115,7 +118,8 @@ def _frame_of_axis(model: Model, node: Node, axis: Node, scope: Scope) -> str:
     frame = (direction.attribute("expressed_in") or "") if direction else ""
     if frame:
         return model.frames.known(scope.name(frame), given_pose(node)._replace(node=node))
-    return scope.model if axis.flag("use_parent_model_frame", model.version < AXIS_OF_JOINT) else ""
+    older = model.version < FRAMES and axis.flag("use_parent_model_frame", model.version < AXIS_OF_JOINT)
+    return scope.model if older else ""
 
 
 def _limits(axis: Node, kind: str) -> Limits:
@@ -144,8 +148,12 @@ def _bound(limit: Node | None, tag: str, sign: float) -> float:
 
 
 def _dynamics(axis: Node) -> dict[str, float]:
+    """Damping, friction and spring of an axis; what is endless, as 5e80, is the largest that there is here."""
     dynamics = axis.child("dynamics")
-    names = {"damping": "damping", "friction": "friction", "spring_stiffness": "stiffness"}
-    found = {ours: dynamics.value(tag, 0.0, low=0) for tag, ours in names.items()} if dynamics else {}
+    found = {}
+    for tag, ours in {"damping": "damping", "friction": "friction", "spring_stiffness": "stiffness"}.items():
+        found[ours] = min(_bound(dynamics, tag, 0.0), MAX_NUMBER)
+        if found[ours] < 0.0 and dynamics:
+            dynamics.fault(f"must be at least 0, got {dynamics.text(tag)}", tag)
     reference = dynamics.value("spring_reference", 0.0) if dynamics else 0.0
     return {key: value for key, value in (*found.items(), ("spring_reference", reference)) if value}

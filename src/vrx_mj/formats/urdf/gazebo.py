@@ -30,7 +30,9 @@ USUAL_THRUST = 250.0
 FREEFLOATING_THRUST = 100.0
 """Largest force [N] of freefloating_gazebo_control.cpp for a thruster that gives none."""
 STEEPEST = 5.5
-"""Largest slope of a foil's normal force that is taken over: 6.13 is that of an endless blade."""
+"""Largest slope of the normal force of a foil by its aspect ratio; 6.13 is that of an endless blade."""
+ASV_FOILS = {"asv_sim2-sail-lift-drag-system": "sail", "asv_sim2-foil-lift-drag-system": "rudder"}
+LIFTED = "; its coefficients are ours, as the plugin's lift, 8 sin(2 angle), is five times a sail's"
 SHARES = "commands are shares of the largest thrust, -1 to 1"
 
 
@@ -168,30 +170,47 @@ def _freefloating(node: Node, robot: Robot) -> None:
 
 
 def _foil(node: Node, robot: Robot) -> None:
-    """A rudder, keel or sail of usv_sim_lsa: foil_dynamics_plugin.cpp, where `mult_drag` is written over `mult_lift`.
+    """A rudder, keel or sail of usv_sim_lsa (foil_dynamics_plugin.cpp) or of asv_sim (LiftDragModel.cc).
 
-    Its rudder's normal force is 2 `mult_lift` sin(angle), which is the slope of ours by its aspect ratio. Sails have
-    our own coefficients: the plugin's lift, 8 sin(2 angle), is five times a sail's.
+    The normal force of usv_sim's rudder is 2 `mult_lift` sin(angle), over which `mult_drag` is written; asv_sim's lift
+    has the slope `cla`. Ours has that slope by its aspect ratio and, beyond `STEEPEST`, by its area.
     """
-    kind, link = node.text("link_type"), robot.warned_link(node, "link_name")
+    link, kind = robot.warned_link(node, "link_name"), node.text("link_type")
     if not link:
         return
-    name, joint = robot.local(link), robot.hinge(link)
+    theirs = plugin_kind(node) in ASV_FOILS
+    kind = ASV_FOILS.get(plugin_kind(node), kind)
+    name, joint = robot.local(link).removesuffix("_link"), robot.hinge(link)
     x, y, z = node.values("cp", "x y z", (0.0, 0.0, 0.0))
-    entry: dict[str, object] = {"area": node.value("area", 1.0, above=0), "center": (x, y, z), "joint": joint}
+    area = node.value("area", 1.0, above=0)
+    entry: dict[str, object] = {"center": (x, y, z), "joint": joint, "max_angle": math.pi / 2}
     if kind == "sail" and joint:
-        robot.warn(node, "a sail with coefficients of its own, on a sheet: its command is how far the boom goes to lee")
-        if (sail := node.configured(SailEntry, entry)) is not None:
+        robot.warn(node, "a sail on a sheet: its command is how far the boom goes to lee" + ("" if theirs else LIFTED))
+        curve = {"coefficients": _sail_rows(node)} if theirs else {}
+        if (sail := node.configured(SailEntry, entry | curve | {"area": area})) is not None:
             robot.sails[name] = sail
     elif kind in {"rudder", "keel"}:
-        slope = min(2.0 * node.value("mult_drag|mult_lift", 1.5, above=0), STEEPEST)
+        steep = node.value("cla", math.tau) if theirs else 2.0 * node.value("mult_drag|mult_lift", 1.5, above=0)
+        slope = min(steep, STEEPEST)
         if joint is None:
             entry["center"] = compose(robot.urdf.pose(link, robot.urdf.root), (x, y, z, 0.0, 0.0, 0.0))[:3]
-        turns = {"aspect_ratio": 2.25 * slope / (6.13 - slope), "max_angle": math.pi / 2}
-        if (blade := node.configured(RudderEntry, entry | turns)) is not None:
+        entry |= {"area": area * steep / slope, "aspect_ratio": 2.25 * slope / (6.13 - slope)}
+        if (blade := node.configured(RudderEntry, entry)) is not None:
             robot.rudders[name] = blade
     else:
         robot.warn(node, f"a foil of link_type '{kind}' {'that no joint turns ' if kind == 'sail' else ''}is ignored")
+
+
+def _sail_rows(node: Node) -> tuple[tuple[float, float, float], ...]:
+    """Coefficients of asv_sim's sail, whose lift and drag are straight lines to the stall and from there to 90 degrees.
+
+    Lift there would jump from one sign to the other; here it is 0.
+    """
+    stall, drag = node.value("alpha_stall", 0.5 / math.pi, above=0, high=1.5), node.value("cda", 2.0 / math.pi, low=0)
+    lift, degrees = node.value("cla", math.tau, above=0) * stall, math.degrees(stall)
+    up = ((0.0, 0.0, 0.0), (degrees, lift, drag * stall))
+    down = ((180.0 - angle, -lift, drag) for angle, lift, drag in reversed(up))
+    return (*up, (90.0, 0.0, drag * math.pi / 2), *down)
 
 
 def _hydrodynamics(node: Node, robot: Robot) -> None:
@@ -266,7 +285,7 @@ THRUSTERS: Mapping[str, Callable[[Node, Robot], None]] = {
     "uuv_thruster_plugin": _uuv_thruster,
     "uuv_thruster_ros_plugin": _uuv_thruster,
     "freefloating_gazebo_control": _freefloating,
-    "foil_dynamics_plugin": _foil,
+    **dict.fromkeys(("foil_dynamics_plugin", *ASV_FOILS), _foil),
 }
 PLUGINS: Mapping[str, Callable[[Node, Robot], None]] = {
     **THRUSTERS,
@@ -283,6 +302,7 @@ PLUGINS: Mapping[str, Callable[[Node, Robot], None]] = {
 }
 """What reads a plugin, by its kind."""
 QUIET_PLUGINS = frozenset({
+    "asv_sim2-sail-position-controller-system",
     "gazebo_ros_joint_state_publisher",
     "gz-sim-detachable-joint-system",
     "gz-sim-joint-position-controller-system",
@@ -312,7 +332,8 @@ def read_gazebo(urdf: Urdf, tags: Sequence[Node], findings: Findings) -> Gazebo:
     for node in tags:
         _read_element(node, robot)
     _newer_water(robot)
-    thrusters = controlled(robot.thrusters, robot.controls, robot)
+    turned = {blade.joint for blades in (robot.rudders, robot.sails) for blade in blades.values()}
+    thrusters = controlled(robot.thrusters, robot.controls, robot, turned)
     findings.check_names("thruster", ((one.name, one.place, f"thruster '{one.name}'") for one in thrusters))
     findings.settle()
     return Gazebo(

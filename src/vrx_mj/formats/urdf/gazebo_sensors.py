@@ -27,7 +27,7 @@ HARD_CODED = ("wamv/", "cora/")
 USUAL_RATE = 100.0
 """Rate [Hz] of a sensor that Gazebo would read at every step."""
 
-_ODD_CHARACTER = re.compile(r"[^A-Za-z0-9_.-]")
+_ODD_CHARACTER = re.compile(r"[^A-Za-z0-9_.-]|^[.-]")
 _GENERATION = re.compile(r"^(ignition-gazebo|gz-sim)\d*-")
 
 

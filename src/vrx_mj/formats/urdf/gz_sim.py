@@ -1,7 +1,7 @@
 """Plugins of gz-sim and of ArduPilot that push boats: Hydrodynamics, Buoyancy, ArduPilotPlugin."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -88,8 +88,8 @@ def read_controls(node: Node, scope: Scope) -> list[Control]:
         if kind not in TYPES:
             part.fault(choice(kind, TYPES), "type")
         least, most = part.value("servo_min", 1000.0), part.value("servo_max", 2000.0)
-        if least >= most:
-            part.fault(f"servo_min {least:g} must be below servo_max {most:g}")
+        if least == most:
+            part.fault(f"servo_min and servo_max must differ, got {least:g} for both")
         factor, offset = part.value("multiplier", 1.0), part.value("offset", 0.0)
         low, high = sorted((factor * offset, factor * (offset + 1.0)))
         if name is not None:
@@ -99,11 +99,11 @@ def read_controls(node: Node, scope: Scope) -> list[Control]:
 
 
 def controlled(
-    thrusters: Sequence[UrdfThruster], controls: Sequence[Control], scope: Scope
-) -> list[UrdfThruster]:  # fmt: skip
-    """Thrusters that push and steer no farther than the channels of ArduPilot let them."""
+    thrusters: Sequence[UrdfThruster], controls: Sequence[Control], scope: Scope, turned: Collection[str | None] = ()
+) -> list[UrdfThruster]:
+    """Thrusters that push and steer no farther than the channels of ArduPilot let them; `turned` are other joints."""
     found = [_narrowed(item, {one.joint: one for one in controls}) for item in thrusters]
-    used = {name for item in thrusters for name in (item.propeller_joint, item.engine_joint)}
+    used = {*turned, *(name for item in thrusters for name in (item.propeller_joint, item.engine_joint))}
     for one in controls:
         if one.joint not in used:
             scope.warn(one.node, f"the joint '{one.joint}' neither pushes nor steers here: no thruster is on it")

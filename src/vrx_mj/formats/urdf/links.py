@@ -34,7 +34,7 @@ ANY_MESH = "mesh.obj"
 ShapeT = TypeVar("ShapeT", bound=Shape)
 
 _GAZEBO_NAME = re.compile(r"(?<=[a-z])(?=[A-Z])")
-_ODD_CHARACTER = re.compile(r"[^A-Za-z0-9_.-]")
+_ODD_CHARACTER = re.compile(r"[^A-Za-z0-9_.-]|^[.-]")
 
 
 @dataclass

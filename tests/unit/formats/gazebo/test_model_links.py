@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from vrx_mj.config.base import keys_of
+from vrx_mj.config.base import MAX_NUMBER, keys_of
 from vrx_mj.config.joints import AxisConfig
 from vrx_mj.errors import ConfigError
 from vrx_mj.formats.gazebo.document import Report
@@ -231,6 +231,14 @@ def test_an_axis_is_in_the_frame_that_its_version_says(version, direction, expec
     body = link("base") + link("arm", f"1 0 0 0 0 {QUARTER!r}")
     found, _ = read(body + joint("j", "revolute", "base", "arm", f"<axis>{direction}</axis>"), version)
     assert plain(found["joints"])[0]["axis"]["xyz"] == pytest.approx(expected, abs=1e-12)
+
+
+def test_endless_damping_is_the_largest_that_there_is():
+    """ArduPilot's wsc_aircraft holds its wings with 5e80."""
+    dynamics = "<dynamics><damping>5e80</damping><friction>5e80</friction></dynamics>"
+    found, _ = read(link("a") + link("b") + joint("j", "revolute", "a", "b", f"<axis>{dynamics}</axis>"))
+    axis = plain(found["joints"])[0]["axis"]
+    assert (axis["damping"], axis["friction"]) == (MAX_NUMBER, MAX_NUMBER)
 
 
 def test_a_static_model_does_not_move():

@@ -113,12 +113,12 @@ def test_everything_is_where_the_file_has_it_whatever_it_is_relative_to(hull, fr
 
 
 def test_the_axis_of_a_joint_is_in_the_frame_that_its_version_of_sdf_has():
-    """Up to 1.4 that of the model, then the joint's, unless it is said otherwise."""
+    """Up to 1.4 that of the model, then the joint's; a flag says otherwise up to 1.6, then `expressed_in`."""
     turned = link("screw", 1, (1, 1, 1), pose="0 0 0 0 0 1.5707963267948966")
     flag = "<use_parent_model_frame>1</use_parent_model_frame></axis>"
     own, model = (1.0, 0.0, 0.0), pytest.approx((0.0, -1.0, 0.0))
     for version, expected, more in (("1.4", model, "</axis>"), ("1.5", own, "</axis>"), ("1.6", model, flag),
-                                    ("1.9", own, "</axis>"), ("1.11", own, "</axis>")):  # fmt: skip
+                                    ("1.9", own, "</axis>"), ("1.9", own, flag), ("1.11", own, "</axis>")):  # fmt: skip
         joint = spinning("drive", "base_link", "screw").replace("</axis>", more)
         assert boat(HULL, turned, joint, version=version).joints["drive"].axis == expected, version
     joint = spinning("drive", "base_link", "screw", attributes=' expressed_in="__model__"')
@@ -370,6 +370,16 @@ def test_the_inertia_of_full_shapes_is_that_of_textbooks(geometry, volume, momen
     away = 20 * volume  # times the square of 1 m
     wanted = (20 * yy + away, 20 * xx, 20 * zz + away, 0, 0, 0)
     assert found.tensor == pytest.approx(wanted, rel=1e-9, abs=1e-9 * away)
+
+
+@pytest.mark.parametrize(
+    ("name", "ours"), [("-x", "_x"), (".hidden", "_hidden"), ("a b/c", "a_b_c"), ("x-1.5", "x-1.5")]
+)
+def test_names_of_shapes_become_ours(name, ours):
+    """mbzirc's worlds call walls -x and -y."""
+    shape = f'<collision name="{name}"><geometry><box><size>1 1 1</size></box></geometry></collision>'
+    made = boat(link("base_link", 5, (1, 1, 1), content=shape))
+    assert [one.name for one in made.links["base_link"].collisions] == [ours]
 
 
 def test_a_folder_of_a_model_is_a_robot():

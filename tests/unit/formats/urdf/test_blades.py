@@ -59,7 +59,10 @@ def test_sails_of_usv_sim_are_ours():
     boat = foil("sail", kind="revolute", limits=(-3.14, 3.14))
     (found,) = boat.thrusters
     assert (found.blade.area, found.blade.sheet, found.drive.max_angle) == (0.02, True, pytest.approx(math.pi / 2))
-    assert any("a sail with coefficients of its own, on a sheet" in line for line in boat.warnings)
+    assert any(
+        "a sail on a sheet: its command is how far the boom goes to lee; its coefficients are ours" in line
+        for line in boat.warnings
+    )
 
 
 @pytest.mark.parametrize(("kind", "words"), [
@@ -68,3 +71,15 @@ def test_sails_of_usv_sim_are_ours():
 ])  # fmt: skip
 def test_other_foils_are_told(kind, words):
     assert any(words in line for line in foil(kind, kind="fixed").warnings)
+
+
+def test_sails_and_rudders_of_asv_sim_have_their_coefficients():
+    """ArduPilot's catamaran: lift to the stall and from there to nothing, drag in proportion to the angle."""
+    numbers = "<link_name>thruster_0</link_name><area>0.32</area><cla>6</cla><alpha_stall>0.15</alpha_stall>"
+    turns = {"kind": "revolute", "axis": "0 0 1", "limits": (-2, 2)}
+    (sail,) = boat_with("asv_sim2-sail-lift-drag-system", numbers + "<cda>0.6</cda>", **turns).thrusters
+    stall = math.degrees(0.15)
+    rows = [(0, 0, 0), (stall, 0.9, 0.09), (90, 0, 0.3 * math.pi), (180 - stall, -0.9, 0.09), (180, 0, 0)]
+    assert [pytest.approx(row) for row in sail.blade.coefficients] == rows
+    (blade,) = boat_with("asv_sim2-foil-lift-drag-system", numbers, **turns).thrusters
+    assert blade.blade.area * normal_slope(blade.blade.aspect_ratio) == pytest.approx(0.32 * 6)
