@@ -96,11 +96,10 @@ def test_the_lock_changes_no_address_of_a_boat(locked):
     assert addresses[0] == addresses[1]
 
 
-PILE = (
-    '<robot name="pile"><link name="{0}"/><link name="hull"><inertial><mass value="20"/>'
-    '<inertia ixx="2" iyy="2" izz="2"/></inertial><collision><geometry>'
-    '<box size="1 1 1"/></geometry></collision></link><joint name="j" type="fixed"><parent link="{0}"/><child link="hull"/></joint></robot>'
-)
+MASS = '<inertial><mass value="20"/><inertia ixx="2" iyy="2" izz="2"/></inertial>'
+BOX = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
+JOINT = '<joint name="j" type="fixed"><parent link="{0}"/><child link="hull"/></joint>'
+PILE = f'<robot name="pile"><link name="{{0}}"/><link name="hull">{MASS}{BOX}</link>{JOINT}</robot>'
 
 
 @pytest.mark.parametrize(("root", "stays"), [("base_link", False), ("world", True)])
