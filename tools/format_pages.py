@@ -6,7 +6,7 @@ hand. tests/test_docs.py compares the pages with what this writes.
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
@@ -30,6 +30,7 @@ from vrx_mj.formats.parts.compliance import load_rules
 from vrx_mj.formats.series.macros import REQUIRED, macros
 from vrx_mj.formats.urdf import gazebo, gazebo_sensors, gz_sim
 from vrx_mj.formats.urdf.elements import Tag
+from vrx_mj.formats.urdf.tags import Entry, sections
 
 REPO = Path(__file__).resolve().parents[1]
 FOLDER = REPO / "docs" / "formats"
@@ -349,7 +350,7 @@ TAGS = {
     },
 }
 """Tables of tags, by what they are in."""
-NOT_DONE = (gazebo.SPEEDS, gz_sim.CURRENT, *gazebo_sensors.LENS, *gazebo_sensors.OFFSETS, *gazebo.HELD)
+NOT_DONE = (gazebo.SPEEDS, gz_sim.CURRENT, *gazebo_sensors.LENS, *gazebo_sensors.OFFSETS)
 
 
 def gazebo_page() -> str:
@@ -369,7 +370,34 @@ def gazebo_page() -> str:
         text += row((f"`{name}`", f"`{made}`", f"`{kind.instead.format(kind.own or 'NAME')}`"))
     quiet = ", ".join(f"`{name}`" for name in sorted(gazebo.QUIET_PLUGINS))
     text += f"\n## Read without a word\n\n{quiet}\n\n## Not simulated\n\n| tag | warning |\n|---|---|\n"
-    return text + "".join(row((f"`{tag.path}`", words.format(tag.path))) for tag, words in NOT_DONE)
+    text += "".join(row((f"`{tag.path}`", words.format(tag.path))) for tag, words in NOT_DONE)
+    return text + elements_of_sdf()
+
+
+def elements_of_sdf() -> str:
+    """All elements and attributes of SDF and URDF, with what each is."""
+    text = "\n## All elements and attributes\n\n| in | element, or @attribute | where | here |\n|---|---|---|---|\n"
+    for section, paths in sections().items():
+        grouped: dict[tuple[str, str], list[str]] = {}
+        for path, entries in paths.items():
+            for where, said in fates_of(entries):
+                grouped.setdefault((where, said), []).append(path)
+        for (where, said), names in grouped.items():
+            text += row((f"`<{section}>`", ", ".join(f"`{name}`" for name in names), where, said))
+    return text
+
+
+def fates_of(entries: Mapping[str, Entry]) -> Iterator[tuple[str, str]]:
+    """What an element is, and in boats, objects or worlds where it is another in others."""
+    fates = {side: fate_of(entry) for side, entry in entries.items()}
+    for said in dict.fromkeys(fates.values()):
+        yield "" if len(set(fates.values())) == 1 else ", ".join(side for side in fates if fates[side] == said), said
+
+
+def fate_of(entry: Entry) -> str:
+    """What an element is, in words."""
+    usual = f" (not `{entry.usual}`)" if entry.usual not in {None, "", "inf"} and entry.fate == "lost" else ""
+    return f"{entry.fate}{f': {entry.words}' if entry.words else ''}{usual}"
 
 
 def tag_row(field: str, tag: Tag) -> str:

@@ -145,7 +145,7 @@ def _versions() -> str:
     package = Path(__file__).parents[1]
     sources = (entry for folder in (package, *package.rglob("*/")) for entry in os.scandir(folder))
     stamps = sorted((entry.path, entry.stat().st_mtime_ns, entry.stat().st_size)
-                    for entry in sources if entry.name.endswith(".py"))  # fmt: skip
+                    for entry in sources if entry.name.endswith((".py", ".json")))  # fmt: skip
     found = (name for folder in sys.path for name in _names(folder))
     installed = sorted(name for name in found if name.endswith(".dist-info") and name.split("-")[0].lower() in PACKAGES)
     return hashlib.sha256(repr((sys.version, stamps, installed)).encode()).hexdigest()

@@ -56,6 +56,8 @@ from vrx_mj.physics.windage import AIR_DENSITY
 Color = tuple[float, float, float, float]
 Vector = tuple[float, float, float]
 
+WORLD = "world"
+"""Name of a root link that stays where the boat is put, by Gazebo's convention."""
 MAPPINGS: Mapping[str, Literal[0, 1, 3]] = {"linear": LINEAR, "glf": GLF, "newtons": NEWTONS}
 """Codes of the thrust mappings in the runtime's table."""
 
@@ -83,6 +85,7 @@ def robot_piece(boat: Boat, engines: Engines = "fixed", color: Color | None = No
     turning = [thruster["body"] for thruster in thrusters if thruster["joint"]] if hinged else []
     values = {
         "link": boat.link,
+        "is_fixed": boat.link == WORLD,
         "meshes": needed,
         "solid_meshes": meshes(shape for part in parts for shape in part.collisions),
         "base_mass": body_mass(boat, engines),

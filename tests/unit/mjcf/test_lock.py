@@ -1,11 +1,14 @@
 """The lock that holds a task's boat, in plain MuJoCo."""
 
 import math
+import warnings
 
 import mujoco
 import numpy as np
 import pytest
 
+from vrx_mj import Simulation
+from vrx_mj.errors import VrxWarning
 from vrx_mj.mjcf.compile import compile_world
 
 HERE = {"type": "stationkeeping", "goal_cart": [1, 2, 0.5]}
@@ -91,3 +94,24 @@ def test_the_lock_changes_no_address_of_a_boat(locked):
         for world in (free, locked)
     ]
     assert addresses[0] == addresses[1]
+
+
+MASS = '<inertial><mass value="20"/><inertia ixx="2" iyy="2" izz="2"/></inertial>'
+BOX = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
+JOINT = '<joint name="j" type="fixed"><parent link="{0}"/><child link="hull"/></joint>'
+PILE = f'<robot name="pile"><link name="{{0}}"/><link name="hull">{MASS}{BOX}</link>{JOINT}</robot>'
+
+
+@pytest.mark.parametrize(("root", "stays"), [("base_link", False), ("world", True)])
+def test_what_a_urdf_fixes_to_its_root_link_world_stays(root, stays, tmp_path, monkeypatch):
+    """It is put 2 m above the water, far from the origin, and turned."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pile.urdf").write_text(PILE.format(root), encoding="utf-8")
+    boat = {"name": "a", "robot": "./pile.urdf", "pose": [-540, 60, 2, 0.3, 0, 0.5]}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VrxWarning)
+        simulation = Simulation(compile_world({}, fleet={"boats": [boat]}))
+    simulation.reset(seed=1)
+    simulation.step(duration=3.0)
+    place = simulation.data.body(f"a/{root}").xpos
+    assert bool(np.linalg.norm(place - boat["pose"][:3]) < 1e-3) is stays

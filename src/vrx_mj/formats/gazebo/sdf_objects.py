@@ -149,10 +149,9 @@ class _Object:
         tree = tree_of(rows, places, [joint for joint in joints if joint.type != "gearbox"])
         for joint in joints:
             self.note_joint(joint, tree)
-        for name in tree.loose:
-            self.note(
-                model.links[name][0], "approximated", "no joint holds it: it is part of the first link's rigid body"
-            )
+        if tree.loose:
+            text = f"no joint holds {shortened(', '.join(tree.loose))}: part of the first link's rigid body"
+            self.note(model.links[tree.loose[0]][0], "approximated", text)
         return tree
 
     def note(self, node: Node, fate: Fate, text: str, what: str = "") -> None:

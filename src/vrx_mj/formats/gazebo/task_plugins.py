@@ -7,6 +7,7 @@ from typing import Any
 from vrx_mj.config.values import COLORS
 from vrx_mj.formats.gazebo.document import Element
 from vrx_mj.formats.series.pieces import At
+from vrx_mj.formats.urdf.tags import sections
 
 Content = dict[str, Any]
 
@@ -19,23 +20,6 @@ STATES = {
 """What a state lasts [s] where a plugin says nothing: VRX's scoring_plugin.cc, and ours."""
 BUFFER = 3.0
 """VRX's collision_buffer [s] where a plugin says nothing."""
-ALL_READ = {"vehicle", "task_name", *STATES, "collision_buffer", "markers"}
-"""Elements of all scoring plugins that are read."""
-READ: Mapping[str, set[str]] = {
-    "acousticperception": {"pinger_position", "goal_tolerance"},
-    "acoustictracking": {"pinger_model", "pinger_depth", "obstacle_penalty"},
-    "gymkhana": {"obstacle_penalty", "pinger_position"},
-    "navigation": {"course_name", "gates", "obstacle_penalty", "points_per_gate_crossed", "bonus"},
-    "perception": {"object_sequence", "loop_forever"},
-    "scandock": {"color_1", "color_2", "color_3", "enable_color_checker", "color_bonus_points", "dock_bonus_points",
-                 "correct_dock_bonus_points", "bays", "targets"},
-    "stationkeeping": {"goal_pose", "goal_pose_cart", "head_error_on"},
-    "wayfinding": {"waypoints"},
-    "wildlife": {"buoys", "engagement_distance", "time_bonus", "publication_frequency"},
-}  # fmt: skip
-"""Elements of each scoring plugin that are read besides."""
-WITHOUT_LOSS = {"release_joints", "per_plugin_exit_on_completion", "silent"}
-"""Elements that say what is the same here whatever they say: the task's own lock, and the end of a run."""
 TOPICS = ("_topic", "_service", "_topic_name", "robot_namespace")
 """How elements end that name topics."""
 OURS = {"", "vrx", "wamv", "scan_dock", "scan_dock_deliver"}
@@ -64,7 +48,7 @@ def task_of(plugins: Sequence[Element], objects: Sequence[Mapping[str, Any]]) ->
 
 def unread(plugin: Element) -> Iterator[tuple[Element, str]]:
     """The elements of a scoring plugin without effect here by which something is lost, each with the reason."""
-    read = ALL_READ | READ[kind_of(plugin) or ""] | WITHOUT_LOSS
+    kind, known = kind_of(plugin), sections()["scoring plugin"]
     for child in plugin.children:
         text = child.own_text.strip("/")
         if child.tag.endswith(TOPICS):
@@ -73,7 +57,7 @@ def unread(plugin: Element) -> Iterator[tuple[Element, str]]:
         elif child.tag == "frame":
             if text not in {"", plugin.text("vehicle") or BOAT}:
                 yield child, "poses are relative to the boat"
-        elif child.tag not in read:
+        elif child.tag not in known and f"{kind}/{child.tag}" not in known:
             yield child, "no such element is read of this plugin"
 
 

@@ -131,15 +131,13 @@ def _readable_world(file: Path, root: Element, world: Element, known: Mapping[st
             left = tuple(child for child in world.children if not any(child is part for part in parts))
             if None in parts or not rounds_left:
                 raise
-            problems = dict.fromkeys(zip(error.problems, (part.label for part in parts if part), strict=True))
-            unread += [_unread(problem, label) for problem, label in problems]
+            labels = (part.label for part in parts if part)
+            unread += [
+                Note(Place(File(one.file, None), one.line, one.column), one.key or label, "not read", one.message)
+                for one, label in dict.fromkeys(zip(error.problems, labels, strict=True))
+            ]
             world = replace(world, children=left)
     raise AssertionError
-
-
-def _unread(problem: Problem, label: str) -> Note:
-    place = Place(File(problem.file, None), problem.line, problem.column)
-    return Note(place, problem.key or label, "not read", problem.message)
 
 
 def world_of(file: Path, root: Element, world: Element, known: Mapping[str, Path]) -> GazeboWorld:
@@ -446,17 +444,10 @@ class _Reader:
             if element.text(tag) not in {"", topic}:
                 self.report.note(element, "ignored", f"here it is `{topic}`", f"<{tag}>")
 
-    def take_scene(self, element: Element) -> None:
-        """Take over light, sky and fog."""
-        self.add("scene", element, scene(element))
-
-    def take_view(self, element: Element) -> None:
-        """Take over the pose of the view."""
-        self.add("camera", element, view(element), "it belongs to Gazebo's window")
-
-    def take_georeference(self, element: Element) -> None:
-        """Take over where the world is on Earth."""
-        self.add("georeference", element, georeference(element))
+    def take_surroundings(self, element: Element) -> None:
+        """Take over light, sky and fog; the pose of the view; or where the world is on Earth."""
+        part, read = _SURROUNDINGS[element.tag]
+        self.add(part, element, read(element), "it belongs to Gazebo's window")
 
     def take_physics(self, element: Element) -> None:
         """Take over the physics, as far as it is not ours; older files have gravity in it."""
@@ -579,8 +570,11 @@ def _file(element: Element) -> str:
     return element.attributes.get("filename", "").lower().replace("_", "")
 
 
+_SURROUNDINGS: Mapping[str, tuple[str, Callable[[Element], object]]] = {
+    "scene": ("scene", scene), "gui": ("camera", view), "spherical_coordinates": ("georeference", georeference),
+}  # fmt: skip
 _TAKE: Mapping[str, Callable[[_Reader, Element], None]] = {
     "include": _Reader.take_include, "model": _Reader.take_model, "plugin": _Reader.take_plugin,
-    "scene": _Reader.take_scene, "gui": _Reader.take_view, "spherical_coordinates": _Reader.take_georeference,
     "physics": _Reader.take_physics, "gravity": _Reader.take_gravity,
+    **dict.fromkeys(_SURROUNDINGS, _Reader.take_surroundings),
 }  # fmt: skip

@@ -195,7 +195,7 @@ def test_a_link_without_a_joint_is_part_of_the_first():
     assert (found["mass"], plain(found["center_of_mass"]), len(found["links"])) == (20.0, [2, 0, 0], 1)
     assert notes == [
         "<joint> 'ab' taken over: `joints`",
-        "<link> 'c' approximated: no joint holds it: it is part of the first link's rigid body",
+        "<link> 'c' approximated: no joint holds c: part of the first link's rigid body",
     ]
 
 
