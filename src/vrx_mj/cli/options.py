@@ -3,9 +3,9 @@
 import inspect
 import os
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from enum import Enum
-from functools import wraps
+from functools import update_wrapper
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -54,30 +54,24 @@ Nudge = Annotated[
     bool, typer.Option("--nudge", help="Move boats that start on land, docks or each other to free water.")
 ]
 Seed = Annotated[int | None, typer.Option(help="Seed of waves, gusts and noise; default: the world's.")]
-VARIABLES = {"package_path": PACKAGE_PATH, "allow": OWN_PATH}
 Missing = Enum("Missing", {"error": "error", "ignore": "ignore"})
-
-
-def put_first(param: typer.CallbackParam, folders: list[Path] | None) -> list[Path] | None:
-    """Put the folders of an option before those of the environment variable that `VARIABLES` has for it.
-
-    Raises:
-        VrxError: one of them is not a folder.
-    """
-    variable, option = VARIABLES[str(param.name)], param.opts[0]
-    for folder in folders or ():
-        if not folder.is_dir():
-            raise VrxError(f"invalid {option} '{folder}': not a folder")
-    if folders:
-        inherited = os.environ.get(variable)
-        os.environ[variable] = os.pathsep.join([*map(str, folders), *([inherited] if inherited else [])])
-    return folders
-
-
-def _set_missing(missing: Missing | None) -> Missing | None:
-    if missing is not None:
-        os.environ[MISSING] = missing.value
-    return missing
+Packages = Annotated[
+    list[Path] | None,
+    typer.Option(
+        metavar="<folder>", help="A ROS package with a robot's files, or a folder of packages; may be repeated."
+    ),
+]
+Allowed = Annotated[
+    list[Path] | None,
+    typer.Option(
+        metavar="<folder>",
+        help="A folder that files may be in which other files name, as an entry of VRX_MJ_PATH; may be repeated.",
+    ),
+]
+Ignored = Annotated[
+    Missing | None,
+    typer.Option(help="Packages of a launch file that are missing: ignore leaves out what is in them; default: error."),
+]
 
 
 def _be_strict(strict: bool) -> bool:
@@ -89,32 +83,6 @@ def _be_strict(strict: bool) -> bool:
     return strict
 
 
-READING: Mapping[str, Any] = {
-    "package_path": Annotated[
-        list[Path] | None,
-        typer.Option(
-            metavar="<folder>",
-            help="A ROS package with a robot's files, or a folder of packages; may be repeated.",
-            callback=put_first,
-        ),
-    ],
-    "allow": Annotated[
-        list[Path] | None,
-        typer.Option(
-            metavar="<folder>",
-            help="A folder that files may be in which other files name, as an entry of VRX_MJ_PATH; may be repeated.",
-            callback=put_first,
-        ),
-    ],
-    "missing": Annotated[
-        Missing | None,
-        typer.Option(
-            help="Packages of a launch file that are missing: ignore leaves out what is in them; default: error.",
-            callback=_set_missing,
-        ),
-    ],
-}
-"""Options of all commands that read users' files: each acts before the command, which does not see it."""
 Strict = Annotated[
     bool,
     typer.Option("--strict", help="Warnings, and parts that are not read, are errors.", callback=_be_strict),
@@ -139,18 +107,35 @@ LOCALIZATION, SOURCES = "--localization", ("navigator", "truth")
 T = TypeVar("T")
 
 
+def put_first(folders: Sequence[Path], variable: str, option: str) -> None:
+    """Put the folders of an option before those of an environment variable.
+
+    Raises:
+        VrxError: one of them is not a folder.
+    """
+    for folder in folders:
+        if not folder.is_dir():
+            raise VrxError(f"invalid {option} '{folder}': not a folder")
+    if folders:
+        os.environ[variable] = os.pathsep.join(filter(None, (*map(str, folders), os.environ.get(variable))))
+
+
 def reads_files(command: Callable[..., T]) -> Callable[..., T]:
-    """A command with the options of `READING`."""
+    """A command with the options of all that read users' files; they act before it, and it does not see them."""
 
-    @wraps(command)
-    def reads(*arguments: Any, **options: Any) -> T:
-        return command(*arguments, **{name: value for name, value in options.items() if name not in READING})
+    def reads(
+        *arguments: Any, package_path: Packages = None, allow: Allowed = None, missing: Ignored = None, **options: Any
+    ) -> T:
+        put_first(package_path or (), PACKAGE_PATH, "--package-path")
+        put_first(allow or (), OWN_PATH, "--allow")
+        if missing:
+            os.environ[MISSING] = missing.value
+        return command(*arguments, **options)
 
+    added = [one for one in inspect.signature(reads).parameters.values() if one.kind is one.KEYWORD_ONLY]
     own = inspect.signature(command, eval_str=True)
-    kind = inspect.Parameter.KEYWORD_ONLY
-    added = (inspect.Parameter(name, kind, default=None, annotation=each) for name, each in READING.items())
     reads.__signature__ = own.replace(parameters=[*own.parameters.values(), *added])  # type: ignore[attr-defined]
-    return reads
+    return update_wrapper(reads, command)
 
 
 def opened_by(world: str, words: Sequence[str] | None) -> tuple[str, dict[str, str]]:

@@ -12,6 +12,7 @@ import re
 import sys
 import warnings
 from collections.abc import Iterator, MutableMapping
+from contextvars import copy_context
 from enum import Enum
 from importlib import import_module
 from itertools import groupby
@@ -381,7 +382,7 @@ def main() -> None:
 def _code(command: Any, words: list[str]) -> int:
     """Run a command line; its exit code."""
     try:
-        code = command.main(words, prog_name="vrx-mj", standalone_mode=False)
+        code = copy_context().run(command.main, words, prog_name="vrx-mj", standalone_mode=False)
     except (VrxError, VrxWarning, MissingPackageError) as error:
         show_error(error.text(words[0]) if isinstance(error, ChoiceError) else f"{error}{list_hint(error)}")
         return 1 if isinstance(error, DivergedError) else 2

@@ -408,9 +408,10 @@ def contained(text: str, folder: Path | None) -> Path:
     base = (folder or Path.cwd()).resolve()
     missing = f"no file '{shortened(text)}'{'' if Path(text).is_absolute() else f' in {display(base)}'}"
     try:
-        if folder and not is_inside(base / text, base, *allowed_folders()):
+        file = (base / text).resolve()
+        if folder and not is_inside(file, base, *allowed_folders()):
             raise leaves_folder(text)
-        if not (base / text).is_file():
+        if not file.is_file():
             raise VrxError(missing)
     except (OSError, ValueError, RuntimeError):
         raise VrxError(missing) from None

@@ -1,7 +1,6 @@
 """What `vrx-mj list robots --verbose` says of commands."""
 
 import os
-from types import SimpleNamespace
 
 import pytest
 
@@ -199,11 +198,10 @@ def test_folders_that_are_named_come_before_those_of_the_environment(tmp_path, m
     for folder in folders:
         folder.mkdir()
     monkeypatch.setenv(PACKAGE_PATH, str(folders[2]))
-    option = SimpleNamespace(name="package_path", opts=["--package-path"])
-    put_first(option, folders[:2])
+    put_first(folders[:2], PACKAGE_PATH, "--package-path")
     assert package_paths() == tuple(folders)
     monkeypatch.setenv(PACKAGE_PATH, "")
-    put_first(option, folders[:1])
+    put_first(folders[:1], PACKAGE_PATH, "--package-path")
     assert os.environ[PACKAGE_PATH] == str(folders[0])
     with pytest.raises(VrxError):
-        put_first(option, [tmp_path / "none"])
+        put_first([tmp_path / "none"], PACKAGE_PATH, "--package-path")

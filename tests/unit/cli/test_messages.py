@@ -3,6 +3,7 @@
 import pytest
 
 from vrx_mj.config.search import catalogue
+from vrx_mj.formats.gazebo.document import STRICT
 
 WORLDS = (
     "known: base/vrx2023, buoyancy_plugin_demo, example_course, gymkhana, marina, my_course, no_gravity, ocean, "
@@ -133,3 +134,32 @@ def test_broken_yaml_names_the_file_the_line_and_the_key(cli, folder):
     said = cli("run", "海.yaml")
     assert said.err.strip() == "海.yaml:2:7: sea.gian: unknown key 'gian'; did you mean 'gain'?"
     assert said.code == 2
+
+
+LOST = """<launch>
+  <include file="$(find vrx_gazebo)/launch/vrx.launch"/>
+  <include file="$(find driver)/launch/sensor.launch"/>
+</launch>
+"""
+
+
+@pytest.mark.parametrize("words", ["run team.launch --duration 0.1", "compile team.launch -o out"])
+def test_strict_makes_warnings_an_error(cli, folder, monkeypatch, words):
+    monkeypatch.setenv("VRX_MJ_MISSING", "")
+    (folder / "team.launch").write_text(LOST, encoding="utf-8")
+    assert "or --missing ignore)" in cli(*words.split()).err
+    said = cli(*words.split(), "--missing", "ignore", "--strict")
+    assert said.err.splitlines() == [
+        "team.launch: 1 of 2 parts are not as in Gazebo (`vrx-mj import` lists all)",
+        "  team.launch:3: <include> sensor.launch not read: no package named 'driver'",
+    ]
+    assert (said.code, said.out, STRICT.get()) == (2, "", False)
+
+
+def test_strict_makes_parts_that_are_not_read_an_error_of_an_import(cli, folder, monkeypatch):
+    monkeypatch.setenv("VRX_MJ_MISSING", "ignore")
+    (folder / "team.launch").write_text(LOST, encoding="utf-8")
+    assert cli("import", "team.launch", "-o", "out").code == 0
+    said = cli("import", "team.launch", "-o", "out", "--strict")
+    assert (said.code, said.err.strip()) == (2, "--strict: there are parts that are not read")
+    assert "| not read | no package named 'driver' |" in (folder / "out/import.md").read_text(encoding="utf-8")

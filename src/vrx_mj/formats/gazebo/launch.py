@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path, PurePosixPath
-from typing import Any, TypeGuard
+from typing import Any, TypeGuard, TypeVar
 
 from vrx_mj.config.search import SCHEME, catalogue, display, package_paths
 from vrx_mj.config.tree import File, Place
@@ -62,6 +62,7 @@ OWN_ARGUMENTS = {"namespace", "locked"}
 SERVING = "vrx_mj_serve"
 """Type of the node that starts one of VRX's own launch files here."""
 _LAUNCHES_WORLDS = {"empty_world.launch", "willowgarage_world.launch"}
+T = TypeVar("T", SpawnedBoat, SpawnedObject)
 Description = tuple[Path | str, dict[str, str]]
 """The file of a robot's description or the name of one of ours, and the arguments of its xacro."""
 
@@ -294,10 +295,7 @@ class _Run:
             message = str(UnknownNameError(f"argument of {stock.name}", sorted(unknown)[0], stock.arguments))
             raise element.fault(message) if element else ConfigError([Problem(stock.name, None, None, "", message)])
         world, urdf = given.get("world"), given.get("urdf")
-        if world is None:
-            self.world = stock.world
-        else:
-            self.world = self.world_of(element, world) if element else named_world(world)
+        self.world = stock.world if world is None else self.world_of(element, world) if element else named_world(world)
         own: dict[str, Any] = {}
         if urdf is not None:
             robot = self.robot_file(element, urdf) if element else robot_named(urdf) or home_path(urdf)
@@ -308,7 +306,8 @@ class _Run:
             if instead := unused(stock, name, value):
                 self.report.notes.append(Note(place, f"{name}:={shortened(value)}", "ignored", instead))
         for boat in stock.boats:
-            self.spawn(element, replace(stock_boat(boat, given, place, alone=len(stock.boats) == 1), **own))
+            found = replace(stock_boat(boat, given, place, alone=len(stock.boats) == 1), **own)
+            self.spawn(element, found, self.boats, "boats")
         if element is not None:
             self.report.note(element, "taken over", f"VRX's {stock.name}")
 
@@ -387,7 +386,7 @@ class _Run:
         if isinstance(robot, Path) and is_gazebo_model(robot.name):
             pose = _with_own(pose, robot)
         boat = SpawnedBoat(name, pose, element.place, robot, self.known(element, name, robot, arguments))
-        self.spawn(element, boat)
+        self.spawn(element, boat, self.boats, "boats")
         self.report.note(element, "taken over", "a boat of the fleet", f"<node> '{name}'")
 
     def claim_node(self, element: Element, scope: _Scope) -> _Scope:
@@ -425,12 +424,9 @@ class _Run:
 
     def spawn_object(self, element: Element, thing: SpawnedObject) -> None:
         """Add an object, whose name no other model has; a pose in its own file is in the frame of the spawned one."""
-        self.claim(element, thing.name)
         if isinstance(thing.model, Path) and not is_template(thing.model):
             thing = replace(thing, pose=_with_own(thing.pose, thing.model))
-        if len(self.objects) == MOST:
-            raise element.fault(f"more than {MOST} objects")
-        self.objects.append(thing)
+        self.spawn(element, thing, self.objects, "objects")
 
     def known(self, element: Element, name: str, robot: Path | str, given: dict[str, str]) -> dict[str, str]:
         """The arguments that the xacro of a boat declares; xacro ignores others."""
@@ -452,25 +448,19 @@ class _Run:
         given = dict(word.split(":=", 1) for word in words if ":=" in word)
         self.open_stock(stock, {key: value for key, value in given.items() if value}, element)
 
-    def spawn(self, element: Element | None, boat: SpawnedBoat) -> None:
-        """Add a boat, whose name no other model has."""
-        self.claim(element, boat.name)
-        if len(self.boats) > MOST:
-            return
-        if len(self.boats) == MOST and element is not None:
-            self.boats.append(boat)  # the next one says no second time that they are too many
-            raise element.fault(f"more than {MOST} boats")
-        self.boats.append(boat)
-
-    def claim(self, element: Element | None, name: str) -> None:
-        """Keep the name of a model; that of another one is an error."""
-        first = self.places.get(safe_name(name))
-        if first is not None and element is not None:
-            here = _seen_from(element.place, first)
-            text = f"a model named '{name}' is spawned on {here} already: each needs -model NAME of its own"
-            raise element.fault(text, "args")
+    def spawn(self, element: Element | None, thing: T, things: list[T], kind: str) -> None:
+        """Add a boat or an object, whose name no other model has."""
         if element is not None:
-            self.places[safe_name(name)] = element.place
+            if first := self.places.get(safe_name(thing.name)):
+                here = _seen_from(element.place, first)
+                text = f"a model named '{thing.name}' is spawned on {here} already: each needs -model NAME of its own"
+                raise element.fault(text, "args")
+            self.places[safe_name(thing.name)] = element.place
+            if len(things) == MOST:
+                things.append(thing)  # the next one says no second time that they are too many
+                raise element.fault(f"more than {MOST} {kind}")
+        if len(things) < MOST:
+            things.append(thing)
 
     def spawned(self, element: Element, options: Mapping[str, str], scope: _Scope) -> Description:
         """File and arguments of the description that a node spawns."""

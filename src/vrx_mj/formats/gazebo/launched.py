@@ -72,15 +72,15 @@ class Launch:
 
 def stock_boat(boat: StockBoat, given: Mapping[str, str], place: Place, *, alone: bool) -> SpawnedBoat:
     """A boat of one of VRX's launch files, started with arguments; several have names and places of their own."""
-    moved = given if alone else {}
-    texts = [moved.get(key, repr(value)) for key, value in zip(POSE, boat.pose, strict=True)]
+    fixed = () if alone else (*POSE, "namespace", "thrust_config")
+    given = {key: value for key, value in given.items() if key not in fixed}
+    texts = [given.get(key, repr(value)) for key, value in zip(POSE, boat.pose, strict=True)]
     pose = pose_of_words(texts)
     if pose is None:
         message = f"expected numbers, got {shown(' '.join(texts))}"
         raise ConfigError([Problem(place.file.name, place.line, None, "x:= y:= z:= R:= P:= Y:=", message)])
-    arguments = {key: given.get(key, value) for key, value in boat.arguments.items() if alone or key != "thrust_config"}
-    own = {} if alone else {key: value for key, value in boat.arguments.items() if key == "thrust_config"}
-    return SpawnedBoat(moved.get("namespace", boat.name), pose, place, boat.robot, arguments | own)
+    arguments = {key: given.get(key, value) for key, value in boat.arguments.items()}
+    return SpawnedBoat(given.get("namespace", boat.name), pose, place, boat.robot, arguments)
 
 
 def pose_of_words(values: Sequence[str]) -> Pose | None:

@@ -93,10 +93,10 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
         raise ConfigError([Problem(str(world), None, None, "", message)])
     found = gazebo_world(path_of("worlds", world), arguments)
     fleet = _fleet_in(found, world) if fleet is None else fleet
-    if not arguments and not isinstance(found.fleet, Section):
-        return world, fleet
-    warn_of_losses(found.notes, str(world), stacklevel=4)
-    return _named(found.section, found.name), fleet
+    if arguments or isinstance(found.fleet, Section):
+        warn_of_losses(found.notes, str(world), stacklevel=4)
+        world = _named(found.section, found.name)
+    return world, fleet
 
 
 def joined(world: Path | str, launch: Launch, fleet: Source | None) -> tuple[Section, Source | None]:
@@ -262,9 +262,7 @@ def _about(launch: Launch) -> str:
 
 def _choice(folder: Path, kind: str, files: Mapping[Path, str], among: Sequence[Path] = ()) -> ChoiceError:
     """The error about a folder of which several files may be meant, each with what it opens."""
-    names = short_names([*files, *among], folder)[: len(files)]
-    if among:
-        names = [os.path.relpath(file, folder) for file in files]
+    names = [os.path.relpath(file, folder) for file in files] if among else short_names([*files], folder)
     words = [f"{shell_word(_typed(folder))} {shell_word(name)}" for name in names]
     return ChoiceError(display(folder), kind, dict(zip(words, files.values(), strict=True)))
 

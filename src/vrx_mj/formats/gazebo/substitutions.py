@@ -67,10 +67,8 @@ class Substitutions:
     def find(self, name: str) -> str:
         """The folder of a package."""
         found = self.files.package(name)
-        if found is None and name in PACKAGES:
-            return f"{NOWHERE}{name}"
-        if found is None and os.environ.get(MISSING) == "ignore":
-            return f"{LEFT_OUT}{name}"
+        if found is None and (name in PACKAGES or os.environ.get(MISSING) == "ignore"):
+            return f"{NOWHERE if name in PACKAGES else LEFT_OUT}{name}"
         if found is None:
             words = str(UnknownNameError("package", name, self.files.known()))
             raise VrxError(f"{words} (or add its folder to the package paths, or --missing ignore)")
