@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from vrx_mj.config.base import MAX_NUMBER
+from vrx_mj.config.values import MAX_NUMBER
 from vrx_mj.config.wording import choice, shown
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.gazebo.sdf_frames import MODEL, WORLD, Scope, given_pose
