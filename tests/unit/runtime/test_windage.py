@@ -92,7 +92,7 @@ def test_other_profiles_and_worlds_with_coefficients_have_no_windage(tmp_path):
         ),
         (
             f"{{{AREAS}, vessel: ferry, coefficients: [1, 1, 0]}}",
-            "windage.vessel: one of coefficients, curve, isherwood, vessel is needed, got coefficients and vessel",
+            "windage.vessel: give coefficients, curve, isherwood or vessel, not coefficients and vessel",
         ),
         (
             f"{{{AREAS}, curve: [[0, -1, 0, 0], [90, 0, 1, 0]]}}",
