@@ -21,8 +21,8 @@ MANIFEST, TABLE, TABLE_CONTENT, TABLE_PACKED, TABLE_SIZE = 1, 4, 2, 3, 4
 """A field of the last message, one of what is in it, and likewise those of the table that is in that."""
 LZ4, LEVEL = 2, 4
 """The number of this kind of packing, and how thorough ours is: more takes twice the time for a hundredth less."""
-LOOSE = 3
-"""Chunks that rerun made smaller than by this are left: what stays is numbers that nothing makes much smaller."""
+LOOSE, SMALL = 3, 4096
+"""Chunks that rerun made smaller by less are left, as nothing makes them much smaller, and those of few bytes."""
 
 Fields = dict[int, Any]
 """A message by the numbers of its fields: whole numbers and bytes."""
@@ -86,6 +86,8 @@ def unpacked(block: bytes, size: int) -> bytes:
 
 def _smaller(message: bytes) -> bytes:
     """A chunk, packed better."""
+    if len(message) < SMALL:
+        return message
     fields = fields_of(message)
     if fields.get(PACKED) != LZ4 or fields[SIZE] < LOOSE * len(message):
         return message
