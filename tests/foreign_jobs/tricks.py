@@ -18,6 +18,8 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
 
 OPEN = ctypes.CDLL(None).open
+PROGRAM = (ctypes.c_char_p * 2)(b"true", None)
+SOCKET, EXECV = ctypes.CDLL(None).socket, ctypes.CDLL(None).execv
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,17 @@ def natively(path: str) -> str:
     """What a native library would open."""
     handle = OPEN(path.encode(), os.O_RDONLY)
     return os.read(handle, 99).decode() if handle >= 0 else "refused"
+
+
+def datagrams_natively() -> str:
+    """What a native library would open without TCP."""
+    return "opened" if SOCKET(2, 2, 0) >= 0 else "refused"
+
+
+def program_natively() -> str:
+    """What is left of a program that a native library would start: nothing if it can."""
+    EXECV(b"/bin/true", PROGRAM)
+    return "refused"
 
 
 def warned() -> int:

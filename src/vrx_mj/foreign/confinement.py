@@ -1,7 +1,7 @@
 """The rights of a process that reads strangers' files: some folders may be read, and nothing else is allowed.
 
-Three walls, of which a system may lack the last two: a hook of Python's own that sees what Python opens and starts,
-limits of the system, and Landlock, which Linux has since 5.13, for what native code opens.
+Walls, of which a system may lack all but the first: a hook of Python's own that sees what Python opens and starts,
+limits of the system, Landlock, which Linux has since 5.13, for what native code opens, and a filter of its calls.
 """
 
 from __future__ import annotations
@@ -182,3 +182,28 @@ def lock_files(folders: Sequence[str]) -> bool:
     locked = rules >= 0 and call(_RESTRICT_SELF, rules, 0) == 0
     os.close(rules)
     return bool(locked)
+
+
+_SET_SECCOMP, _FILTER, _X86_64, _X32 = 22, 2, 0xC000003E, 0x40000000
+_CALLS = {"socket": 41, "connect": 42, "execve": 59, "execveat": 322, "io_uring_setup": 425}
+"""Calls of x86_64 that open a connection, start a program, or do either unseen."""
+_LOAD, _EQUAL, _AT_LEAST, _RETURN = 0x20, 0x15, 0x35, 0x06
+_ALLOW, _REFUSE = 0x7FFF0000, 0x00050001
+
+
+def lock_calls() -> bool:
+    """Refuse this process, native code too, sockets of any kind and new programs; only on Linux of x86_64.
+
+    Returns whether the system can. It holds for root too.
+    """
+    if not sys.platform.startswith("linux") or os.uname().machine != "x86_64":
+        return False
+    tests = [(_AT_LEAST, _X32), *((_EQUAL, number) for number in _CALLS.values())]
+    refused = [(code, len(tests) - at, 0, value) for at, (code, value) in enumerate(tests)]
+    lines = [(_LOAD, 0, 0, 4), (_EQUAL, 0, len(tests) + 2, _X86_64), (_LOAD, 0, 0, 0), *refused,
+             (_RETURN, 0, 0, _ALLOW), (_RETURN, 0, 0, _REFUSE)]  # fmt: skip
+    program = ctypes.create_string_buffer(b"".join(struct.pack("=HBBI", *line) for line in lines))
+    header = struct.pack("@HP", len(lines), ctypes.addressof(program))
+    prctl = ctypes.CDLL(None).prctl
+    prctl(_NO_NEW_PRIVS, 1, 0, 0, 0)
+    return bool(prctl(_SET_SECCOMP, _FILTER, header, 0, 0) == 0)

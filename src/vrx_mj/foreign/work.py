@@ -9,7 +9,7 @@ from typing import Any
 
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.foreign.cache import states
-from vrx_mj.foreign.confinement import confine, lock_files
+from vrx_mj.foreign.confinement import confine, lock_calls, lock_files
 from vrx_mj.foreign.plain import packed
 
 SYSTEM = ("/lib", "/lib64", "/usr/lib", "/usr/lib64", "/etc/ld.so.cache", "/proc/self/status")
@@ -21,6 +21,7 @@ def answer(job: dict[str, Any], libraries: list[str]) -> bytes:
     try:
         os.chdir(job["folder"])
         lock_files([*job["reads"], *libraries, *SYSTEM])  # of threads too, which imports may start
+        lock_calls()
         function = getattr(import_module(job["module"]), job["function"])
         notes = confine(job["reads"], libraries, job["limits"])
         if "each" in job:

@@ -18,6 +18,10 @@ from vrx_mj.foreign import ReaderError, ask, ask_ahead, asking, budget, cache, r
 
 LINUX = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the limits are those of Linux")
 LOCKS = "from vrx_mj.foreign.confinement import lock_files; raise SystemExit(not lock_files(['/']))"
+CALLS = "from vrx_mj.foreign.confinement import lock_calls; raise SystemExit(not lock_calls())"
+FILTERED = pytest.mark.skipif(
+    subprocess.run([sys.executable, "-c", CALLS], check=False).returncode != 0, reason="no filter of system calls"
+)
 LANDLOCK = subprocess.run([sys.executable, "-c", LOCKS], check=False).returncode == 0
 
 
@@ -126,6 +130,12 @@ def test_a_pipe_is_no_file(inside):
 def test_native_code_reads_in_the_folders_alone(inside, tmp_path):
     assert told("natively", str(inside / "a.txt"), reads=[inside]) == "content"
     assert told("natively", str(tmp_path / "secret.txt"), reads=[inside]) == "refused"
+
+
+@FILTERED
+@pytest.mark.parametrize("call", ["datagrams", "program"])
+def test_native_code_opens_no_socket_and_starts_no_program(call):
+    assert told(f"{call}_natively") == "refused"
 
 
 def test_it_knows_nothing_of_the_environment(monkeypatch):
