@@ -18,7 +18,7 @@ from vrx_mj.packages import install_command
 from vrx_mj.ros.cdr import decode, encode, fields, kind
 from vrx_mj.ros.interface import Dialect, Inbox, Input, Output, RosInterface, Sent, Service, Traffic
 from vrx_mj.ros.limits import TopicQueue
-from vrx_mj.ros.messages import Message, stamp
+from vrx_mj.ros.messages import PADDING, Message, stamp
 from vrx_mj.ros.table.vrx3 import PACKAGES
 
 WHEELS = ("ros-jazzy-rclpy", "ros-jazzy-rmw-fastrtps-cpp", "ros-jazzy-common-interfaces")
@@ -88,7 +88,7 @@ def service_class(type_name: str) -> Any | None:
 def _has_fields(found: Any | None, type_name: str) -> bool:
     """Whether a class has the fields of ours, and theirs have theirs."""
     known = fields(type_name)
-    if found is None or list(found.get_fields_and_field_types()) != [field for field, _ in known]:
+    if found is None or list(found.get_fields_and_field_types()) != [field for field, _ in known if field != PADDING]:
         return False
     return all(inner is None or message_class(inner) for _, inner in known)
 

@@ -85,6 +85,19 @@ def test_a_class_with_other_fields_is_left_out(packages):
     assert ros2_node.message_class("ros_gz_interfaces/StringVec") is None
 
 
+def test_a_service_with_an_empty_response_is_taken(packages, monkeypatch):
+    """rclpy's classes show no field where C needs one."""
+    packages("geometry_msgs/Point", "geometry_msgs/Quaternion", "geographic_msgs/GeoPoint", "geographic_msgs/GeoPose")
+    halves = {
+        "Request": SimpleNamespace(get_fields_and_field_types=lambda: {"geo_pose": ""}),
+        "Response": SimpleNamespace(get_fields_and_field_types=dict),
+    }
+    module = SimpleNamespace(SetDatum=SimpleNamespace(**halves))
+    monkeypatch.setitem(sys.modules, "robot_localization", SimpleNamespace(srv=module))
+    monkeypatch.setitem(sys.modules, "robot_localization.srv", module)
+    assert ros2_node.service_class("robot_localization/SetDatum") is module.SetDatum
+
+
 class Node:
     """Stands for the node: it is slow until it is let go."""
 
