@@ -184,8 +184,8 @@ TREES = {
         },
         "bay.world",
         (
-            "a/model.config:2:1: <sdf>: expected the name of a file in this folder, got 'xxxxxxxxxxxxxxxxxxxx"
-            "xxxxxxxxxxxxxxxxxxx…xxxxxxxxxxxxxxxxxxxx'"
+            "a/model.config:2:1: <sdf>: no file 'xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx…xxxxxxxxxxxxxxxxxxxx' "
+            "in this folder"
         ),
     ),
     "template_of_many_beginnings": (
