@@ -102,7 +102,7 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
     """The world in a file of Gazebo: `.world`, `.sdf` or `.world.xacro`.
 
     Raises:
-        ConfigError: it cannot be read, or a part of it is wrong; the error lists every problem with its place.
+        ConfigError: it cannot be read; or a part of it, where `STRICT` says so, with every problem and its place.
     """
     root = read_document(file, arguments)
     world = root if root.tag == "world" else root.child("world")
@@ -116,28 +116,27 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
     return world_of(file, root, world, known) if STRICT.get() else _readable_world(file, root, world, known)
 
 
-def _readable_world(file: Path, root: Element, world: Element, known: Mapping[str, Path]) -> GazeboWorld:
+def _readable_world(
+    file: Path, root: Element, world: Element, known: Mapping[str, Path], rounds: int = ROUNDS
+) -> GazeboWorld:  # fmt: skip
     """A world without the parts that cannot be read, which are notes. Raises ConfigError."""
-    unread: list[Note] = []
-    for rounds_left in reversed(range(ROUNDS)):
-        reader = _Reader(file, root, world, known)
-        try:
-            found = reader.world()
-            with warnings.catch_warnings(action="ignore", category=VrxWarning):  # said again where it is loaded
-                validated(WorldConfig, read_source("worlds", found.section), Loading(), name=found.name)
-            return replace(found, notes=(*found.notes, *unread))
-        except ConfigError as error:
-            parts = [reader.part_of(problem) for problem in error.problems]
-            left = tuple(child for child in world.children if not any(child is part for part in parts))
-            if None in parts or not rounds_left:
-                raise
-            labels = (part.label for part in parts if part)
-            unread += [
-                Note(Place(File(one.file, None), one.line, one.column), one.key or label, "not read", one.message)
-                for one, label in dict.fromkeys(zip(error.problems, labels, strict=True))
-            ]
-            world = replace(world, children=left)
-    raise AssertionError
+    reader = _Reader(file, root, world, known)
+    try:
+        found = reader.world()
+        with warnings.catch_warnings(action="ignore", category=VrxWarning):  # said again where it is loaded
+            validated(WorldConfig, read_source("worlds", found.section), Loading(), name=found.name)
+        return found
+    except ConfigError as error:
+        parts = {problem: reader.part_of(problem) for problem in error.problems}
+        if None in parts.values() or not rounds:
+            raise
+    left = tuple(child for child in world.children if not any(child is part for part in parts.values()))
+    unread = [
+        Note(Place(File(one.file, None), one.line, one.column), one.key or part.label, "not read", one.message)
+        for one, part in parts.items() if part
+    ]  # fmt: skip
+    found = _readable_world(file, root, replace(world, children=left), known, rounds - 1)
+    return replace(found, notes=(*unread, *found.notes))
 
 
 def world_of(file: Path, root: Element, world: Element, known: Mapping[str, Path]) -> GazeboWorld:
