@@ -239,6 +239,7 @@ def put_files(
                 path.unlink()
         check_inside(top, name, WHAT)
     for name in links:
+        check_inside(top, name, WHAT)
         if os.path.lexists(top / name):
             raise VrxError(f"{top / name} exists and is not of this command, or was changed: choose another folder")
 

@@ -29,6 +29,7 @@ from vrx_mj.formats.gazebo.packages import (
     NOWHERE,
     named_world,
     object_named,
+    package_left_out,
     robot_named,
 )
 from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat
@@ -264,7 +265,7 @@ class _Run:
 
     def leave_out(self, element: Element, path: str, what: str) -> None:
         """Note what is not there, as its package is missing."""
-        self.report.note(element, "not read", f"no package named '{PurePosixPath(path).parts[2]}'", what)
+        self.report.note(element, "not read", f"no package named '{package_left_out(path)}'", what)
 
     def open_world(self, element: Element, path: str) -> None:
         """Take the world that Gazebo is started with."""
@@ -523,7 +524,7 @@ class _Run:
         """A file that may be read: beside the first file, or in a package."""
         try:
             if path.startswith(LEFT_OUT):
-                raise VrxError(f"no package named '{PurePosixPath(path).parts[2]}', in which it would be")
+                raise VrxError(f"no package named '{package_left_out(path)}', in which it would be")
             return self.files.allowed(str(self.open[0].parent / path) if self.open else path)
         except VrxError as error:
             raise element.fault(str(error)) from None

@@ -4,7 +4,7 @@ import os.path
 from pathlib import Path, PurePosixPath
 
 from vrx_mj.config.search import catalogue, is_built_in
-from vrx_mj.errors import UnknownNameError
+from vrx_mj.errors import UnknownNameError, shortened
 from vrx_mj.formats.gazebo.document import LIBRARIES, home_path, is_file
 from vrx_mj.formats.gazebo.stock import PLACES
 
@@ -69,6 +69,11 @@ def robot_named(path: str) -> str | None:
     if not is_nowhere(path) or linked(path):
         return None
     return next((robot for start, robot in OURS.items() if name.startswith(start)), None)
+
+
+def package_left_out(path: str) -> str:
+    """The name of the package that a path of one that is missing leads into."""
+    return shortened(path.removeprefix(LEFT_OUT).partition("/")[0])
 
 
 def linked(path: str) -> Path | None:

@@ -252,7 +252,7 @@ ARGUMENTS = {
         {"thruster": "H"},
         (
             "vrx.launch: no argument of vrx.launch named 'thruster'; known: world, gui, verbose, extra_gazebo"
-            "_args, namespace, x, y, z, P, R, Y, thrust_config and 13 more"
+            "_args, namespace, x, y, z, P, R, Y, thrust_config and 12 more"
         ),
     ),
     "pose_of_a_stock_launch_file": (
