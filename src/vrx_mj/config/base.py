@@ -116,7 +116,8 @@ class Config(BaseModel):
             for key, value in data.items()
             if value is not None or key not in sections
         }
-        plain |= dict.fromkeys(plain.keys() - fields.keys(), keys_of(cls))  # for the message about an unknown key
+        if not plain.keys() <= fields.keys():  # for the message about an unknown key
+            plain |= dict.fromkeys(plain.keys() - fields.keys(), keys_of(cls))
         if isinstance(data, Section):
             plain = without_ignored_keys(cls, plain, data.entries)
             for own in (name for name, field in fields.items() if field.exclude):
