@@ -34,7 +34,7 @@ def world_of_profile(data: object) -> object:
     if not isinstance(data, Mapping) or not isinstance(data.get("physics"), Mapping):
         return data
     sea, profile = data.get("sea"), data["physics"].get("profile")
-    if profile not in SEA or not (sea is None or isinstance(sea, Mapping)):
+    if not isinstance(profile, str) or profile not in SEA or not (sea is None or isinstance(sea, Mapping)):
         return data
     return _with_places(data, {**data, "sea": _on_top(SEA, profile, sea or {})})
 
