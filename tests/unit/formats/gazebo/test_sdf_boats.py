@@ -344,5 +344,5 @@ def test_a_folder_of_a_model_is_a_robot():
     Path("../bay.sdf").write_text(f'<sdf><world name="bay">{BOATS["raft"]()[19:-8]}</world></sdf>', encoding="utf-8")
     assert load_robot("./bay.sdf#raft", Path("..")).description_file.name == "bay.sdf#raft"
     Path("../other").mkdir()
-    with pytest.raises(VrxError, match=r"^'\.\./boat' is a folder, not a robot: name a file in it$"):
+    with pytest.raises(VrxError, match=r"^path '\.\./boat' leaves the folder of the file that names it$"):
         load_robot("../boat", Path("../other"))
