@@ -29,7 +29,7 @@ from vrx_mj.formats.parts.catalogue import PartType, part_types
 from vrx_mj.formats.parts.compliance import load_rules
 from vrx_mj.formats.series.macros import REQUIRED, macros
 from vrx_mj.formats.urdf import gazebo, gazebo_sensors, gz_sim
-from vrx_mj.formats.urdf.elements import Tag
+from vrx_mj.formats.urdf.elements import FIELDS, Tag
 from vrx_mj.formats.urdf.tags import Entry, sections
 
 REPO = Path(__file__).resolve().parents[1]
@@ -322,12 +322,12 @@ RATES = ("PLUGIN_RATE", "SENSOR_RATE", "ODOMETRY_RATE")
 RATE = "|".join(dict.fromkeys(path for name in RATES for path in getattr(gazebo_sensors, name).path.split("|")))
 TAGS = {
     "Thrusters": {
-        "`libusv_gazebo_thrust_plugin.so`, in each `<thruster>`": gazebo.THRUSTER,
-        "`gz-sim-thruster-system`": gazebo.NEWER_THRUSTER,
+        "`libusv_gazebo_thrust_plugin.so`, in each `<thruster>`": FIELDS["thruster"],
+        "`gz-sim-thruster-system`": FIELDS["newer_thruster"],
     },
     "Water": {
-        "`libusv_gazebo_dynamics_plugin.so`": gazebo.HYDRODYNAMICS,
-        "`Surface` of VRX 3, once for each hull": gazebo.HULL | gazebo.WATER,
+        "`libusv_gazebo_dynamics_plugin.so`": FIELDS["hydrodynamics"],
+        "`Surface` of VRX 3, once for each hull": FIELDS["hull"] | FIELDS["water"],
     },
     "Sensors": {
         "all plugins of sensors; `<sensor>`s are on the link of their `<gazebo reference>`": {
@@ -336,17 +336,17 @@ TAGS = {
             "frame": Tag(gazebo_sensors.FRAME, ""),
             "rate": Tag(RATE, 0.0, "Hz", low=0),
         },
-        "`<camera>`": gazebo_sensors.CAMERA,
-        "the plugin of a camera": gazebo_sensors.CAMERA_PLUGIN,
-        "`<ray>` or `<lidar>`": gazebo_sensors.LIDAR,
-        "the plugin of a lidar": gazebo_sensors.LIDAR_PLUGIN,
-        "`<noise>` of an axis of `<imu>`": gazebo_sensors.BIAS,
+        "`<camera>`": FIELDS["camera"],
+        "the plugin of a camera": FIELDS["camera_plugin"],
+        "`<ray>` or `<lidar>`": FIELDS["lidar"],
+        "the plugin of a lidar": FIELDS["lidar_plugin"],
+        "`<noise>` of an axis of `<imu>`": FIELDS["bias"],
         "Hector's plugins, after `accel`, `rate`, `yaw`, `tilt` or `velocity`; of a position with a small letter": (
-            gazebo_sensors.HECTOR
+            FIELDS["hector"]
         ),
-        "`libgazebo_ros_p3d.so`, `libgazebo_ros_imu.so`, `gz-sim-odometry-publisher-system`": gazebo_sensors.NOISE,
-        "pingers": gazebo_sensors.PINGER,
-        "ball shooters": gazebo_sensors.SHOOTER,
+        "`libgazebo_ros_p3d.so`, `libgazebo_ros_imu.so`, `gz-sim-odometry-publisher-system`": FIELDS["noise"],
+        "pingers": FIELDS["pinger"],
+        "ball shooters": FIELDS["shooter"],
     },
 }
 """Tables of tags, by what they are in."""

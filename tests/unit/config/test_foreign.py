@@ -10,7 +10,7 @@ from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.kinds import FORMATS, MARKS, USES
 from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.robots import RobotConfig
-from vrx_mj.config.search import KINDS, NEEDS, catalogue
+from vrx_mj.config.search import KINDS, NEEDS, catalogue, find
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.stock import LAUNCHED, PLACES
@@ -237,3 +237,19 @@ def test_what_vrx_s_names_lead_to_is_there():
 def test_a_longer_ending_is_not_taken_for_a_shorter_one():
     ends = list(FORMATS)
     assert not [(a, b) for i, a in enumerate(ends) for b in ends[i + 1 :] if b.endswith(a)]
+
+
+@pytest.mark.parametrize("robot", ["{outside}/boat", "../boat", "./link"])
+def test_a_file_that_another_names_outside_of_its_folder_is_not_looked_into(robot, tmp_path, monkeypatch):
+    (tmp_path / "boat").write_text("<mujoco/>", encoding="utf-8")
+    (tmp_path / "fleet").mkdir()
+    (tmp_path / "fleet" / "link").symlink_to(tmp_path / "boat")
+    monkeypatch.chdir(tmp_path / "fleet")
+    path = robot.format(outside=tmp_path)
+    with pytest.raises(VrxError, match="leaves the folder of the file that names it"):
+        find("robots", path, near=tmp_path / "fleet")
+
+
+def test_a_profile_that_is_no_text_is_told():
+    with pytest.raises(VrxError, match=r"physics\.profile: expected vrx, vrx3 or marine, got no keys"):
+        load_world({"physics": {"profile": {}}})

@@ -374,6 +374,14 @@ def surrounded(tmp_path):
     return tmp_path
 
 
+def test_what_our_macros_make_in_other_files_has_the_place_of_its_call(tmp_path):
+    body = '<xacro:include filename="$(find wamv_gazebo)/urdf/components/wamv_gps.xacro"/>'
+    body += '<xacro:include filename="$(find wamv_description)/urdf/shapes.xacro"/>'
+    made = expand(write(tmp_path, f'{body}\n<xacro:property name="namespace" value="boat"/>\n<xacro:wamv_gps/>')).made
+    assert {Path(file).parent for file in made.files} == {tmp_path}
+    assert {line for _, line, _ in made.places[1:]} == {4}
+
+
 @pytest.mark.parametrize(
     "file", ["link.urdf.xacro", f"copies/wamv_gazebo/{WAMV_FILE}", "link_of_copy.urdf.xacro", "including.xacro"]
 )
