@@ -187,7 +187,11 @@ class Navigator:
 
 
 def base_link_by(
-    place: FloatArray, velocity: FloatArray, antenna: Sequence[float], rotation: FloatArray, spin: FloatArray
+    place: FloatArray,
+    velocity: FloatArray,
+    antenna: FloatArray | Sequence[float],
+    rotation: FloatArray,
+    spin: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Arm of the antenna, and place and velocity of `base_link` by those of the antenna, (3,) each, along local axes.
 
