@@ -213,7 +213,7 @@ def test_the_extra_test_brings_what_tests_and_examples_import():
     own = {"vrx_mj", "some_crew", "team", *(path.stem for path in REPO.glob("tests/*"))}
     files = [*TESTS, *(REPO / "examples").glob("[0-9]*.py")]
     names = {name.split(".")[0] for file in files for name in imported(parsed(file))} - own - ROS
-    names -= {"robot_localization", "tf2_ros"}  # of ROS, too
+    names -= {"pydrake", "robot_localization", "tf2_ros"}  # in environments of their own, or of ROS, too
     names -= set(sys.stdlib_module_names)
     homes = metadata.packages_distributions()
     assert {name for name in names if brought.isdisjoint(map(canonicalize_name, homes.get(name, ())))} == set()

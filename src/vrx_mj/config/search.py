@@ -365,22 +365,14 @@ def find(kind: str, name: str, near: Path | None = None, skip: Path | None = Non
                 if file.is_file() and not (skip and file.samefile(skip)):
                     return file
     known = catalogue(kind, near)
-    inside = near is None or _leads_below(near, name)
+    inside = near is None or is_inside(near / name, near, *allowed_folders())
     if inside:
         refuse_foreign(kind, name, near or Path.cwd(), known)
     if name.startswith(("./", "../", "/", "~")):
         if not inside:
-            raise VrxError(f"path '{shortened(name)}' leaves the folder of the file that names it")
+            raise leaves_folder(shortened(name))
         raise VrxError(f"no such file: '{shortened(name)}'{near_names((near or Path.cwd()) / name)}")
     raise UnknownNameError(KINDS[kind], name, known, in_vrx(kind, name, known))
-
-
-def _leads_below(folder: Path, text: str) -> bool:
-    """Whether what a file in a folder names is in that: nothing else is looked into."""
-    try:
-        return (folder / text).resolve().is_relative_to(folder.resolve())
-    except (OSError, ValueError, RuntimeError):
-        return False
 
 
 def catalogue(kind: str, near: Path | None = None) -> dict[str, Path]:

@@ -53,7 +53,7 @@ def main():
     description = got["/wamv/robot_description"].data
     rclpy.shutdown()
     size = [image.width, image.height, len(image.data), image.header.frame_id]
-    frames = [filtered.header.frame_id, filtered.child_frame_id, filtered.pose.covariance[0] > 0.0]
+    frames = [filtered.header.frame_id, filtered.child_frame_id, bool(filtered.pose.covariance[0] > 0.0)]
     told = {"speed": speed, "image": size, "robot": description[:200], "frames": frames}
     json.dump(told | {"apart": [found.x - true.x, found.y - true.y, found.z - true.z]}, sys.stdout)
 
