@@ -41,7 +41,7 @@ ComplexMatrix = tuple[ComplexRow, ComplexRow, ComplexRow, ComplexRow, ComplexRow
 class Hydro(BaseModel):
     """Radiation and diffraction of a hull about a point, in axes of the base link. Other keys of a file are ignored."""
 
-    model_config = ConfigDict(frozen=True, strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, strict=True, allow_inf_nan=False, defer_build=True)
 
     format: Annotated[
         int, demand(FORMAT.__eq__, f"must be {FORMAT}, got {{}}; `vrx-mj robot hydro --bem` writes such files")
