@@ -118,9 +118,10 @@ class MovingChunks:
             if changed.any():
                 yield from repainted(shown, rows[changed, 0], codes[changed])
         if self._boats:
+            self._cover(rows)
             yield from self._slow(rows)
         if self._boats and len(posed):
-            yield from self._fleet(posed)
+            yield transforms(FLEET, posed[:, 0], self._middle(posed))
             names = [boat.name for boat in self._boats]
             poses = self._layout_poses(posed)
             yield from self._water(names, posed[:, 0], poses[..., :3], poses[..., 3:])
@@ -140,12 +141,11 @@ class MovingChunks:
         if taken.any():
             yield transforms(path, rows[taken, 0], shown[taken, :3], shown[taken][:, [4, 5, 6, 3]])
 
-    def _fleet(self, rows: FloatArray) -> Iterator[Chunk]:
-        """The middle of what the camera follows, at the mean water level."""
+    def _cover(self, rows: FloatArray) -> None:
+        """Widen what the plan frames to where the boats are."""
         places = self._boat_positions(rows)
         ends = [places.min(axis=(0, 1))[:2], places.max(axis=(0, 1))[:2], *([] if self.track is None else self.track)]
         self.track = np.array([np.min(ends, axis=0), np.max(ends, axis=0)])
-        yield transforms(FLEET, rows[:, 0], self._middle(rows))
 
     def _middle(self, rows: FloatArray) -> FloatArray:
         """Places (n, 3) [m] of what the camera follows, at the mean water level."""

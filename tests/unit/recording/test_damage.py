@@ -187,7 +187,7 @@ def layout(**other):
         (layout(bodies=[body(qpos=7)]), "layout.bodies: their places in qpos and qvel are not those of free joints"),
         ({"sensors": [SENSOR, SENSOR]}, "sensors: two of one name"),
         ({"sensors": [SENSOR | {"type": "imu"}]}, "sensors: a gps: of type imu, configured as gps"),
-        ({"sensors": [SENSOR | {"config": {}}]}, "sensors[0].config: type is required, but missing"),
+        ({"sensors": [SENSOR | {"config": {}}]}, "sensors[0].config.type: required, but missing"),
         ({"sensors": [SENSOR | {"rate": float("nan")}]}, "sensors[0].rate: must be finite, got nan"),
     ],
 )

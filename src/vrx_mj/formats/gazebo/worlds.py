@@ -16,6 +16,7 @@ from vrx_mj.config.wording import shown
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning, first_lines, nearest, shortened
 from vrx_mj.formats.gazebo.document import STRICT, Element, Note, Report, read_document
+from vrx_mj.formats.gazebo.erb_docks import is_template
 from vrx_mj.formats.gazebo.models import (
     NO_MODEL,
     has_model,
@@ -192,7 +193,7 @@ class _Reader:
         self.terrain: Element | None = None
         self.boats: list[Content] = []
         self.afloat: list[tuple[Element, str]] = []
-        self.models: dict[str, Element] = {}
+        self.models: dict[str, Element | None] = {}
         self.known = known
         self.told: set[str] = set()
         self.hints: dict[str, str] = {}
@@ -332,8 +333,11 @@ class _Reader:
     def has_other(self, element: Element, name: str) -> bool:
         """Whether the model of a folder is the water, a boat or no body, and not an object: that is taken over."""
         if name not in self.models:
-            self.models[name] = model_element(model_file(f"{SCHEME}{name}", self.file.parent)).model
+            file = model_file(f"{SCHEME}{name}", self.file.parent)
+            self.models[name] = None if is_template(file) else model_element(file).model
         model = self.models[name]
+        if model is None:
+            return False
         if self.take_water(element, model, name) or self.lacks_body(element, model):
             return True
         if element.switch("static") or not is_boat(model):
