@@ -19,6 +19,13 @@ from vrx_mj.ros import messages
 from vrx_mj.ros.messages import FieldDesc, Message, full_name
 
 DEFINITIONS = Path(__file__).parent / "definitions_ros2"
+AS_IN_ROS_1 = tuple(
+    messages.DEFINITIONS / name
+    for name in (
+        "geographic_msgs/GeoPoint.msg", "geographic_msgs/GeoPose.msg", "robot_localization/FromLL.srv",
+        "robot_localization/ToLL.srv",
+    )
+)  # fmt: skip
 ENCODINGS = (b"\x00\x00", b"\x00\x01")
 """Big-endian and little-endian."""
 HEAD = 4
@@ -28,7 +35,7 @@ HEAD = 4
 @cache
 def typestore() -> Typestore:
     """Every type that is known, as ROS 2 Jazzy has it."""
-    return messages.typestore(Stores.ROS2_JAZZY, DEFINITIONS)
+    return messages.typestore(Stores.ROS2_JAZZY, DEFINITIONS, AS_IN_ROS_1)
 
 
 def is_known(type_name: str) -> bool:

@@ -41,16 +41,16 @@ LARGEST = 1 << 26
 
 
 @cache
-def typestore(base: Stores = Stores.ROS1_NOETIC, definitions: Path = DEFINITIONS) -> Typestore:
-    """Every type that is known: those of a release of ROS, and of the files in a folder."""
+def typestore(
+    base: Stores = Stores.ROS1_NOETIC, definitions: Path = DEFINITIONS, more: tuple[Path, ...] = ()
+) -> Typestore:  # fmt: skip
+    """Every type that is known: those of a release of ROS, of the files in a folder, and of `more` files."""
     store = get_typestore(base)
     store.max_sequence_length = LARGEST
     types = {}
-    for file in sorted(definitions.glob("*/*.msg")):
-        types.update(get_types_from_msg(file.read_text("utf-8"), f"{file.parent.name}/msg/{file.stem}"))
-    for file in sorted(definitions.glob("*/*.srv")):
-        halves = file.read_text("utf-8").split("---\n")
-        for half, text in zip(("Request", "Response"), halves, strict=True):
+    for file in (*definitions.glob("*/*.msg"), *definitions.glob("*/*.srv"), *more):
+        halves = ("Request", "Response") if file.suffix == ".srv" else ("",)
+        for half, text in zip(halves, file.read_text("utf-8").split("---\n"), strict=True):
             types.update(get_types_from_msg(text, f"{file.parent.name}/msg/{file.stem}{half}"))
     store.register(types)
     return store
