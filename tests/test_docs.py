@@ -28,6 +28,7 @@ DOCS = REPO / "docs"
 TOOLS = REPO / "tools"
 WORKED = ("first_run", "first_world", "first_fleet", "first_controller", "first_policy", "learning", "numbers")
 """Pages of which every block is run."""
+MARKS = {"first_policy": [pytest.mark.slow, pytest.mark.nightly]}
 EVERYDAY = {"first_run", "first_world", "fleets", "series"}
 FOLLOWED = {"tutorial_one_boat", "tutorial_many_boats"}
 """Pages that tests/integration/test_ros_tutorials.py follows."""
@@ -111,7 +112,7 @@ def runs(block: Block, after: Block, page: str) -> bool:
 @pytest.mark.parametrize(
     "page",
     [
-        pytest.param(page, marks=() if page in EVERYDAY else pytest.mark.slow)
+        pytest.param(page, marks=() if page in EVERYDAY else MARKS.get(page, pytest.mark.slow))
         for page in sorted({*WORKED} | pages_with_outputs() - FOLLOWED)
     ],
 )

@@ -10,7 +10,7 @@ from needs import CATKIN_MAKE, needs
 from vrx_mj.ros.launch_packages import PACKAGE_NAMES, write_launch_packages
 from vrx_mj.ros.packages import write_packages
 
-pytestmark = [pytest.mark.slow, needs(CATKIN_MAKE)]
+pytestmark = [pytest.mark.slow, pytest.mark.nightly, needs(CATKIN_MAKE)]
 
 MANIFEST = """<package format="2">
   <name>team</name>

@@ -7,7 +7,7 @@ import pytest
 
 from vrx_command import environment
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.nightly]
 
 PROGRAM = """
 import vrx_mj
