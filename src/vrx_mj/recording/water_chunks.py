@@ -268,9 +268,9 @@ def wake_looks() -> rr.Mesh3D:
     return rr.Mesh3D.from_fields(triangle_indices=corners.reshape(-1, 3).astype(np.uint32))
 
 
-WAKE_RATE = 0.8
+WAKE_RATE = 1.5
 """Points that a boat leaves [Hz]."""
-WAKE_POINTS, WAKE_PIECES = 11, 10
+WAKE_POINTS, WAKE_PIECES = 20, 19
 """Points of a wake, the boat's place included, and pieces between them."""
 WAKE_STEPS = np.tile([1.0 / 128.0, 1.0 / 128.0, sea.STEP], 4 * WAKE_PIECES)
 """What corners of pieces are rounded to [m]."""

@@ -331,10 +331,12 @@ def test_a_wake_begins_at_the_boat_and_gets_wider():
 
 def test_points_of_a_wake_stay_while_the_boat_goes_on():
     """A boat in a circle: what was left before the last point is where it was, and so are its sides."""
-    angle = 0.2 * np.arange(20.0)
-    track = 10.0 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)[:, None]
     count = water_chunks.WAKE_POINTS
-    one, next_one = (water_chunks.ribbons(track[None, i], track[None, i - count : i][:, ::-1]) for i in (12, 13))
+    angle = 0.2 * np.arange(count + 3)
+    track = 10.0 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)[:, None]
+    one, next_one = (
+        water_chunks.ribbons(track[None, i], track[None, i - count : i][:, ::-1]) for i in (count + 1, count + 2)
+    )
     assert (next_one[0, 2:-1] == one[0, 1:-2]).all()
 
 
