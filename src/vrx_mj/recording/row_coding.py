@@ -46,8 +46,8 @@ def coded_rows(rows: FloatArray, bodies: Bodies, timestep: float) -> bytes:
     changes = (bits != bits[0]).any(axis=0)
     moving = [(q + i, v + i) for q, v in bodies for i in range(3) if changes[q + i] and changes[v + i]]
     turning = [(q + 3, v + 3) for q, v in bodies if changes[q + 3 : q + 7].all() and changes[v + 3 : v + 6].all()]
-    steps = round((rows[1, 0] - rows[0, 0]) / timestep) if moving or turning else 0
-    gains = timestep * np.append(_gains(min(max(steps, 0), MOST_STEPS)), 1.0)
+    steps = (rows[1, 0] - rows[0, 0]) / timestep if moving or turning else 0.0
+    gains = timestep * np.append(_gains(round(steps) if 0.0 <= steps <= MOST_STEPS else 0), 1.0)  # NaN is not
     order, velocities, turns = _places(changes, moving, turning)
     table = np.empty((len(bits), len(order)), "<i8")
     _code(bits, order, table, velocities, turns, gains, back=False)
