@@ -25,8 +25,8 @@ PACKAGE = "vrx_mj"
 MEMORY, SECONDS, ANSWER = 512 << 20, 10, 128 << 20
 """What a job may take unless its caller says otherwise: memory [bytes], processor time [s], bytes of the answer."""
 TOGETHER = {TIME: 120, TEXT: 1 << 10, NOTES: 100_000}
-"""What all files of a command may come to: what reading takes, what readers are told and answer, and what is said of
-parts of files, in warnings or in the table of an import."""
+"""Limits on all files of a command together: processor time of reading, text of questions and answers, and notes, which
+are warnings and rows of the table of an import."""
 REMEMBERED = 64 << 20
 """Bytes of answers that this process keeps."""
 PACKAGES = ("numpy", "pycollada", "pyyaml", "rerun_sdk", "scipy", "trimesh", "xacro", "yourdfpy")
