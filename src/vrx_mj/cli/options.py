@@ -1,7 +1,8 @@
-"""Options and arguments that several commands share, and ports that may be left out."""
+"""Options and arguments that several commands share, and values that may be left out."""
 
 import inspect
 import os
+import re
 import warnings
 from collections.abc import Callable, Sequence
 from enum import Enum
@@ -98,10 +99,14 @@ DEFAULT_WEB_PORT = "8090"
 """Port of teleop's page."""
 ENDS = (".launch", ".launch.py", ".world", ".xacro", ".sdf", ".yaml", ".yml")
 """How the files of a folder end that a command line may name."""
-PORTS = {"--rosbridge": DEFAULT_PORT, "--web": DEFAULT_WEB_PORT, "--foxglove": "8765"}
-"""Options whose port may be left out."""
-LOCALIZATION, SOURCES = "--localization", ("navigator", "truth")
-"""An option whose value may be left out, and its values, the default first."""
+LEFT_OUT = {
+    "--rosbridge": (DEFAULT_PORT, r"\d+"),
+    "--web": (DEFAULT_WEB_PORT, r"\d+"),
+    "--foxglove": ("8765", r"\d+"),
+    "--localization": ("navigator", "navigator|truth"),
+    "--ardupilot": ("9002", r"\d+|[^-]\S*:\d+"),
+}
+"""Options whose value may be left out, with that which they then have, and the form of their values."""
 
 
 T = TypeVar("T")
@@ -171,9 +176,7 @@ def with_default_port(arguments: Sequence[str]) -> list[str]:
         return list(arguments)
     words = []
     for index, word in enumerate(arguments):
+        default, form = LEFT_OUT.get(word, ("", ".*"))
         after = "".join(arguments[index + 1 : index + 2])
-        bare = word in PORTS and not after.isdecimal()
-        words.append(f"{word}={PORTS[word]}" if bare else word)
-        if word == LOCALIZATION and after not in SOURCES:
-            words[-1] = f"{word}={SOURCES[0]}"
+        words.append(word if re.fullmatch(form, after, re.DOTALL) else f"{word}={default}")
     return words

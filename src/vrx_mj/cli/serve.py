@@ -3,7 +3,9 @@
 import logging
 import shutil
 import sys
+import threading
 from collections.abc import Callable
+from contextlib import ExitStack
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,6 +16,7 @@ from vrx_mj.cli.options import DEFAULT_PORT, Arguments, Fleet, Nudge, Record, Se
 from vrx_mj.cli.screen import is_watched, show
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.packages import install_extra
+from vrx_mj.signals import handled
 
 __all__ = ["check_installed", "parse_lockstep", "parse_rate", "serve"]
 
@@ -23,6 +26,14 @@ COLORS = {"WARN": "yellow", "ERROR": "red"}
 Rosbridge = Annotated[int | None, typer.Option(help="Serve rosbridge v2; the port may be left out: 9090.")]
 Foxglove = Annotated[
     int | None, typer.Option(help="Serve Foxglove and Lichtblick, to look at; the port may be left out: 8765.")
+]
+Sitl = Annotated[
+    str | None,
+    typer.Option(
+        metavar="<boat:port,...>",
+        help="Let ArduPilot's SITL sail boats in lock-step, each by its UDP port; without boats all, the first at 9002 "
+        "and each further one 10 above.",
+    ),
 ]
 Waits = Annotated[
     str | None,
@@ -63,6 +74,7 @@ def serve(
     ros1: Annotated[bool, typer.Option("--ros1", help="Serve ROS 1; starts a master if none answers.")] = False,
     rosbridge: Rosbridge = None,
     foxglove: Foxglove = None,
+    ardupilot: Sitl = None,
     ros2: Annotated[bool, typer.Option("--ros2", help="Serve ROS 2, through the rclpy of this Python.")] = False,
     host: Annotated[str, typer.Option(help="Address to listen on; 0.0.0.0: all networks.")] = "127.0.0.1",
     allow_origin: Origins = None,
@@ -82,12 +94,13 @@ def serve(
     """Serve a world to ROS, with VRX's topics and services. By default ROS 1 and rosbridge, without ROS 2.
 
     Ctrl-C or SIGTERM ends it; a recording is closed then. For viewers alone: vrx-mj serve example_course --foxglove
+    For ArduPilot: vrx-mj serve example_course --ardupilot
 
     Example: vrx-mj serve example_course --fleet usv_config --ros1
     """
-    none = not (ros1 or ros2) and (rosbridge, foxglove) == (None, None)
+    none = not (ros1 or ros2) and (rosbridge, foxglove, ardupilot) == (None, None, None)
     _run(
-        *(opened_by(world, arguments), fleet, {"seed": seed, "nudge": nudge}, record),
+        *(opened_by(world, arguments), fleet, {"seed": seed, "nudge": nudge}, record, ardupilot),
         ros1=ros1 or none,
         rosbridge=int(DEFAULT_PORT) if none else rosbridge,
         foxglove=foxglove,
@@ -103,24 +116,49 @@ def serve(
 
 
 def _run(
-    opened: tuple[str, Any], fleet: str | None, options: dict[str, Any], record: Path | None, **wanted: Any
+    opened: tuple[str, Any],
+    fleet: str | None,
+    options: dict[str, Any],
+    record: Path | None,
+    ardupilot: str | None,
+    **wanted: Any,
 ) -> None:
     """Compile and serve; imports wait until they are needed."""
-    check_installed(
-        rosbridge=wanted["rosbridge"] is not None, ros2=wanted["ros2"], foxglove=wanted["foxglove"] is not None
-    )
+    wires = wanted["ros1"] or wanted["ros2"] or (wanted["rosbridge"], wanted["foxglove"]) != (None, None)
+    if wires:
+        check_installed(
+            rosbridge=wanted["rosbridge"] is not None, ros2=wanted["ros2"], foxglove=wanted["foxglove"] is not None
+        )
+        from vrx_mj.ros.access import checked_origins
+        from vrx_mj.ros.serve import Wanted
+        from vrx_mj.ros.serve import serve as run
+
+        services = Wanted(**wanted | {"origins": checked_origins(wanted["origins"])})
     from vrx_mj.cli.sailing import recording
     from vrx_mj.mjcf.compile import compile_world
-    from vrx_mj.ros.access import checked_origins
-    from vrx_mj.ros.serve import Wanted
-    from vrx_mj.ros.serve import serve as run
     from vrx_mj.runtime.simulation import Simulation
 
     logging.getLogger("vrx_mj").addHandler(_Log())
-    services = Wanted(**wanted | {"origins": checked_origins(wanted["origins"])})
     sim = Simulation(compile_world(opened[0], fleet=fleet, arguments=opened[1], **options))
-    with recording(sim, record, ()):
-        run(sim, services, report=_log_line, status=_status())
+    with ExitStack() as closing:
+        autopilots = None
+        if ardupilot is not None:
+            from vrx_mj.autopilot import ArduPilot, ports_of
+
+            autopilots = ArduPilot(sim, ports_of(sim, ardupilot), host=wanted["host"], report=_log_line)
+            closing.enter_context(autopilots)
+            for line in autopilots.described():
+                _log_line("INFO", line)
+        closing.enter_context(recording(sim, record, ()))
+        if wires:
+            run(sim, services, report=_log_line, status=_status(), autopilots=autopilots)
+        elif autopilots:
+            ending = threading.Event()
+            with handled(("SIGINT", "SIGTERM"), lambda _: ending.set()):
+                autopilots.run(
+                    duration=wanted["duration"],
+                    over=lambda: ending.is_set() or (wanted["exit_on_completion"] and sim.task_is_over),
+                )
 
 
 def parse_rate(text: str) -> float | None:

@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 from urllib.parse import urlsplit
 
 from vrx_mj.drive.session import LONGEST, Pacer
@@ -21,6 +22,23 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.signals import handled
 
 KB, MB = 1e3, 1e6
+
+
+class Autopilots(Protocol):
+    """What takes time on by itself: autopilots in lock-step, as `vrx_mj.autopilot.ArduPilot`."""
+
+    restart: Callable[[], object]
+    """Begins time anew, when an autopilot has restarted."""
+
+    def receive(self, timeout: float) -> bool:
+        """Wait for frames, so long [s] at most; whether all have asked for one."""
+
+    @property
+    def steps(self) -> int:
+        """Physics steps to the next answer."""
+
+    def answer(self) -> None:
+        """Answer, when time has gone on by these."""
 
 
 class Meter:
@@ -155,6 +173,7 @@ def serve(
     extra: Sequence[Transport] = (),
     ready: Callable[[Sequence[Transport]], None] = lambda _transports: None,
     over: Callable[[], bool] = lambda: False,
+    autopilots: Autopilots | None = None,
 ) -> None:
     """Serve a simulation until Ctrl-C, SIGTERM, a peer, its duration or its task ends it.
 
@@ -167,6 +186,7 @@ def serve(
         ready: is called before time begins, when all is offered; what the transports still have to register with a
             master may be under way.
         over: is asked whether this is the end: at every tick of the clock, and again and again between them.
+        autopilots: take time on, instead of the clock on the wall.
 
     Raises:
         NetworkError: a network cannot be opened.
@@ -191,12 +211,14 @@ def serve(
                 lockstep=None if wanted.lockstep is None else Lockstep(wanted.lockstep),
             )
             server.paused = wanted.paused
+            if autopilots is not None:
+                autopilots.restart = server.reset_simulation
             for line in lines:
                 report("INFO", line)
             _greet(server, wanted, report)
             try:
                 ready(transports)
-                _Loop(server, inbox, wanted, transports, over).run(ending, status, announcer)
+                _Loop(server, inbox, wanted, transports, over, autopilots).run(ending, status, announcer)
             finally:
                 server.close()
     finally:
@@ -226,11 +248,13 @@ class _Loop:
         wanted: Wanted,
         transports: Sequence[Transport],
         over: Callable[[], bool],
+        autopilots: Autopilots | None,
     ) -> None:
         self._server, self._inbox, self._wanted, self._over = server, inbox, wanted, over
+        self._autopilots = autopilots
         now = time.perf_counter()
         self._pacer = Pacer(server.sim.timestep, wanted.rate or 1.0, now)
-        self._free = wanted.rate is None or wanted.lockstep is not None
+        self._free = wanted.rate is None or wanted.lockstep is not None or autopilots is not None
         self._meter = Meter(server, transports, now)
         self._per_second = self._pacer.pace / server.sim.timestep
         server.update_rate = 0.0 if self._free else self._per_second
@@ -254,6 +278,10 @@ class _Loop:
                 self._pacer.restart(time.perf_counter())
                 self._owed = 0.0
                 self._inbox.wait(LONGEST_WAIT)
+            elif self._autopilots is not None:
+                if self._autopilots.receive(LONGEST_WAIT):
+                    server.advance(self._autopilots.steps)
+                    self._autopilots.answer()
             elif self._free:
                 self._go()
             else:

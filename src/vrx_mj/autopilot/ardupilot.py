@@ -1,0 +1,316 @@
+"""Boats that ArduPilot's SITL sails: each frame of an autopilot takes time on by the frame's length, and no further.
+
+While an autopilot thinks, time stands still; so the same frames give the same run to the bit.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import selectors
+import socket
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from types import TracebackType
+from typing import Self
+
+from vrx_mj.autopilot.board import Board
+from vrx_mj.autopilot.channels import LONGEST, SHORTEST, Channels, default_channels, is_servo_pulse
+from vrx_mj.autopilot.packets import LARGEST, Servos, answer, servos_of
+from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
+from vrx_mj.runtime.simulation import Simulation
+
+PORT, PORT_STEP = 9002, 10
+"""Port that the first of several SITLs sends to, and from one to the next, as `sim_vehicle.py --instance`."""
+PATIENCE = 5.0
+"""Wall time [s] without a packet after which an autopilot counts as gone: another may take its place."""
+LONGEST_WAIT = 0.02
+"""Wall time [s] that is waited at most before others have their turn."""
+Address = tuple[str, int]
+Report = Callable[[str, str], None]
+"""Takes a level, INFO or WARN, and a line for people."""
+
+
+@dataclass(eq=False)
+class _Link:
+    """A boat, the socket on which its autopilot is heard, and the frame that time has to go on for."""
+
+    boat: str
+    socket: socket.socket
+    channels: Channels
+    board: Board
+    peer: Address | None = None
+    """Where the autopilot sends from."""
+    count: int | None = None
+    """Number of its last frame."""
+    due: int | None = None
+    """Physics step at which the last frame is answered; None while the next one is waited for."""
+    last: bytes = b""
+    """The last answer, for a frame that comes again."""
+    heard: float = field(default_factory=time.monotonic)
+    """When, by the clock on the wall [s]."""
+    said: set[str] = field(default_factory=set)
+    """What was reported already, by keys."""
+
+    def send(self) -> None:
+        """Send the last answer, if there is one; an autopilot that misses it asks again."""
+        if self.last and self.peer is not None:
+            with contextlib.suppress(OSError):
+                self.socket.sendto(self.last, self.peer)
+
+
+class ArduPilot:
+    """SITLs of ArduPilot (`--model JSON:ADDRESS`) that sail boats of a simulation in lock-step.
+
+    Time goes on when all boats that have an autopilot have a frame; boats without one are steered by who holds the
+    simulation. Use it in a `with` statement, which closes its sockets.
+
+        with ArduPilot(sim) as autopilots:
+            while sim.time < 60.0:
+                autopilots.step()
+    """
+
+    def __init__(
+        self,
+        sim: Simulation,
+        ports: Mapping[str, int] | None = None,
+        *,
+        host: str = "127.0.0.1",
+        report: Report = lambda _level, _text: None,
+    ) -> None:
+        """Listen for the autopilots.
+
+        Args:
+            sim: the simulation, whose time only this may take on.
+            ports: UDP port by boat; None: all boats, the first at 9002 and each further one 10 above.
+            host: address to listen on; 0.0.0.0: all networks.
+            report: is given lines for people.
+
+        Raises:
+            UnknownNameError: no boat has a name of `ports`.
+            CommandError: which channels command a boat is not clear; two boats have one port.
+            NetworkError: a port cannot be listened on.
+        """
+        self._sim, self._report = sim, report
+        self.restart: Callable[[], object] = lambda: sim.reset(sim.seed)
+        """Begins time anew, when an autopilot has restarted."""
+        self._selector = selectors.DefaultSelector()
+        self._links: list[_Link] = []
+        given = ports_of(sim) if ports is None else ports
+        if len(set(given.values()) - {0}) < sum(map(bool, given.values())):
+            raise CommandError(f"invalid ports {dict(given)}: each boat needs one of its own")
+        try:
+            for boat, port in given.items():
+                if boat not in sim.boats:
+                    raise UnknownNameError("boat", boat, sim.boats)
+                channels, board = default_channels(sim.world, boat), Board(sim, boat)
+                self._links.append(_Link(boat, _listening(host, port), channels, board))
+                self._selector.register(self._links[-1].socket, selectors.EVENT_READ, self._links[-1])
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the sockets."""
+        for link in self._links:
+            link.socket.close()
+        self._selector.close()
+
+    @property
+    def addresses(self) -> dict[str, Address]:
+        """Where each boat's autopilot is listened for; a port of 0 has become a free one."""
+        return {link.boat: link.socket.getsockname() for link in self._links}
+
+    def described(self) -> Iterator[str]:
+        """Lines for people: how to start the SITL of each boat, and its channels."""
+        earth = self._sim.world.parameters.georeference
+        home = f" --home {earth.latitude:.7f},{earth.longitude:.7f},{earth.elevation:g},0" if earth else ""
+        for link in self._links:
+            host, port = link.socket.getsockname()
+            start = f"ardurover --model JSON:{host}{home} --sim-port-out {port} --defaults PARAMETERS"
+            channels = ", ".join(f"{number} {channel.command}" for number, channel in sorted(link.channels.items()))
+            yield f"{link.boat}: waits for {start}; channels {channels}"
+
+    @property
+    def waiting(self) -> tuple[str, ...]:
+        """Boats whose autopilots have not asked for the next frame: time waits for them."""
+        return tuple(link.boat for link in self._links if link.due is None)
+
+    def step(self, timeout: float | None = None) -> bool:
+        """Take time on to the next answer of an autopilot, and answer it; whether that was possible.
+
+        Args:
+            timeout: wall time [s] for which packets are waited for; None: until all have asked.
+        """
+        while not self.receive(LONGEST_WAIT if timeout is None else timeout) and timeout is None:
+            pass
+        steps = self.steps
+        if steps:
+            self._sim.advance(steps)
+            self.answer()
+        return steps > 0
+
+    def run(self, *, duration: float | None = None, over: Callable[[], bool] = lambda: False) -> None:
+        """Sail on until the simulated time is `duration` [s], or until it is `over`, which is asked again and again."""
+        while not over() and (duration is None or self._sim.time < duration - 0.5 * self._sim.timestep):
+            self.step(LONGEST_WAIT)
+
+    def receive(self, timeout: float) -> bool:
+        """Take packets, for which is waited at most so long [s]; whether all autopilots have asked for a frame."""
+        if self._links and not self.waiting:
+            return True
+        for key, _ in self._selector.select(timeout):
+            self._read(key.data)
+        self._say_silent()
+        return bool(self._links) and not self.waiting
+
+    @property
+    def steps(self) -> int:
+        """Physics steps to the next answer; 0 while an autopilot has not asked."""
+        dues = [link.due for link in self._links]
+        return 0 if None in dues or not dues else min(due for due in dues if due is not None) - self._now
+
+    def answer(self) -> None:
+        """Answer the frames for which time has gone on far enough."""
+        for link in self._links:
+            if link.due is not None and link.due <= self._now:
+                link.due, link.last = None, answer(link.board.measure())
+                link.send()
+
+    @property
+    def _now(self) -> int:
+        return round(self._sim.time / self._sim.timestep)
+
+    def _read(self, link: _Link) -> None:
+        """Take packets of a boat until there is a frame, or none is left."""
+        while link.due is None:
+            try:
+                packet, peer = link.socket.recvfrom(LARGEST)
+            except OSError:  # none is left, or the peer of an answer is gone
+                return
+            servos = servos_of(packet)
+            if servos is None:
+                self._say(link, "foreign", f"a packet of {len(packet)} bytes from {_shown(peer)} is not ArduPilot's")
+            elif self._is_of_peer(link, peer):
+                link.heard = time.monotonic()
+                link.said.discard("silent")
+                self._take(link, servos)
+
+    def _is_of_peer(self, link: _Link, peer: Address) -> bool:
+        """Whether a packet is of the autopilot that sails a boat, which is the first, until it is gone."""
+        if link.peer == peer:
+            return True
+        if link.peer is not None and time.monotonic() - link.heard < PATIENCE:
+            self._say(link, "second", f"packets from {_shown(peer)} are ignored: {_shown(link.peer)} sails it")
+            return False
+        link.peer = peer
+        self._report("INFO", f"{link.boat}: the autopilot at {_shown(peer)} sails it")
+        return True
+
+    def _take(self, link: _Link, servos: Servos) -> None:
+        """Take a frame: a new one is answered when its time has come, an old one again, an earlier one starts anew."""
+        if servos.number == link.count:
+            link.send()
+            return
+        steps = self._frame_steps(link, servos.rate)
+        if not steps:
+            return
+        if link.count is not None and servos.number < link.count:
+            self._begin_anew(link)
+        elif link.count is not None and servos.number > link.count + 1:
+            lost = servos.number - link.count - 1
+            self._say(link, "lost", f"{lost} frames were lost before frame {servos.number}; time goes on by one")
+        link.count, link.due = servos.number, self._now + steps
+        self._command(link, servos.pulses)
+
+    def _frame_steps(self, link: _Link, rate: int) -> int:
+        """Physics steps of a frame; 0 if that is no whole number."""
+        per_step = 1.0 / self._sim.timestep
+        steps = round(per_step / rate) if rate else 0
+        if not steps or abs(steps * rate - per_step) > 1e-6 * per_step:
+            rates = [f"{per_step / n:g}" for n in range(1, 101) if per_step / n == round(per_step / n)]
+            self._say(
+                link,
+                "rate",
+                f"its autopilot asks for {rate} frames per second, no whole part of the {per_step:g} physics steps: "
+                f"set SIM_RATE_HZ to {', '.join(rates[:4])}, or `physics: timestep` of the world",
+            )
+            return 0
+        return steps
+
+    def _begin_anew(self, link: _Link) -> None:
+        """The autopilot has restarted: the run does too, if it can."""
+        try:
+            self.restart()
+        except CommandError as error:
+            self._report("WARN", f"{link.boat}: its autopilot has restarted, and time goes on: {error}")
+            return
+        self._report("INFO", f"{link.boat}: its autopilot has restarted, and time with it")
+        for other in self._links:
+            other.board.restart()
+            if other is not link and other.due is not None:
+                other.due = self._now + 1  # its frame is answered at once; it asks again with its own length
+
+    def _command(self, link: _Link, pulses: tuple[int, ...]) -> None:
+        commands = {}
+        for number, channel in link.channels.items():
+            pulse = pulses[number - 1] if number <= len(pulses) else 0
+            if not is_servo_pulse(pulse):
+                what = f"pulses from {SHORTEST} to {LONGEST} us are needed; it counts as none"
+                self._say(link, f"pulse {number}", f"channel {number} has {pulse} us: {what}")
+                pulse = 0
+            commands[channel.command] = channel.value(pulse)
+        self._sim.command_all({link.boat: commands})
+
+    def _say_silent(self) -> None:
+        now = time.monotonic()
+        for link in self._links:
+            if link.due is None and link.peer is not None and now - link.heard > PATIENCE:
+                self._say(link, "silent", f"no frame from its autopilot for {PATIENCE:g} s: time stands still")
+
+    def _say(self, link: _Link, key: str, text: str) -> None:
+        """Report a line about a boat, once for a key."""
+        if key not in link.said:
+            link.said.add(key)
+            self._report("WARN", f"{link.boat}: {text}")
+
+
+def ports_of(sim: Simulation, text: str = "") -> dict[str, int]:
+    """Ports by boat, of `BOAT:PORT,BOAT:PORT`, or of all boats from a first `PORT` on as `sim_vehicle.py -I` counts.
+
+    Raises:
+        CommandError: the text is neither.
+    """
+    if not text or text.isdecimal():
+        return {boat: int(text or PORT) + PORT_STEP * number for number, boat in enumerate(sim.boats)}
+    pairs = [word.rpartition(":") for word in text.split(",")]
+    if not all(boat and port.isdecimal() for boat, _, port in pairs):
+        raise CommandError(f"invalid --ardupilot '{text}': BOAT:PORT,... or a PORT is needed, as in wamv:9002")
+    return {boat: int(port) for boat, _, port in pairs}
+
+
+def _listening(host: str, port: int) -> socket.socket:
+    """A UDP socket that does not block. NetworkError: it cannot listen there."""
+    listening = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        listening.bind((host, port))
+    except (OSError, OverflowError) as error:
+        listening.close()
+        code = error.errno if isinstance(error, OSError) else errno.EINVAL
+        raise NetworkError(f"cannot listen for ArduPilot on {host}:{port}: {os.strerror(code or 0)}") from None
+    listening.setblocking(False)
+    return listening
+
+
+def _shown(address: Address) -> str:
+    return f"{address[0]}:{address[1]}"

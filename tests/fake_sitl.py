@@ -1,0 +1,82 @@
+"""A stand-in for ArduPilot's SITL: its packets as the protocol's page has them, and its reader's way with answers.
+
+Typed from libraries/SITL/examples/JSON/readme.md and the table of keys in SIM_JSON.h of ArduPilot, not from our
+encoder.
+"""
+
+import socket
+
+__all__ = ["FakeSitl", "packet", "values"]
+
+SECTIONS = {
+    "timestamp": ("", 1), "gyro": ("imu", 3), "accel_body": ("imu", 3), "position": ("", 3), "velocity": ("", 3),
+    "quaternion": ("", 4), "direction": ("windvane", 1), "speed": ("windvane", 1),
+}  # fmt: skip
+"""Keys that ArduPilot looks for, with the section in which they are and how many numbers they have."""
+
+
+def packet(count, pulses=(1500,) * 16, *, rate=50, magic=None):
+    """A packet of servo outputs: magic, rate, number of the frame and pulses, little-endian."""
+    magic = {16: 18458, 32: 29569}[len(pulses)] if magic is None else magic
+    words = [(magic, 2), (rate, 2), (count, 4), *((pulse, 2) for pulse in pulses)]
+    return b"".join(value.to_bytes(size, "little") for value, size in words)
+
+
+def values(line):
+    """The numbers that ArduPilot takes from a line: it looks for the first place of a section, and then of a key."""
+    assert line.startswith("\n")
+    assert line.endswith("\n")
+    assert line.count("\n") == 2
+    found = {}
+    for key, (section, count) in SECTIONS.items():
+        begin = line.find(section)
+        assert begin >= 0, section
+        begin = line.find(key, begin + len(section))
+        assert begin >= 0, key
+        text = line[begin + len(key) + 2 :].lstrip()  # after the quote and the colon
+        numbers = text[1 : text.index("]")] if count > 1 else text.split(",")[0].split("}")[0]
+        found[key] = [float(number) for number in numbers.split(",")]
+        assert len(found[key]) == count
+    return found
+
+
+class FakeSitl:
+    """One autopilot, which sends frames and waits for answers."""
+
+    def __init__(self, address, *, rate=50):
+        self.address, self.rate, self.count = address, rate, 0
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.settimeout(5.0)
+
+    def send(self, pulses=(1500,) * 16):
+        """Send the next frame."""
+        self.socket.sendto(packet(self.count, pulses, rate=self.rate), self.address)
+        self.count += 1
+
+    def repeat(self, pulses=(1500,) * 16):
+        """Send the last frame again, as SITL does when an answer does not come."""
+        self.socket.sendto(packet(self.count - 1, pulses, rate=self.rate), self.address)
+
+    def receive(self):
+        """The numbers of the answer that comes next."""
+        return values(self.socket.recv(65000).decode())
+
+    @property
+    def is_answered(self):
+        """Whether an answer is there already."""
+        self.socket.setblocking(False)
+        try:
+            return bool(self.socket.recv(65000, socket.MSG_PEEK))
+        except BlockingIOError:
+            return False
+        finally:
+            self.socket.settimeout(5.0)
+
+    def close(self):
+        self.socket.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()

@@ -1,0 +1,215 @@
+"""Lock-step with stand-ins of ArduPilot's SITL over UDP."""
+
+import socket
+
+import pytest
+
+from fake_sitl import FakeSitl, packet
+from vrx_mj import Simulation, compile_world, record
+from vrx_mj.autopilot import ArduPilot
+from vrx_mj.autopilot import ardupilot as module
+from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
+
+FLEET = {"boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0]}, {"name": "b", "pose": [0, 9, 0, 0, 0, 0]}]}
+AHEAD = (1900, 1500, 1900, *(1500,) * 13)
+PORT = (1100, 1500, 1900, *(1500,) * 13)
+"""The left engine astern, the right one ahead."""
+
+
+@pytest.fixture(scope="module")
+def world():
+    sea = {"model": "jonswap", "significant_height": 0.3, "peak_period": 3.0}
+    return compile_world({"physics": {"profile": "marine"}, "sea": sea}, fleet=FLEET)
+
+
+@pytest.fixture
+def lines():
+    return []
+
+
+@pytest.fixture
+def one(world, lines):
+    """A simulation whose boat a has an autopilot, the bridge, and the autopilot."""
+    sim = Simulation(world)
+    bridge = ArduPilot(sim, {"a": 0}, report=lambda _, text: lines.append(text))
+    with bridge, FakeSitl(bridge.addresses["a"]) as sitl:
+        yield sim, bridge, sitl
+
+
+def sailed(bridge, sitl, frames, pulses=AHEAD):
+    for _ in range(frames):
+        sitl.send(pulses)
+        assert bridge.step()
+        answer = sitl.receive()
+    return answer
+
+
+def test_each_frame_takes_time_on_by_its_length_and_no_further(one):
+    sim, bridge, sitl = one
+    assert not bridge.step(0.0)
+    assert sim.time == 0.0
+    assert [sailed(bridge, sitl, 1)["timestamp"][0] for _ in range(3)] == pytest.approx([0.02, 0.04, 0.06])
+    assert not bridge.step(0.0)
+    assert sim.time == pytest.approx(0.06)
+
+
+def test_a_frame_that_comes_again_is_answered_again_and_takes_no_time(one):
+    sim, bridge, sitl = one
+    first = sailed(bridge, sitl, 1)
+    for _ in range(3):
+        sitl.repeat()
+        assert not bridge.step(0.1)
+        assert sitl.receive() == first
+    assert sim.time == pytest.approx(0.02)
+
+
+def test_channels_drive_the_engines(one):
+    sim, bridge, sitl = one
+    sailed(bridge, sitl, 100, PORT)
+    assert sim.observe()["a"].heading > 0.05 > abs(sim.observe()["b"].heading)
+    assert sim.thrust("a")["left"] < 0.0 < sim.thrust("a")["right"]
+
+
+def test_channels_without_output_command_nothing(one):
+    sim, bridge, sitl = one
+    sailed(bridge, sitl, 50)
+    sailed(bridge, sitl, 50, (0,) * 16)
+    assert set(sim.thrust("a").values()) == {0.0}
+
+
+def test_the_same_frames_give_the_same_run_to_the_bit(world):
+    def state():
+        sim = Simulation(world)
+        bridge = ArduPilot(sim, {"a": 0, "b": 0})
+        with bridge, FakeSitl(bridge.addresses["a"]) as a, FakeSitl(bridge.addresses["b"], rate=25) as b:
+            b.send(PORT)
+            for frame in range(40):
+                a.send((1500 + 10 * frame, *PORT[1:]))
+                bridge.step()
+                a.receive()
+                if b.is_answered:
+                    b.receive()
+                    b.send(AHEAD)
+        assert sim.time == pytest.approx(0.8)
+        return sim.get_state().sha256
+
+    assert state() == state()
+
+
+def test_time_waits_for_the_autopilots_of_all_boats(world):
+    sim = Simulation(world)
+    bridge = ArduPilot(sim, {"a": 0, "b": 0})
+    with bridge, FakeSitl(bridge.addresses["a"]) as a, FakeSitl(bridge.addresses["b"]) as b:
+        a.send()
+        assert not bridge.step(0.1)
+        assert (bridge.waiting, sim.time) == (("b",), 0.0)
+        b.send()
+        assert bridge.step(0.1)
+        assert a.receive() != b.receive()
+        assert bridge.waiting == ("a", "b")
+
+
+def test_an_autopilot_that_restarts_begins_the_run_anew(one, lines):
+    _sim, bridge, sitl = one
+    first = sailed(bridge, sitl, 1)
+    sailed(bridge, sitl, 50)
+    sitl.count = 0
+    again = sailed(bridge, sitl, 1)
+    assert again == first
+    assert lines[1:] == ["a: its autopilot has restarted, and time with it"]
+
+
+def test_a_run_that_is_recorded_goes_on_when_an_autopilot_restarts(one, lines, tmp_path):
+    sim, bridge, sitl = one
+    with record(sim, tmp_path / "run.rrd"):
+        sailed(bridge, sitl, 10)
+        sitl.count = 0
+        assert sailed(bridge, sitl, 1)["timestamp"] == [pytest.approx(0.22)]
+    assert "restarted, and time goes on: reset cannot be called while" in lines[1]
+
+
+def test_lost_frames_are_told_once_and_take_no_time(one, lines):
+    sim, bridge, sitl = one
+    sailed(bridge, sitl, 1)
+    for _ in range(2):
+        sitl.count += 3
+        sailed(bridge, sitl, 1)
+    assert sim.time == pytest.approx(0.06)
+    assert lines[1:] == ["a: 3 frames were lost before frame 4; time goes on by one"]
+
+
+def test_packets_of_foreigners_are_told_once_and_do_nothing(one, lines):
+    sim, bridge, sitl = one
+    sailed(bridge, sitl, 1)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as foreign:
+        for data in (b"", b"hello", packet(7)[:-1], packet(7, magic=1), bytes(60000)):
+            foreign.sendto(data, sitl.address)
+    with FakeSitl(sitl.address) as other:
+        other.count = 99
+        other.send()
+        for _ in range(3):
+            assert not bridge.step(0.05)
+    assert sim.time == pytest.approx(0.02)
+    assert sailed(bridge, sitl, 1)["timestamp"] == [pytest.approx(0.04)]
+    assert [line.split(" from ")[0] for line in lines[1:]] == ["a: a packet of 0 bytes", "a: packets"]
+    assert "is not ArduPilot's" in lines[1]
+    assert "are ignored: 127.0.0.1:" in lines[2]
+
+
+def test_another_autopilot_takes_a_boat_whose_own_is_gone(one, lines, monkeypatch):
+    sim, bridge, sitl = one
+    sailed(bridge, sitl, 30)
+    monkeypatch.setattr(module, "PATIENCE", 0.05)
+    while len(lines) < 2:
+        bridge.step(0.06)
+    assert lines[1] == "a: no frame from its autopilot for 0.05 s: time stands still"
+    with FakeSitl(sitl.address) as other:
+        sailed(bridge, other, 1)
+    assert sim.time == pytest.approx(0.02)
+    assert "restarted" in lines[3]
+
+
+def test_a_rate_that_is_no_part_of_the_steps_is_told_with_what_is(one, lines):
+    sim, bridge, sitl = one
+    for sitl.rate in (400, 0, 65535):
+        sitl.send()
+        assert not bridge.step(0.05)
+    assert sim.time == 0.0
+    assert not sitl.is_answered
+    assert lines[1:] == [
+        (
+            "a: its autopilot asks for 400 frames per second, no whole part of the 100 physics steps: set SIM_RATE_HZ "
+            "to 100, 50, 25, 20, or `physics: timestep` of the world"
+        )
+    ]
+    sitl.rate = 100
+    assert sailed(bridge, sitl, 1)["timestamp"] == [pytest.approx(0.01)]
+
+
+def test_a_pulse_that_no_servo_gets_counts_as_none(one, lines):
+    sim, bridge, sitl = one
+    sailed(bridge, sitl, 50, (60000, 1500, 300, *(1500,) * 13))
+    assert set(sim.thrust("a").values()) == {0.0}
+    assert lines[1:] == [
+        f"a: channel {channel} has {pulse} us: pulses from 500 to 2500 us are needed; it counts as none"
+        for channel, pulse in ((1, 60000), (3, 300))
+    ]
+
+
+def test_a_packet_of_32_channels_is_answered_too(one):
+    _, bridge, sitl = one
+    assert sailed(bridge, sitl, 1, AHEAD + (1500,) * 16)["timestamp"] == [pytest.approx(0.02)]
+
+
+def test_what_cannot_be_listened_to(world):
+    sim = Simulation(world)
+    with pytest.raises(UnknownNameError, match="no boat named 'c'; known: a, b"):
+        ArduPilot(sim, {"c": 0})
+    with pytest.raises(CommandError, match="each boat needs one of its own"):
+        ArduPilot(sim, {"a": 9002, "b": 9002})
+    with ArduPilot(sim, {"a": 0}) as bridge:
+        port = bridge.addresses["a"][1]
+        with pytest.raises(NetworkError, match=rf"on 127\.0\.0\.1:{port}: Address already"):
+            ArduPilot(sim, {"b": port})
+    with pytest.raises(NetworkError, match=r"cannot listen for ArduPilot on 127\.0\.0\.1:70000: Invalid argument"):
+        ArduPilot(sim, {"a": 70000})
