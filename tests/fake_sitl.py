@@ -4,9 +4,10 @@ Typed from libraries/SITL/examples/JSON/readme.md and the table of keys in SIM_J
 encoder.
 """
 
+import math
 import socket
 
-__all__ = ["FakeSitl", "packet", "values"]
+__all__ = ["FakeSitl", "helm", "packet", "values"]
 
 SECTIONS = {
     "timestamp": ("", 1), "gyro": ("imu", 3), "accel_body": ("imu", 3), "position": ("", 3), "velocity": ("", 3),
@@ -80,3 +81,15 @@ class FakeSitl:
 
     def __exit__(self, *_):
         self.close()
+
+
+def helm(answer, waypoint):
+    """Pulses of a skid-steered boat that heads for a waypoint (north, east) [m], and its distance [m]."""
+    north, east = (goal - here for goal, here in zip(waypoint, answer["position"], strict=False))
+    w, x, y, z = answer["quaternion"]
+    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    off = math.remainder(math.atan2(east, north) - yaw, 2.0 * math.pi)
+    turn = max(-1.0, min(1.0, 1.5 * off - 1.0 * answer["gyro"][2]))
+    throttle = 0.8 * max(0.0, math.cos(off))
+    left, right = (round(1500 + 400 * max(-1.0, min(1.0, throttle + side * 0.5 * turn))) for side in (1.0, -1.0))
+    return (left, 1500, right, *(1500,) * 13), math.hypot(north, east)

@@ -20,6 +20,7 @@ from vrx_mj.autopilot.board import Board
 from vrx_mj.autopilot.channels import LONGEST, SHORTEST, Channels, default_channels, is_servo_pulse
 from vrx_mj.autopilot.packets import LARGEST, Servos, answer, servos_of
 from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
+from vrx_mj.resources import root
 from vrx_mj.runtime.simulation import Simulation
 
 PORT, PORT_STEP = 9002, 10
@@ -137,9 +138,15 @@ class ArduPilot:
         home = f" --home {earth.latitude:.7f},{earth.longitude:.7f},{earth.elevation:g},0" if earth else ""
         for link in self._links:
             host, port = link.socket.getsockname()
-            start = f"ardurover --model JSON:{host}{home} --sim-port-out {port} --defaults PARAMETERS"
+            start = f"ardurover --model JSON:{host}{home} --sim-port-out {port} --defaults {self._parameters(link.boat)}"
             channels = ", ".join(f"{number} {channel.command}" for number, channel in sorted(link.channels.items()))
-            yield f"{link.boat}: waits for {start}; channels {channels}"
+            yield f"{link.boat}: channels {channels}; waits for {start}"
+
+    def _parameters(self, boat: str) -> str:
+        """The file of ArduPilot's parameters for a boat, if its kind is one of ours that has one."""
+        robot = next(each.robot for each in self._sim.world.parameters.boats if each.name == boat)
+        file = root() / "assets" / "robots" / robot / "ardurover.parm"
+        return str(file) if "/" not in robot and file.is_file() else "PARAMETERS"
 
     @property
     def waiting(self) -> tuple[str, ...]:

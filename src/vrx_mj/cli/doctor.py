@@ -91,7 +91,7 @@ def examine() -> list[Row]:
         rows += [package_row(name, module) for name, module in MODULES.items()]
         rows += [kernel_row(*_kernels())]
         rows += [display_row(os.environ, sys.platform), *drawing_rows(attempts.result()), viewer.result()]
-    rows += [ros_row(os.environ), *search_rows(os.environ), pythonpath_row(os.environ)]
+    rows += [ros_row(os.environ), ardupilot_row(shutil.which), *search_rows(os.environ), pythonpath_row(os.environ)]
     return [*rows, disk_row(shutil.disk_usage(Path.cwd()).free), memory_row(free_memory()), cores_row(core_share())]
 
 
@@ -281,6 +281,14 @@ def ros_row(environment: Mapping[str, str], find: Callable[[str], object] = impo
         return Row("ROS", "none", "not needed")
     found = f"{distro or 'not sourced'}, {' and '.join(modules) or 'without rospy and rclpy for this Python'}"
     return Row("ROS", found, "yes" if modules else "not needed")
+
+
+def ardupilot_row(find: Callable[[str], str | None]) -> Row:
+    """The programs with which ArduPilot is started."""
+    found = [path for name in ("ardurover", "sim_vehicle.py") if (path := find(name))]
+    if not found:
+        return Row("ArduPilot", "not on PATH", "not needed", "docs/ardupilot.md says how to get it")
+    return Row("ArduPilot", ", ".join(found), "yes")
 
 
 def search_rows(environment: Mapping[str, str]) -> Iterator[Row]:
