@@ -45,7 +45,7 @@ class FakeSitl:
     """One autopilot, which sends frames and waits for answers."""
 
     def __init__(self, address, *, rate=50):
-        self.address, self.rate, self.count = address, rate, 0
+        self.address, self.rate, self.count, self.last = address, rate, 0, None
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.settimeout(5.0)
 
@@ -57,6 +57,21 @@ class FakeSitl:
     def repeat(self, pulses=(1500,) * 16):
         """Send the last frame again, as SITL does when an answer does not come."""
         self.socket.sendto(packet(self.count - 1, pulses, rate=self.rate), self.address)
+
+    def asked(self, pulses=(1500,) * 16):
+        """The answer to the next frame, which is sent again until it comes, as SITL does."""
+        self.send(pulses)
+        self.socket.settimeout(0.2)
+        for _ in range(300):
+            try:
+                answer = self.receive()
+            except (TimeoutError, ConnectionError):
+                self.repeat(pulses)
+                continue
+            if answer["timestamp"] != self.last:
+                self.last = answer["timestamp"]
+                return answer
+        raise TimeoutError(self.address)
 
     def receive(self):
         """The numbers of the answer that comes next."""

@@ -55,6 +55,16 @@ class _Link:
     said: set[str] = field(default_factory=set)
     """What was reported already, by keys."""
 
+    def drop_repeats(self) -> None:
+        """Drop repeats of the frame that is about to be answered: each would be answered too, ahead of the next one."""
+        with contextlib.suppress(OSError):
+            while True:
+                packet, peer = self.socket.recvfrom(LARGEST, socket.MSG_PEEK)
+                servos = servos_of(packet)
+                if peer != self.peer or servos is None or servos.number != self.count:
+                    return
+                self.socket.recv(LARGEST)
+
     def send(self) -> None:
         """Send the last answer, if there is one; an autopilot that misses it asks again."""
         if self.last and self.peer is not None:
@@ -138,7 +148,8 @@ class ArduPilot:
         home = f" --home {earth.latitude:.7f},{earth.longitude:.7f},{earth.elevation:g},0" if earth else ""
         for link in self._links:
             host, port = link.socket.getsockname()
-            start = f"ardurover --model JSON:{host}{home} --sim-port-out {port} --defaults {self._parameters(link.boat)}"
+            start = f"ardurover --model JSON:{host}{home} --sim-port-out {port}"
+            start += f" --defaults {self._parameters(link.boat)}"
             channels = ", ".join(f"{number} {channel.command}" for number, channel in sorted(link.channels.items()))
             yield f"{link.boat}: channels {channels}; waits for {start}"
 
@@ -191,6 +202,7 @@ class ArduPilot:
         """Answer the frames for which time has gone on far enough."""
         for link in self._links:
             if link.due is not None and link.due <= self._now:
+                link.drop_repeats()
                 link.due, link.last = None, answer(link.board.measure())
                 link.send()
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -17,6 +17,10 @@ from vrx_mj.cli.screen import is_watched, show
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.packages import install_extra
 from vrx_mj.signals import handled
+
+if TYPE_CHECKING:
+    from vrx_mj.autopilot import ArduPilot
+    from vrx_mj.runtime.simulation import Simulation
 
 __all__ = ["check_installed", "parse_lockstep", "parse_rate", "serve"]
 
@@ -141,14 +145,7 @@ def _run(
     logging.getLogger("vrx_mj").addHandler(_Log())
     sim = Simulation(compile_world(opened[0], fleet=fleet, arguments=opened[1], **options))
     with ExitStack() as closing:
-        autopilots = None
-        if ardupilot is not None:
-            from vrx_mj.autopilot import ArduPilot, ports_of
-
-            autopilots = ArduPilot(sim, ports_of(sim, ardupilot), host=wanted["host"], report=_log_line)
-            closing.enter_context(autopilots)
-            for line in autopilots.described():
-                _log_line("INFO", line)
+        autopilots = None if ardupilot is None else closing.enter_context(_ardupilot(sim, ardupilot, wanted["host"]))
         closing.enter_context(recording(sim, record, ()))
         if wires:
             run(sim, services, report=_log_line, status=_status(), autopilots=autopilots)
@@ -159,6 +156,16 @@ def _run(
                     duration=wanted["duration"],
                     over=lambda: ending.is_set() or (wanted["exit_on_completion"] and sim.task_is_over),
                 )
+
+
+def _ardupilot(sim: "Simulation", ports: str, host: str) -> "ArduPilot":
+    """What listens for autopilots; shows how to start them."""
+    from vrx_mj.autopilot import ArduPilot, ports_of
+
+    autopilots = ArduPilot(sim, ports_of(sim, ports), host=host, report=_log_line)
+    for line in autopilots.described():
+        _log_line("INFO", line)
+    return autopilots
 
 
 def parse_rate(text: str) -> float | None:

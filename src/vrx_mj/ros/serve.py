@@ -211,8 +211,6 @@ def serve(
                 lockstep=None if wanted.lockstep is None else Lockstep(wanted.lockstep),
             )
             server.paused = wanted.paused
-            if autopilots is not None:
-                autopilots.restart = server.reset_simulation
             for line in lines:
                 report("INFO", line)
             _greet(server, wanted, report)
@@ -252,6 +250,8 @@ class _Loop:
     ) -> None:
         self._server, self._inbox, self._wanted, self._over = server, inbox, wanted, over
         self._autopilots = autopilots
+        if autopilots is not None:
+            autopilots.restart = server.reset_simulation
         now = time.perf_counter()
         self._pacer = Pacer(server.sim.timestep, wanted.rate or 1.0, now)
         self._free = wanted.rate is None or wanted.lockstep is not None or autopilots is not None

@@ -63,6 +63,19 @@ def test_a_frame_that_comes_again_is_answered_again_and_takes_no_time(one):
     assert sim.time == pytest.approx(0.02)
 
 
+def test_repeats_from_before_an_answer_are_dropped(one):
+    """Each would be answered, and the autopilot would be that many frames behind from then on."""
+    _, bridge, sitl = one
+    sitl.send()
+    for _ in range(5):
+        sitl.repeat()
+    assert bridge.step()
+    assert sitl.receive()["timestamp"] == [pytest.approx(0.02)]
+    assert not bridge.step(0.05)
+    assert not sitl.is_answered
+    assert sailed(bridge, sitl, 1)["timestamp"] == [pytest.approx(0.04)]
+
+
 def test_channels_drive_the_engines(one):
     sim, bridge, sitl = one
     sailed(bridge, sitl, 100, PORT)
