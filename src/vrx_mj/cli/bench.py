@@ -5,6 +5,7 @@ Everything is warmed up first; ratios alternate their two sides and take medians
 
 import importlib.util
 import math
+import socket
 import statistics
 import subprocess
 import sys
@@ -19,6 +20,8 @@ import numpy as np
 import numpy.typing as npt
 import psutil
 
+from vrx_mj.autopilot import ArduPilot
+from vrx_mj.autopilot.packets import FORMATS
 from vrx_mj.bar import Bar
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.packages import needs_extra
@@ -79,7 +82,7 @@ def sailing(count: int, world: Mapping[str, object] = SEA) -> Simulation:
 
 Row = dict[str, Any]
 ROUNDS = 15
-FIGURES = 16
+FIGURES = 17
 """Figures that `measure` takes: for the progress only."""
 VERDICTS = {True: "yes", False: "[red]no[/]", None: ""}
 
@@ -125,6 +128,7 @@ def _measured() -> Iterator[Row]:
     yield bench_row("compile_100_s", compile_seconds(100), "s", 3.0)
     yield bench_row("lidar_scans", lidar_scans(30), "scans/s", 100.0, at_least=True)
     yield bench_row("rtf_1", real_time_factor(), "x real time", None)
+    yield bench_row("ardupilot_rtf", ardupilot_factor(2000), "x real time", 5.0, at_least=True)
 
 
 def batch_rows() -> list[Row]:
@@ -312,6 +316,21 @@ BATCH_ROUNDS = 7
 THROTTLE = 0.1
 WORKER = "from vrx_mj.cli.bench import serve; serve()"
 WEIGHING = "from vrx_mj.cli.bench import weigh; weigh()"
+
+
+def ardupilot_factor(frames: int) -> float:
+    """Simulated over wall time of a BlueBoat in waves that a stand-in of ArduPilot asks for 100 frames a second."""
+    boat = {"name": "a", "robot": "blueboat", "pose": [0, 0, 0, 0, 0, 0]}
+    sim = Simulation(compile_world(MARINE, fleet={"boats": [boat]}))
+    with ArduPilot(sim, {"a": 0}) as autopilots, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sitl:
+        begun = 0.0
+        for number in range(100 + frames):
+            if number == 100:
+                begun = time.perf_counter()
+            sitl.sendto(FORMATS[18458].pack(18458, 100, number, *(1700,) * 16), autopilots.addresses["a"])
+            autopilots.step()
+            sitl.recv(4096)
+    return frames * DT / (time.perf_counter() - begun)
 
 
 def batch_of(rows: int, threads: int | None = None) -> Batch:
