@@ -17,7 +17,7 @@ from types import TracebackType
 from typing import Self
 
 from vrx_mj.autopilot.board import Board
-from vrx_mj.autopilot.channels import LONGEST, SHORTEST, Channels, default_channels, is_servo_pulse
+from vrx_mj.autopilot.channels import LONGEST, SHORTEST, Channels, channels_of, is_servo_pulse
 from vrx_mj.autopilot.packets import LARGEST, Servos, answer, servos_of
 from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
 from vrx_mj.resources import root
@@ -116,7 +116,7 @@ class ArduPilot:
             for boat, port in given.items():
                 if boat not in sim.boats:
                     raise UnknownNameError("boat", boat, sim.boats)
-                channels, board = default_channels(sim.world, boat), Board(sim, boat)
+                channels, board = channels_of(sim.world, boat), Board(sim, boat)
                 self._links.append(_Link(boat, _listening(host, port), channels, board))
                 self._selector.register(self._links[-1].socket, selectors.EVENT_READ, self._links[-1])
         except BaseException:

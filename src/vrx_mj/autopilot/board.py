@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.autopilot.battery import Charge
 from vrx_mj.config.sensors import ImuConfig
 from vrx_mj.frames import quaternion_product, rotation_matrix
 from vrx_mj.runtime.simulation import Simulation
@@ -35,10 +36,14 @@ class Board:
         self._mount = Mount.of(position, FORWARD_RIGHT_DOWN)
         self._gravity = np.array(sim.model.opt.gravity)
         self._before: tuple[float, Place] | None = None
+        own = next(each for each in sim.world.parameters.boats if each.name == boat)
+        self._charge = Charge(sim, boat, own.battery) if own.battery else None
 
     def restart(self) -> None:
         """Time begins anew: there is nothing before the next measurement."""
         self._before = None
+        if self._charge is not None:
+            self._charge.restart()
 
     def measure(self) -> dict[str, Any]:
         """The state of this moment, as `packets.answer` takes it.
@@ -59,7 +64,8 @@ class Board:
             _NO_DRAW,
             self._sim.world.parameters.x_from_east,
         )
-        return {
+        battery = {} if self._charge is None else {"battery": self._charge.measure()}
+        return battery | {
             "timestamp": time,
             "imu": {"gyro": _numbers(unit.angular_velocity), "accel_body": _numbers(unit.linear_acceleration)},
             "position": self._north_east_down(place.position),

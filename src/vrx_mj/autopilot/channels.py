@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
-from vrx_mj.errors import CommandError
+from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import BLADES
@@ -33,10 +33,13 @@ class Channel:
     """Pulse that commands 0 [us]."""
     span: float = SPAN
     """Pulse beyond the trim that commands all [us]; below 0 for what turns the other way."""
+    dead_band: float = 0.0
+    """How far from the trim a pulse still commands nothing [us]."""
 
     def value(self, pulse: int) -> float:
         """The command of a pulse [us]; none without a pulse."""
-        share = max(-1.0, min(1.0, (pulse - self.trim) / self.span)) if pulse else 0.0
+        off = pulse - self.trim if pulse and abs(pulse - self.trim) > self.dead_band else 0.0
+        share = max(-1.0, min(1.0, off / self.span))
         return share * self.ahead if share > 0.0 else -share * self.astern
 
 
@@ -49,7 +52,28 @@ def is_servo_pulse(pulse: int) -> bool:
     return pulse == 0 or SHORTEST <= pulse <= LONGEST
 
 
-def default_channels(world: World, boat: str) -> dict[int, Channel]:
+def channels_of(world: World, boat: str) -> dict[int, Channel]:
+    """The channels of a boat: those of its robot's `autopilot:`, else `usual_channels`.
+
+    Raises:
+        UnknownNameError: its robot names a command that it has not.
+        CommandError: what channels command is not clear.
+    """
+    given = next(each.autopilot for each in world.parameters.boats if each.name == boat)
+    if not given:
+        return usual_channels(world, boat)
+    known = _commands(world.parameters.thrusters_of(boat))
+    found = {}
+    for one in given:
+        if one.command not in known:
+            raise UnknownNameError(f"command of {boat}, which its robot's `autopilot:` has", one.command, known)
+        usual = known[one.command]
+        trim, span = (getattr(usual, key) if (own := getattr(one, key)) is None else own for key in ("trim", "span"))
+        found[one.number] = replace(usual, trim=trim, span=span, dead_band=one.dead_band)
+    return found
+
+
+def usual_channels(world: World, boat: str) -> dict[int, Channel]:
     """The channels of a boat as parameters of ArduPilot's Rover are usually set.
 
     Thrusters `left` and `right` are channels 1 and 3 (SERVO1_FUNCTION 73, SERVO3_FUNCTION 74); else what steers is
@@ -59,35 +83,26 @@ def default_channels(world: World, boat: str) -> dict[int, Channel]:
         CommandError: the boat has other thrusters.
     """
     own = world.parameters.thrusters_of(boat)
-    pushing = {one.name: one for one in own if one.mapping not in BLADES}
-    if {"left", "right"} <= pushing.keys():
-        return {1: _thrust(pushing["left"]), 3: _thrust(pushing["right"])}
-    steering, sails = [one for one in own if one.sail is None and one.max_angle], [one for one in own if one.sail]
+    known, pushing = _commands(own), [one.name for one in own if one.mapping not in BLADES]
+    if {"left", "right"} <= set(pushing):
+        return {1: known["left"], 3: known["right"]}
+    sails = [one.name + ANGLE for one in own if one.sail]
+    steering = [name for name in known if name.endswith(ANGLE) and name not in sails]
     if len(steering) != 1 or len(pushing) > 1 or len(sails) > 1 or not (pushing or sails):
-        known = ", ".join(_commands(own)) or "none"
         raise CommandError(
             f"which channels command {boat} is not clear: `autopilot:` of its robot's YAML has to say it, as in "
-            f"{{1: left, 3: right}}; its commands: {known}"
+            f"{{1: left, 3: right}}; its commands: {', '.join(known) or 'none'}"
         )
-    found = {1: _angle(steering[0])}
-    if pushing:
-        found[3] = _thrust(*pushing.values())
-    if sails:
-        found[4] = _angle(sails[0], SAIL_TRIM, SAIL_SPAN)
-    return found
+    return {number: known[name] for number, names in ((1, steering), (3, pushing), (4, sails)) for name in names}
 
 
-def _commands(own: Sequence[Thruster]) -> Iterator[str]:
+def _commands(own: Sequence[Thruster]) -> dict[str, Channel]:
+    """Every command of a boat's thrusters, as channels usually have it."""
+    found = {}
     for one in own:
         if one.mapping not in BLADES:
-            yield one.name
+            found[one.name] = Channel(one.name, *one.command_limits)
         if one.max_angle:
-            yield one.name + ANGLE
-
-
-def _thrust(thruster: Thruster) -> Channel:
-    return Channel(thruster.name, *thruster.command_limits)
-
-
-def _angle(thruster: Thruster, trim: float = TRIM, span: float = SPAN) -> Channel:
-    return Channel(thruster.name + ANGLE, -thruster.max_angle, thruster.max_angle, trim, span)
+            pulses = (SAIL_TRIM, SAIL_SPAN) if one.sail else (TRIM, SPAN)
+            found[one.name + ANGLE] = Channel(one.name + ANGLE, -one.max_angle, one.max_angle, *pulses)
+    return found

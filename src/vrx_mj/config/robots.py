@@ -45,6 +45,8 @@ def _scalars(value: object) -> object:
     return {key: str(item).lower() if isinstance(item, bool) else str(item) for key, item in value.items()}
 
 
+VoltagePoint = Annotated[tuple[Share, Positive], numbers("share voltage")]
+ChannelNumber = Annotated[str, Field(pattern="^([1-9]|[12][0-9]|3[0-2])$")]
 SailPoint = Annotated[tuple[Number, Number, NonNegative], numbers("angle lift drag")]
 Arguments = Annotated[dict[str, str], BeforeValidator(_scalars)]
 """Values of xacro arguments by their names."""
@@ -115,6 +117,51 @@ class SailEntry(Config):
         found = unsorted_rows("coefficients", angles, "an angle")
         if angles and (len(angles) < 2 or (angles[0], angles[-1]) != (0.0, 180.0)):
             found.append((("coefficients",), f"angles from 0 to 180 are needed, got {angles[0]:g} to {angles[-1]:g}"))
+        return found
+
+
+def _named_channel(value: object) -> object:
+    """A channel of which nothing but its command is given."""
+    return {"thruster": value} if isinstance(value, str) else value
+
+
+class ChannelEntry(Config):
+    """What the pulses of an autopilot's channel command."""
+
+    thruster: str
+    """Name of the command: a thruster, or what turns, with `_angle` after its name."""
+    trim: Annotated[Number, Field(ge=500, le=2500)] | None = None
+    """Pulse that commands nothing [us]; by default 1500, of a sail 1000."""
+    span: Annotated[Number, Field(ge=-2000, le=2000)] | None = None
+    """How much longer the pulse is that commands all [us]; below 0 for what turns the other way.
+
+    By default 400, of a sail 1000."""
+    dead_band: Annotated[Number, Field(ge=0, le=500)] = 0.0
+    """How far from the trim a pulse still commands nothing [us]."""
+
+    def _faults(self) -> Iterator[Fault]:
+        if self.span is not None and abs(self.span) <= self.dead_band:
+            yield ("span",), f"must be more than the dead band, {self.dead_band:g}, got {self.span:g}"
+
+
+Channel = Annotated[ChannelEntry, BeforeValidator(_named_channel)]
+
+
+class BatteryEntry(Config):
+    """What the propellers of a boat run on."""
+
+    capacity: Positive
+    """Charge [A h]."""
+    voltage: Annotated[tuple[VoltagePoint, ...], Field(min_length=2, max_length=100)]
+    """Shares of the charge that are left, from 0 to 1, each with the voltage at rest [V]."""
+    resistance: NonNegative = 0.0
+    """Resistance within [ohm]."""
+
+    def _faults(self) -> list[Fault]:
+        shares = [share for share, _ in self.voltage]
+        found = unsorted_rows("voltage", shares, "a share")
+        if (shares[0], shares[-1]) != (0.0, 1.0):
+            found.append((("voltage",), f"shares from 0 to 1 are needed, got {shares[0]:g} to {shares[-1]:g}"))
         return found
 
 
@@ -221,6 +268,10 @@ class RobotConfig(Config):
     """Areas and coefficients in worlds of profile `marine`, instead of `wind`."""
     hull: MarineHullConfig | None = None
     """Hull in worlds of profile `marine`; what it does not give is that of `hydrodynamics`."""
+    autopilot: dict[ChannelNumber, Channel] = Field(default_factory=dict)
+    """What an autopilot's channels, 1 to 32, command; by default 1 and 3 are two engines, or rudder and engine."""
+    battery: BatteryEntry | None = None
+    """Its battery, of which autopilots are told."""
     sensors: tuple[SensorConfig, ...] = ()
     """Sensors besides those of the URDF; posed in their link's frame."""
     profiles: Profiles = Profiles()

@@ -347,13 +347,17 @@ class _Builder:
             self.problem(node, path, "merge keys '<<' are not allowed: write the keys out (a world may use 'extends')")
         elif isinstance(key, str):
             return key
-        elif self.loose and isinstance(key, int) and not isinstance(key, bool):
+        elif (self.loose or path[-1:] == NUMBERED) and isinstance(key, int) and not isinstance(key, bool):
             return str(key)
         elif isinstance(node, ScalarNode):
             self.problem(node, path, f"key {node.value or 'nothing'} is not text; put it in quotes")
         else:
             self.problem(node, path, "a key must be a word, not a list or a mapping")
         return None
+
+
+NUMBERED = ("autopilot",)
+"""The section whose keys are numbers: those of channels."""
 
 
 def _scalar(node: ScalarNode) -> object:

@@ -17,7 +17,7 @@ from vrx_mj.config.dynamics import (
     ServoConfig,
     ThrusterConfig,
 )
-from vrx_mj.config.robots import RobotConfig, RudderEntry, SailEntry
+from vrx_mj.config.robots import BatteryEntry, ChannelEntry, RobotConfig, RudderEntry, SailEntry
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.wind import WindageConfig
@@ -108,6 +108,9 @@ class Boat:
     """Hull in profile `marine`."""
     pushed: Vector | None = None
     """Where in the base link water and wind push [m]; None: at the centre of mass of what is held to it."""
+    autopilot: Mapping[str, ChannelEntry] = field(default_factory=dict)
+    """What an autopilot's channels command, by number."""
+    battery: BatteryEntry | None = None
     description: str = ""
     """Its URDF, with the places of its meshes; empty if it is made of the package's own files alone."""
 
@@ -145,6 +148,8 @@ def assembled(urdf: Urdf, config: RobotConfig, drive: Mapping[str, object] = Map
         wind=config.wind or gazebo.wind,
         windage=config.windage,
         hull=config.hull,
+        autopilot=config.autopilot,
+        battery=config.battery,
         sensors=sensors,
         warnings=(
             *urdf.remarks,

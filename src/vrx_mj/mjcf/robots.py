@@ -44,8 +44,8 @@ from vrx_mj.mjcf.parameters import PROFILES, Rows
 from vrx_mj.mjcf.pieces import PREFIX, Piece
 from vrx_mj.mjcf.templates import Geom, geoms, meshes
 from vrx_mj.mjcf.wind import boat_wind, boat_windage
+from vrx_mj.model.boats import AutopilotChannel, Battery, Hull, Propeller, Sail, Sensor, Station, Thruster, Vessel
 from vrx_mj.model.boats import Boat as Entry
-from vrx_mj.model.boats import Hull, Propeller, Sail, Sensor, Station, Thruster, Vessel
 from vrx_mj.model.kinds import LONGEST_DESCRIPTION
 from vrx_mj.outputs import write_files
 from vrx_mj.physics.sail import sail_curve
@@ -420,7 +420,21 @@ def boat_rows(
             for item in (fit.measured if physics.profile == MARINE else fit.thrusters)
         ],
         sensors=[replace(_named(sensor, boat.name), boat=boat.name) for sensor in fit.sensors],
-        boats=[Entry(life=life, description=_kept(fit.boat.description), **{key: getattr(boat, key) for key in SAME})],
+        boats=[_entry(fit.boat, boat, life)],
+    )
+
+
+def _entry(robot: Boat, boat: BoatConfig, life: int) -> Entry:
+    """A boat as its fleet and its robot have it."""
+    return Entry(
+        life=life,
+        description=_kept(robot.description),
+        autopilot=tuple(
+            AutopilotChannel(number=int(number), command=one.thruster, **one.model_dump(exclude={"thruster"}))
+            for number, one in robot.autopilot.items()
+        ),
+        battery=None if robot.battery is None else Battery(**robot.battery.model_dump()),
+        **{key: getattr(boat, key) for key in SAME},
     )
 
 

@@ -36,8 +36,8 @@ from vrx_mj.model.kinds import (
 )
 
 __all__ = [
-    "Boat", "Diffraction", "Hull", "Memory", "Propeller", "Sail", "Sensor", "Spawn", "Station", "Thruster",
-    "Vessel", "WindCoefficients", "Windage",
+    "AutopilotChannel", "Battery", "Boat", "Diffraction", "Hull", "Memory", "Propeller", "Sail", "Sensor", "Spawn",
+    "Station", "Thruster", "Vessel", "WindCoefficients", "Windage",
 ]  # fmt: skip
 
 
@@ -362,6 +362,36 @@ class Sensor:
 
 
 @dataclass(frozen=True, kw_only=True)
+class AutopilotChannel:
+    """What the pulses of an autopilot's channel command."""
+
+    __pydantic_config__ = STRICT
+    number: Annotated[int, Field(ge=1, le=32)]
+    """Number of the channel."""
+    command: Text
+    """Name of the command."""
+    trim: Real | None = None
+    """Pulse that commands nothing [us]; None: that of its kind."""
+    span: Real | None = None
+    """How much longer the pulse is that commands all [us]; None: that of its kind."""
+    dead_band: NonNegative = 0.0
+    """How far from the trim a pulse still commands nothing [us]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Battery:
+    """What the propellers of a boat run on."""
+
+    __pydantic_config__ = STRICT
+    capacity: Positive
+    """Charge [A h]."""
+    voltage: Annotated[tuple[tuple[Share, Positive], ...], Field(min_length=2, max_length=100)]
+    """Shares of the charge that are left, from 0 to 1, with the voltage at rest [V]."""
+    resistance: NonNegative
+    """Resistance within [ohm]."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Boat:
     """A boat as its fleet has it."""
 
@@ -390,6 +420,10 @@ class Boat:
     """Pose at the start [m, rad]."""
     life: Count = field(default=0, metadata=LEFT_OUT)
     """Number of boats of that name before it."""
+    autopilot: Annotated[tuple[AutopilotChannel, ...], Field(max_length=32)] = field(default=(), metadata=LEFT_OUT)
+    """Channels of its autopilot; empty: as usual."""
+    battery: Battery | None = field(default=None, metadata=LEFT_OUT)
+    """Its battery."""
 
 
 def boat_label(name: str, robot: str) -> str:

@@ -25,7 +25,8 @@ def moved(*, position=(0, 0, 0), roll=0.0, pitch=0.0, yaw=NORTH, velocity=(0, 0,
 
 def measured(*moments, mounted=(0.0, 0.0, 0.0), wind=(0.0, 0.0, 0.0), x_from_east=0.0):
     """What a board measures at the last of some moments."""
-    parameters = SimpleNamespace(x_from_east=x_from_east, sea=SimpleNamespace(level=0.0))
+    boats = [SimpleNamespace(name="a", battery=None)]
+    parameters = SimpleNamespace(x_from_east=x_from_east, sea=SimpleNamespace(level=0.0), boats=boats)
     sim = SimpleNamespace(
         model=SimpleNamespace(opt=SimpleNamespace(gravity=(0.0, 0.0, -G))),
         world=SimpleNamespace(parameters=parameters),

@@ -3,7 +3,7 @@
 import pytest
 
 from vrx_mj import Simulation, compile_world
-from vrx_mj.autopilot.channels import default_channels
+from vrx_mj.autopilot.channels import channels_of
 from vrx_mj.resources import root
 
 FILES = sorted((root() / "assets" / "robots").glob("*/ardurover.parm"))
@@ -18,7 +18,7 @@ def test_channels_speeds_and_turns_are_those_of_the_boat(file):
     fleet = {"boats": [{"name": "b", "robot": file.parent.name, "pose": [0, 0, 0, 0, 0, 0]}]}
     sim = Simulation(compile_world(CALM, fleet=fleet))
     first, second = (FUNCTIONS[known[f"SERVO{number}_FUNCTION"]] for number in (1, 3))
-    channels = default_channels(sim.world, "b")
+    channels = channels_of(sim.world, "b")
     assert {number: channel.command for number, channel in channels.items()} == {1: first, 3: second}
     skid, share = first == "left", float(known["CRUISE_THROTTLE"]) / 100.0
     ahead = sim.step({"b": {second: share} | ({first: share} if skid else {})}, duration=60.0)["b"]
