@@ -14,6 +14,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.bays import Cell
 from vrx_mj.config.docks import Berths, DockLayout, DockPlacement, berths, load_dock
+from vrx_mj.config.layouts import is_clear
 from vrx_mj.config.objects import FieldConfig, ObjectConfig, PathConfig, Placement, RopeConfig, load_object
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import CompileError
@@ -144,7 +145,7 @@ def _field(field: FieldConfig, config: WorldConfig, taken: FloatArray, ground: "
         for _ in range(TRIES):
             x, y = (c + field.size * (uniform(key, np.uint64(counter + i)) - 0.5) for i, c in enumerate(field.center))
             counter += 2
-            if _clear(taken, x, y, field.min_distance) and ground.clear(x, y, field.min_distance):
+            if is_clear(taken, x, y, field.min_distance) and ground.clear(x, y, field.min_distance):
                 break
         else:
             raise CompileError(_full(field, config.name, done, len(wanted)))
@@ -163,12 +164,6 @@ def _full(field: FieldConfig, world: str, done: int, wanted: int) -> str:
     )
 
 
-def _clear(taken: FloatArray, x: float, y: float, distance: float) -> bool:
-    """Whether no point (n, 2) is nearer to (x, y) than a distance [m]."""
-    dx, dy = taken[:, 0] - x, taken[:, 1] - y
-    return not np.any(dx * dx + dy * dy < distance * distance)
-
-
 class _Ground:
     """Docks and land: what does not float away."""
 
@@ -178,7 +173,7 @@ class _Ground:
 
     def clear(self, x: float, y: float, distance: float) -> bool:
         """Whether (x, y) is in the water and so far [m] from the shore and from docks, whose blocks count as discs."""
-        if not all(_clear(middles, x, y, distance + 2.0**0.5 * half) for half, middles in self._blocks):
+        if not all(is_clear(middles, x, y, distance + 2.0**0.5 * half) for half, middles in self._blocks):
             return False
         gap = land_distance(self._terrain, x, y, self._folder) if self._terrain else math.inf
         return gap > 0.0 and gap >= distance
