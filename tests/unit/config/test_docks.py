@@ -35,12 +35,12 @@ SYMBOLS_AT = {
 
 def of_object(name):
     (dock,) = load_object(name).docks
-    return berths(dock, load_dock(dock.layout).cells)
+    return berths(dock)
 
 
 def drawn(layout, **keys):
     world = load_world({"docks": [{"name": "d", "layout": layout, **keys}]})
-    return berths(world.docks[0], load_dock(layout).cells)
+    return berths(world.docks[0])
 
 
 def numbers(bay):
@@ -63,17 +63,17 @@ def numbers(bay):
     ],
 )
 def test_a_bay_has_blocks_on_three_sides_and_open_water_on_the_fourth(drawing, found):
-    assert find_bays(load_dock(drawing).cells) == tuple(found)
+    assert find_bays(load_dock(drawing)) == tuple(found)
 
 
 def test_bays_come_in_reading_order():
-    found = find_bays(load_dock("X X X\nXXXXX\nX X X").cells)
+    found = find_bays(load_dock("X X X\nXXXXX\nX X X"))
     assert [bay.first for bay in found] == [(0, 1), (0, 3), (2, 1), (2, 3)]
 
 
 @pytest.mark.parametrize(("name", "opens"), [("dock_2016", [(-1, 0)] * 3), ("dock_2018", [(-1, 0), (1, 0)])])
 def test_the_bays_of_vrx_docks_are_found_in_their_drawings(name, opens):
-    assert [bay.opens for bay in find_bays(load_dock(name).cells)] == opens
+    assert [bay.opens for bay in find_bays(load_dock(name))] == opens
 
 
 @pytest.mark.parametrize(
@@ -189,12 +189,12 @@ def test_a_first_row_may_begin_with_a_blank(tmp_path, layout):
     file = tmp_path / "mine.yaml"
     file.write_text(f"docks:\n  - name: a\n    layout: {layout}\n", encoding="utf-8")
     (dock,) = load_world(file).docks
-    assert load_dock(dock.layout).rows == ("  X X", "X   X", "XXXXX")
+    assert dock.cells == ((0, 2), (0, 4), (1, 0), (1, 4), *((2, column) for column in range(5)))
     assert load_world({"docks": [{"name": "a", "layout": ["  X X", "X   X", "XXXXX"]}]}).docks[0].layout == dock.layout
 
 
 def test_one_row_of_a_list_is_a_row_and_no_name():
-    assert load_dock(load_world({"docks": [{"name": "a", "layout": ["X X"]}]}).docks[0].layout).rows == ("X X",)
+    assert load_world({"docks": [{"name": "a", "layout": ["X X"]}]}).docks[0].cells == ((0, 0), (0, 2))
     text = "<world>: docks[0].layout[0]: row 1, column 1: 'd' in a dock; only X and blank"
     with pytest.raises(ConfigError, match=f"^{re.escape(text)}$"):
         load_world({"docks": [{"name": "a", "layout": ["dock_2016"]}]})
