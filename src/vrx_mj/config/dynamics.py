@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, field_validator
 
-from vrx_mj.config.base import Config, Fault, Folder, Only, fault, unsorted_rows
+from vrx_mj.config.base import Config, Fault, InFolder, Only, fault, unsorted_rows
 from vrx_mj.config.hydro import read_hydro
 from vrx_mj.config.loading import loads
 from vrx_mj.config.shapes import Shape
@@ -213,7 +213,7 @@ class SkegConfig(Config):
     """Height over mean length."""
 
 
-class MarineHullConfig(Config):
+class MarineHullConfig(InFolder):
     """A hull in worlds of profile `marine`, instead of `hydrodynamics`, from which comes what is not given here.
 
     Axes are those of the base link: x forward, y left, z up.
@@ -221,7 +221,6 @@ class MarineHullConfig(Config):
 
     folder_keys: ClassVar = {"folder": "hydro"}
 
-    folder: Folder = None
     hydrostatics: Literal["mesh", "matrix"] = "mesh"
     """Pressure of still water and waves on closed surfaces; or the stiffness of a published model of coefficients."""
     shapes: Annotated[tuple[Shape, ...], Field(max_length=100), Only("hydrostatics", ("mesh",))] = ()

@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from pydantic import Field, Tag
 
-from vrx_mj.config.base import Config, Fault, Folder, FromFile
+from vrx_mj.config.base import Config, Fault, Folder, FromFile, InFolder
 from vrx_mj.config.layouts import HEIGHT, Headings, Layout, headings, roomy_square, spots, yaw_of
 from vrx_mj.config.loading import joining, loads, problem_at
 from vrx_mj.config.profiles import CLASSIC
@@ -95,11 +95,10 @@ def _read_thrusters(layout: str, near: Path | None) -> None:
 _read_components = partial(_read_parts, "components")
 
 
-class _Built(Config):
+class _Built(InFolder):
     """Keys of a fleet and of a single boat of it."""
 
     folder_keys: ClassVar = {"folder": "robot", "thrusters_folder": "thrusters", "components_folder": "components"}
-    folder: Folder = None
     thrusters_folder: Folder = None
     components_folder: Folder = None
     robot: Annotated[str, loads(load_robot)] | None = None

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.config.base import Config, Fault, Folder, Only, repeated
+from vrx_mj.config.base import Config, Fault, InFolder, Only, repeated
 from vrx_mj.config.shapes import BuoyancyConfig, Shape, Visual
 from vrx_mj.config.values import Inertia, Name, NonNegative, Number, Pose, Positive, Vec3, demand, numbers
 from vrx_mj.errors import UnknownNameError
@@ -82,10 +82,9 @@ class JointConfig(Config):
                         for key in sorted(self.axis.model_fields_set - {"damping"}))  # fmt: skip
 
 
-class LinkConfig(Config):
+class LinkConfig(InFolder):
     """A link of an object beside its own, which hangs on a joint."""
 
-    folder: Folder = None
     name: Name
     """Name of the link."""
     pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

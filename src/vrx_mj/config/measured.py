@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
-from vrx_mj.config.base import Config, Fault, Folder, unsorted_rows
+from vrx_mj.config.base import Config, Fault, InFolder, unsorted_rows
 from vrx_mj.config.dynamics import Six
 from vrx_mj.config.kinds import wrong_kind
 from vrx_mj.config.loading import Loading, read_file, validated
@@ -53,11 +53,10 @@ class SignalConfig(Config):
     """Greatest difference that is inside, in the signal's unit."""
 
 
-class MeasuredCaseConfig(Config):
+class MeasuredCaseConfig(InFolder):
     """A case with a user's own measurements."""
 
     folder_keys: ClassVar = {"folder": "world"}
-    folder: Folder = None
     title: str = ""
     """Heading of the case; by default the name of the file."""
     source: str

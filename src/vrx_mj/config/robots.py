@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field
 
-from vrx_mj.config.base import Config, Fault, Folder, Only, faults, unsorted_rows
+from vrx_mj.config.base import Config, Fault, Folder, InFolder, Only, faults, unsorted_rows
 from vrx_mj.config.dynamics import (
     ContactConfig,
     HullConfig,
@@ -183,11 +183,10 @@ class Profiles(Config):
     """What is different in worlds of profile vrx3."""
 
 
-class RobotConfig(Config):
+class RobotConfig(InFolder):
     """A kind of boat."""
 
     folder_keys: ClassVar = {"urdf_folder": "urdf"}
-    folder: Folder = None
     urdf_folder: Folder = None
     description: str = ""
     """What `vrx-mj list robots --verbose` shows."""
