@@ -4,7 +4,7 @@ All places are in the dock's frame [m]: x down the page, y to the right, z up fr
 """
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise, product
 from typing import Annotated, Literal, get_args
@@ -177,21 +177,17 @@ def _bays_toward(blocks: frozenset[Cell], opens: Cell) -> Iterator[Bay]:
     (di, dj), (pi, pj) = opens, (abs(opens[1]), abs(opens[0]))
     turned = sorted((-i * di - j * dj, i * pi + j * pj) for i, j in blocks)
     there = frozenset(turned)
-    for (row, left), (same, right) in pairwise(turned):
+    gaps = {(row, left, right) for (row, left), (same, right) in pairwise(turned) if row == same and left + 1 < right}
+    for row, left, right in gaps:
         inside = range(left + 1, right)
-        if row != same or not inside or any((row + 1, column) not in there for column in inside):
+        if any((row + 1, column) not in there for column in inside):
             continue
         outer = row
-        while {(outer - 1, left), (outer - 1, right)} <= there and (outer - 1, left, right) in _gaps(turned):
+        while (outer - 1, left, right) in gaps:
             outer -= 1
         if not any(near < outer and column in inside for near, column in turned):
             corners = [(-u * di + v * pi, -u * dj + v * pj) for u in (outer, row) for v in (left + 1, right - 1)]
             yield Bay(min(corners), max(corners), opens)
-
-
-def _gaps(cells: Sequence[Cell]) -> frozenset[tuple[int, int, int]]:
-    """Water between two blocks of a row: row, and the columns of the blocks. Cells are sorted."""
-    return frozenset((row, left, right) for (row, left), (same, right) in pairwise(cells) if row == same)
 
 
 def bay_zones(bay: Bay, block: float) -> tuple[Box, Box]:

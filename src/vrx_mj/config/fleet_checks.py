@@ -3,6 +3,7 @@
 import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
+from statistics import fmean
 
 from vrx_mj.config.base import Fault
 from vrx_mj.config.fleet import BoatConfig, FleetConfig, FleetPosition, Slot, room_faults
@@ -104,10 +105,7 @@ def _warn_of_bearings(fleet: FleetConfig) -> None:
     """Positions whose headings point away from their middle, all of them, if they are bearings, and only then."""
     if fleet.headings is not None or len(fleet.positions) < 2:
         return
-    middle = [
-        math.fsum(axis) / len(fleet.positions) for axis in zip(*((p.x, p.y) for p in fleet.positions), strict=True)
-    ]
-    if _all_outward(fleet.positions, middle, "compass") and not _all_outward(fleet.positions, middle, "math"):
+    if _all_outward(fleet.positions, "compass") and not _all_outward(fleet.positions, "math"):
         text = f"fleet {fleet.name}: its headings point outward only as compass bearings, and are read as degrees"
         advice = "write `headings: compass` for bearings, or `headings: math` to keep this"
         warnings.warn(f"{text} counter-clockwise from x; {advice}", VrxWarning, stacklevel=3)
@@ -127,13 +125,11 @@ def _warn_of_radians(fleet: FleetConfig) -> None:
         warnings.warn(f"{text}; {advice}", VrxWarning, stacklevel=3)
 
 
-def _all_outward(positions: Sequence[FleetPosition], middle: Sequence[float], headings: Headings) -> bool:
-    for position in positions:
-        x, y, _, _, _, yaw = position.pose_in(headings)
-        away = math.atan2(y - middle[1], x - middle[0])
-        if abs(math.remainder(yaw - away, 2 * math.pi)) > OUTWARD:
-            return False
-    return True
+def _all_outward(positions: Sequence[FleetPosition], headings: Headings) -> bool:
+    x0, y0 = fmean(position.x for position in positions), fmean(position.y for position in positions)
+    poses = (position.pose_in(headings) for position in positions)
+    turns = (math.remainder(yaw - math.atan2(y - y0, x - x0), 2 * math.pi) for x, y, *_, yaw in poses)
+    return all(abs(turn) <= OUTWARD for turn in turns)
 
 
 def _angles(fleet: FleetConfig) -> list[tuple[str, Sequence[float]]]:

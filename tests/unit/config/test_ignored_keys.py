@@ -289,7 +289,7 @@ REFERRED_TO = {(BuoyancyElement, "name"), (Visual, "name")}
 FREE = {
     "AnimalConfig.goal", "BoatConfig.engines", "BoatEntry.engines", "CameraConfig.antialiasing", "FleetConfig.engines",
     "FleetConfig.headings", "FleetConfig.heading", "FleetConfig.origin", "HoleConfig.size", "Layout.headings",
-    "Layout.heading", "Rules.release", "SignalConfig.of",
+    "Layout.heading", "Rules.release",
     "StationkeepingTask.type", "TargetConfig.size", "ThrusterConfig.mapping", "ThrusterEntry.mapping", "_Built.engines",
     "WindageConfig.vessel", "PhysicsConfig.profile",
 }  # fmt: skip
