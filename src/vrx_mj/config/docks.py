@@ -14,30 +14,18 @@ from typing import Annotated, NamedTuple
 from pydantic import BeforeValidator, field_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import Fault, InFolder, Only, fault, faults, repeated
-from vrx_mj.config.bays import (
-    BLOCKS,
-    Bay,
-    BayConfig,
-    Box,
-    Cell,
-    HoleConfig,
-    MooringConfig,
-    PlacardConfig,
-    Symbol,
-    bay_zones,
-    board,
-    board_holes,
-    find_bays,
-)
+from vrx_mj.config.base import Config, Fault, InFolder, Only, fault, faults, repeated
+from vrx_mj.config.bays import Bay, BayConfig, Box, Cell, HoleConfig, PlacardConfig, Symbol, board_holes, find_bays
 from vrx_mj.config.loading import check, referenced
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import Items
-from vrx_mj.config.values import Name, Number, Pose, Switch, demand
+from vrx_mj.config.values import Name, NonNegative, Number, Pose, Switch, demand
 from vrx_mj.config.wording import one_of, shown
 from vrx_mj.config.yaml_text import find_lookalikes, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError
 
+BLOCKS = (0.5, 1.0, 1.5, 2.0)
+"""Edges of blocks [m]: VRX's dock_block, 2x2, 3x3 and 4x4."""
 MAX_CELLS = 10_000
 """Most cells of a dock, blanks included."""
 
@@ -144,6 +132,15 @@ Block = Annotated[
 ]
 
 
+class MooringConfig(Config):
+    """Lines that hold a dynamic dock: a spring and a damper along the water at each of its four corners."""
+
+    stiffness: NonNegative = 2000.0
+    """Stiffness of one line [N/m]."""
+    damping: NonNegative = 2000.0
+    """Damping of one line [N s/m]."""
+
+
 class DockPlacement(Placed):
     """A dock somewhere."""
 
@@ -208,8 +205,8 @@ def berths(dock: DockPlacement) -> Berths:
     bays = [
         Berth(
             bay.name or f"bay{number}",
-            bay.internal or bay_zones(found[number - 1], dock.block)[0],
-            bay.external or bay_zones(found[number - 1], dock.block)[1],
+            bay.internal or found[number - 1].zones(dock.block)[0],
+            bay.external or found[number - 1].zones(dock.block)[1],
             placards[number].name if number in placards else None,
         )
         for number, bay in enumerate(dock.bays if dock.bays is not None else [BayConfig()] * len(found), 1)
@@ -236,7 +233,7 @@ def _placards(dock: DockPlacement, found: Sequence[Bay]) -> dict[int, PlacardCon
         placards = dict(enumerate(dock.placards, 1))
     else:
         placards = {
-            number: board(place, dock.block, f"{dock.name}_placard{number}", bay.placard)
+            number: place.board(dock.block, f"{dock.name}_placard{number}", bay.placard)
             for number, (bay, place) in enumerate(zip(dock.bays or (), found, strict=False), 1)
             if bay.placard != "none"
         }

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -18,17 +18,7 @@ from vrx_mj.config.readers import function_of
 from vrx_mj.config.robots import Arguments, load_robot
 from vrx_mj.config.search import contained, is_path
 from vrx_mj.config.tree import Loc
-from vrx_mj.config.values import (
-    MAX_COORDINATE,
-    Cartesian,
-    Color,
-    Coordinate,
-    Name,
-    Number,
-    Pose,
-    by_type,
-    demand,
-)
+from vrx_mj.config.values import MAX_COORDINATE, Cartesian, Color, Coordinate, Name, Number, Pose, by_type, demand
 from vrx_mj.config.world import Sensors, SpawnConfig, WorldConfig
 from vrx_mj.errors import ConfigError, Problem
 
@@ -81,18 +71,11 @@ class FleetPosition(Config):
         return self.x, self.y, self.z, 0.0, 0.0, yaw_of(self.Y, headings)
 
 
-def _read_parts(kind: str, path: str, near: Path | None) -> None:
-    read = function_of("parts", path)
-    assert read is not None, "any file may have parts"
-    read(contained(path, near), kind)
-
-
-def _read_thrusters(layout: str, near: Path | None) -> None:
-    if is_path(layout):
-        _read_parts("thrusters", layout, near)
-
-
-_read_components = partial(_read_parts, "components")
+def _read_parts(kind: str, text: str, near: Path | None) -> None:
+    if kind == "components" or is_path(text):  # else it is the name of a layout
+        read = function_of("parts", text)
+        assert read is not None, "any file may have parts"
+        read(contained(text, near), kind)
 
 
 class _Built(InFolder):
@@ -105,9 +88,9 @@ class _Built(InFolder):
     """Kind of boat; by default that of the world's spawn."""
     arguments: Arguments | None = None
     """Arguments of the robot's xacro, as `{mast_height: 2.5, locked: false}`; a boat's come on top of the fleet's."""
-    thrusters: Annotated[str, loads(_read_thrusters, "thrusters_folder")] | None = None
+    thrusters: Annotated[str, loads(partial(_read_parts, "thrusters"), "thrusters_folder")] | None = None
     """Layout of the thrusters, H, T or X, or a thruster file; by default that of the world's spawn."""
-    components: Annotated[str, loads(_read_components, "components_folder")] | None = None
+    components: Annotated[str, loads(partial(_read_parts, "components"), "components_folder")] | None = None
     """Path of a component file."""
     sensors: Sensors | None = None
     """`vrx`, `none`, or names of suites or sensors; by default those of the world's spawn."""
@@ -181,7 +164,7 @@ class FleetConfig(Layout, _Built, FromFile):
     boats: tuple[BoatEntry, ...] = ()
     """What is different about single boats, and boats with names and poses of their own."""
 
-    def _faults(self) -> list[Fault]:
+    def _faults(self) -> Iterable[Fault]:
         return list(_count_faults(self)) or _entry_faults(self)
 
     @property
@@ -347,18 +330,16 @@ def _count_faults(fleet: FleetConfig) -> Iterator[Fault]:
         yield ("usv_count",), f"required for layout {fleet.layout} without positions"
 
 
-def _entry_faults(fleet: FleetConfig) -> list[Fault]:
+def _entry_faults(fleet: FleetConfig) -> Iterator[Fault]:
     count, taken = _count(fleet), set()
-    found: list[Fault] = []
     for index, entry in enumerate(fleet.boats):
         slot = _slot_of(entry, index, count)
         if slot is None and entry.pose is None:
-            found.append((("boats", index, "pose"), f"required: this boat is not one of the {count} placed ones"))
+            yield ("boats", index, "pose"), f"required: this boat is not one of the {count} placed ones"
         elif slot in taken:
-            found.append((("boats", index), f"duplicate entry for wamv{(slot or 0) + 1}"))
+            yield ("boats", index), f"duplicate entry for wamv{(slot or 0) + 1}"
         if slot is not None:
             taken.add(slot)
-    return found
 
 
 def room_faults(fleet: FleetConfig, seed: int) -> Iterator[Fault]:

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from vrx_mj.config.bays import Bay, bay_zones, board, find_bays
+from vrx_mj.config.bays import Bay, find_bays
 from vrx_mj.config.docks import berths, load_dock
 from vrx_mj.config.objects import load_object
 from vrx_mj.config.world import load_world
@@ -111,7 +111,7 @@ def test_the_holes_are_vrx_own(name, shift):
 
 
 def test_the_zones_of_a_drawing_grow_with_its_bay():
-    internal, external = bay_zones(Bay((1, 1), (2, 6), (0, 1)), 1.0)  # 6 m deep along y, 2 m wide
+    internal, external = Bay((1, 1), (2, 6), (0, 1)).zones(1.0)  # 6 m deep along y, 2 m wide
     assert internal.center == pytest.approx((1.5, 4.0, 0.25))
     assert internal.size == pytest.approx((0.75, 4.0, 2.0))
     assert external.center == pytest.approx((1.5, 9.0, 0.25))
@@ -146,7 +146,7 @@ def test_given_zones_win_over_those_of_the_drawing():
     zone = {"center": [1, 2, 3], "size": [4, 5, 6]}
     (bay,) = drawn("X X\nXXX", bays=[{"external": zone}]).bays
     assert bay.external.model_dump() == {"center": (1.0, 2.0, 3.0), "size": (4.0, 5.0, 6.0)}
-    assert bay.internal == bay_zones(Bay((0, 1), (0, 1), (-1, 0)), 2.0)[0]
+    assert bay.internal == Bay((0, 1), (0, 1), (-1, 0)).zones(2.0)[0]
 
 
 def test_a_dock_of_one_row_has_bays_if_it_says_where():
@@ -171,7 +171,7 @@ def test_a_floating_dock_has_an_end():
 def test_a_board_faces_out_of_its_bay_whichever_way_that_opens(opens):
     """The front of a board is its -y; it stands at the bay's inner end, so that the way out from it is the bay."""
     bay = Bay((1, 1), (2, 2), opens)
-    placard = board(bay, 2.0, "sign", "placard")
+    placard = bay.board(2.0, "sign", "placard")
     x, y, _, _, _, yaw = placard.pose
     assert (math.sin(yaw), -math.cos(yaw)) == pytest.approx(opens, abs=1e-12)
     assert (x + opens[0] * 2.95, y + opens[1] * 2.95) == pytest.approx((3.0, 3.0))
