@@ -18,7 +18,8 @@ from pydantic_core import PydanticUndefined
 from vrx_mj.config.base import Config, field_docstrings
 from vrx_mj.config.bays import LIGHT_COLORS, SHAPES, LightColor, Pattern, Symbol
 from vrx_mj.config.docks import DockPlacement
-from vrx_mj.config.fleet import FleetConfig, Heading, Origin
+from vrx_mj.config.fleet import FleetConfig, Origin
+from vrx_mj.config.layouts import Heading
 from vrx_mj.config.objects import ObjectConfig, PathConfig
 from vrx_mj.config.robots import Arguments, RobotConfig
 from vrx_mj.config.shapes import Factor

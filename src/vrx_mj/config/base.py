@@ -147,6 +147,12 @@ Folder = Annotated[Path | None, Field(exclude=True, repr=False, strict=False)]
 """The folder of the file that this came from, in which its relative paths start. The loader sets it."""
 
 
+class InFolder(Config):
+    """A part of a file with relative paths."""
+
+    folder: Folder = None
+
+
 class FromFile(Config):
     """The content of a file, which knows its places."""
 

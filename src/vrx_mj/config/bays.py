@@ -4,7 +4,7 @@ All places are in the dock's frame [m]: x down the page, y to the right, z up fr
 """
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise, product
 from typing import Annotated, Literal, get_args
@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, Field
 
 from vrx_mj.config.base import Config, Only
 from vrx_mj.config.shapes import Size
-from vrx_mj.config.values import COLORS, Name, NonNegative, NotEmpty, Pose, Vec3, demand, numbers, several
+from vrx_mj.config.values import COLORS, Name, NotEmpty, Pose, Vec3, demand, numbers, several
 from vrx_mj.frames import apply, rotation
 
 Cell = tuple[int, int]
@@ -63,8 +63,6 @@ Board = Literal["placard", "placard_2022"]
 FIRST_SYMBOL = SYMBOLS[0]
 """What a placard shows at the start."""
 
-BLOCKS = (0.5, 1.0, 1.5, 2.0)
-"""Edges of blocks [m]: VRX's dock_block, 2x2, 3x3 and 4x4."""
 MOUTH_GAP = 2.5
 """Distance from a bay's mouth to the middle of the zone outside [m]; VRX: dock_2022."""
 ZONE_DEPTH = 1.5
@@ -144,15 +142,6 @@ class HoleConfig(Config):
     """Edges of the box in which a ball is in the hole [m]."""
 
 
-class MooringConfig(Config):
-    """Lines that hold a dynamic dock: a spring and a damper along the water at each of its four corners."""
-
-    stiffness: NonNegative = 2000.0
-    """Stiffness of one line [N/m]."""
-    damping: NonNegative = 2000.0
-    """Damping of one line [N s/m]."""
-
-
 @dataclass(frozen=True)
 class Bay:
     """A rectangle of water with blocks on three sides."""
@@ -163,6 +152,50 @@ class Bay:
     """Cell of the opposite corner."""
     opens: tuple[int, int]
     """Toward which neighbour its mouth is: (-1, 0), (1, 0), (0, -1) or (0, 1), as rows and columns, thus as x and y."""
+
+    def zones(self, block: float) -> tuple[Box, Box]:
+        """The zones inside and outside the bay of a dock with blocks of edge `block` [m].
+
+        In proportion to VRX's dock_2022, whose bays are 4 m wide and 6 m deep: inside, the boat's origin has the middle
+        of the bay from 1/12 of its depth to 3/4; outside, a strip 1.5 m deep whose middle is 2.5 m from the mouth.
+        """
+        depth, width = self._depth_and_width(block)
+        inner = max(width - BOAT_WIDTH, 0.375 * width)
+        internal = self._zone(block, -5.0 / 12.0 * depth, 2.0 / 3.0 * depth, inner)
+        return internal, self._zone(block, MOUTH_GAP, ZONE_DEPTH, width + ZONE_SPILL)
+
+    def board(self, block: float, name: str, model: Board) -> PlacardConfig:
+        """The board at the inner end of the bay, which faces out of it."""
+        depth, _ = self._depth_and_width(block)
+        dx, dy = self.opens
+        x, y = self._on_axis(block, -depth - min(BOARD_SETBACK, block / 2.0))
+        before, height = SYMBOLS_ON[model]
+        yaw = math.atan2(dx, -dy)
+        return PlacardConfig(
+            name=name,
+            model=model,
+            pose=(x, y, BOARD_CENTER, 0.0, 0.0, yaw),
+            symbol_pose=(x + before * dx, y + before * dy, height, 0.0, 0.0, yaw),
+        )
+
+    def _depth_and_width(self, block: float) -> tuple[float, float]:
+        """Depth and width [m]."""
+        rows, columns = self.last[0] - self.first[0] + 1, self.last[1] - self.first[1] + 1
+        depth, width = (rows, columns) if self.opens[0] else (columns, rows)
+        return depth * block, width * block
+
+    def _on_axis(self, block: float, out: float) -> tuple[float, float]:
+        """Where on the bay's axis, as x and y [m], the point `out` [m] beyond its mouth is."""
+        depth, _ = self._depth_and_width(block)
+        x, y = (block * (a + b) / 2.0 for a, b in zip(self.first, self.last, strict=True))
+        way = depth / 2.0 + out
+        return x + way * self.opens[0], y + way * self.opens[1]
+
+    def _zone(self, block: float, out: float, deep: float, wide: float) -> Box:
+        """A box across the axis of the bay, its middle `out` [m] beyond the mouth."""
+        x, y = self._on_axis(block, out)
+        size = (deep, wide, ZONE_HEIGHT) if self.opens[0] else (wide, deep, ZONE_HEIGHT)
+        return Box(center=(x, y, ZONE_CENTER), size=size)
 
 
 def find_bays(cells: Iterable[Cell]) -> tuple[Bay, ...]:
@@ -177,48 +210,17 @@ def _bays_toward(blocks: frozenset[Cell], opens: Cell) -> Iterator[Bay]:
     (di, dj), (pi, pj) = opens, (abs(opens[1]), abs(opens[0]))
     turned = sorted((-i * di - j * dj, i * pi + j * pj) for i, j in blocks)
     there = frozenset(turned)
-    for (row, left), (same, right) in pairwise(turned):
+    gaps = {(row, left, right) for (row, left), (same, right) in pairwise(turned) if row == same and left + 1 < right}
+    for row, left, right in gaps:
         inside = range(left + 1, right)
-        if row != same or not inside or any((row + 1, column) not in there for column in inside):
+        if any((row + 1, column) not in there for column in inside):
             continue
         outer = row
-        while {(outer - 1, left), (outer - 1, right)} <= there and (outer - 1, left, right) in _gaps(turned):
+        while (outer - 1, left, right) in gaps:
             outer -= 1
         if not any(near < outer and column in inside for near, column in turned):
             corners = [(-u * di + v * pi, -u * dj + v * pj) for u in (outer, row) for v in (left + 1, right - 1)]
             yield Bay(min(corners), max(corners), opens)
-
-
-def _gaps(cells: Sequence[Cell]) -> frozenset[tuple[int, int, int]]:
-    """Water between two blocks of a row: row, and the columns of the blocks. Cells are sorted."""
-    return frozenset((row, left, right) for (row, left), (same, right) in pairwise(cells) if row == same)
-
-
-def bay_zones(bay: Bay, block: float) -> tuple[Box, Box]:
-    """The zones inside and outside a bay of a dock with blocks of edge `block` [m].
-
-    In proportion to VRX's dock_2022, whose bays are 4 m wide and 6 m deep: inside, the boat's origin has the middle of
-    the bay from 1/12 of its depth to 3/4; outside, a strip 1.5 m deep whose middle is 2.5 m from the mouth.
-    """
-    depth, width = _depth_and_width(bay, block)
-    inner = max(width - BOAT_WIDTH, 0.375 * width)
-    internal = _zone(bay, block, -5.0 / 12.0 * depth, 2.0 / 3.0 * depth, inner)
-    return internal, _zone(bay, block, MOUTH_GAP, ZONE_DEPTH, width + ZONE_SPILL)
-
-
-def board(bay: Bay, block: float, name: str, model: Board) -> PlacardConfig:
-    """The board at the inner end of a bay, which faces out of it."""
-    depth, _ = _depth_and_width(bay, block)
-    dx, dy = bay.opens
-    x, y = _on_axis(bay, block, -depth - min(BOARD_SETBACK, block / 2.0))
-    before, height = SYMBOLS_ON[model]
-    yaw = math.atan2(dx, -dy)
-    return PlacardConfig(
-        name=name,
-        model=model,
-        pose=(x, y, BOARD_CENTER, 0.0, 0.0, yaw),
-        symbol_pose=(x + before * dx, y + before * dy, height, 0.0, 0.0, yaw),
-    )
 
 
 def board_holes(bay: int, placard: PlacardConfig) -> tuple[HoleConfig, ...]:
@@ -232,25 +234,3 @@ def board_holes(bay: int, placard: PlacardConfig) -> tuple[HoleConfig, ...]:
         ex, ey, ez = (abs(edge) for edge in apply(turn, box))
         found.append(HoleConfig(bay=bay, size=size, center=(px, py, pz), box=(ex, ey, ez)))
     return tuple(found)
-
-
-def _depth_and_width(bay: Bay, block: float) -> tuple[float, float]:
-    """Of a bay [m]."""
-    rows, columns = bay.last[0] - bay.first[0] + 1, bay.last[1] - bay.first[1] + 1
-    depth, width = (rows, columns) if bay.opens[0] else (columns, rows)
-    return depth * block, width * block
-
-
-def _on_axis(bay: Bay, block: float, out: float) -> tuple[float, float]:
-    """Where on a bay's axis, as x and y [m], the point `out` [m] beyond its mouth is."""
-    depth, _ = _depth_and_width(bay, block)
-    x, y = (block * (a + b) / 2.0 for a, b in zip(bay.first, bay.last, strict=True))
-    way = depth / 2.0 + out
-    return x + way * bay.opens[0], y + way * bay.opens[1]
-
-
-def _zone(bay: Bay, block: float, out: float, deep: float, wide: float) -> Box:
-    """A box across the axis of a bay, its middle `out` [m] beyond the mouth."""
-    x, y = _on_axis(bay, block, out)
-    size = (deep, wide, ZONE_HEIGHT) if bay.opens[0] else (wide, deep, ZONE_HEIGHT)
-    return Box(center=(x, y, ZONE_CENTER), size=size)

@@ -32,7 +32,7 @@ class CurrentConfig(Config):
     """Mean speed at the surface [m/s]."""
     direction: Number = 0.0
     """Direction in which the water moves [degrees], counter-clockwise from x, as for the wind."""
-    profile: tuple[Annotated[tuple[Number, Number], numbers("depth share")], ...] = ()
+    profile: tuple[Annotated[tuple[NonNegative, Number], numbers("depth share")], ...] = ()
     """Share of the mean and of the tide at depths [m], with straight lines between them; by default 1 everywhere."""
     tide: TideConfig | None = None
     """A tide, which adds to the mean."""
@@ -44,8 +44,4 @@ class CurrentConfig(Config):
     """Seed of the random part; 0 leaves it to the world's seed."""
 
     def _faults(self) -> Iterable[Fault]:
-        depths = [depth for depth, _ in self.profile]
-        found = unsorted_rows("profile", depths, "a depth", " m")
-        if depths and depths[0] < 0.0:
-            found.append((("profile", 0), f"a depth of 0 or more is needed, got {depths[0]:g} m"))
-        return found
+        return unsorted_rows("profile", [depth for depth, _ in self.profile], "a depth", " m")

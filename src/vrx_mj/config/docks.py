@@ -6,56 +6,31 @@ In the dock's frame row i is at x = 2 i and column j at y = 2 j: +x points down 
 import contextlib
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from functools import cached_property
 from itertools import chain
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 from pydantic import BeforeValidator, field_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import Config, Fault, Folder, Only, fault, faults, repeated
-from vrx_mj.config.bays import (
-    BLOCKS,
-    Bay,
-    BayConfig,
-    Box,
-    Cell,
-    HoleConfig,
-    MooringConfig,
-    PlacardConfig,
-    Symbol,
-    bay_zones,
-    board,
-    board_holes,
-    find_bays,
-)
+from vrx_mj.config.base import Config, Fault, InFolder, Only, fault, faults, repeated
+from vrx_mj.config.bays import Bay, BayConfig, Box, Cell, HoleConfig, PlacardConfig, Symbol, board_holes, find_bays
 from vrx_mj.config.loading import check, referenced
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import Items
-from vrx_mj.config.values import Name, Number, Pose, Switch, demand
+from vrx_mj.config.values import Name, NonNegative, Number, Pose, Switch, demand
 from vrx_mj.config.wording import one_of, shown
 from vrx_mj.config.yaml_text import find_lookalikes, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError
 
+BLOCKS = (0.5, 1.0, 1.5, 2.0)
+"""Edges of blocks [m]: VRX's dock_block, 2x2, 3x3 and 4x4."""
 MAX_CELLS = 10_000
 """Most cells of a dock, blanks included."""
 
 _MAX_FAULTS = 10
 _HINTS = {"x": "type 'X'", "#": "comments are allowed only at the start of the file"}
-
-
-@dataclass(frozen=True)
-class DockLayout:
-    """A dock's cells, as its text shows them."""
-
-    rows: tuple[str, ...]
-    """The text, `X` and blanks, no blanks at line ends and no blank lines at the end."""
-
-    @property
-    def cells(self) -> tuple[Cell, ...]:
-        """(row, column) of every block, counted from 0, row by row."""
-        return tuple((i, j) for i, row in enumerate(self.rows) for j, cell in enumerate(row) if cell == "X")
 
 
 def neighbours(cell: Cell) -> tuple[Cell, ...]:
@@ -82,8 +57,11 @@ def _outside_quotes(rows: Sequence[object]) -> dict[int, int]:
     }
 
 
-def load_dock(text_or_name: str, near: Path | None = None) -> DockLayout:
-    """The layout of an ASCII drawing, of a name in `docks`, or of a path relative to `near`."""
+def load_dock(text_or_name: str, near: Path | None = None) -> tuple[Cell, ...]:
+    """Row and column of every block, counted from 0 and row by row.
+
+    They are those of an ASCII drawing, of a name in `docks`, or of a path relative to `near`.
+    """
     if is_drawing(text_or_name):
         lines, name, above = text_or_name.split("\n"), "<dock>", 0
     else:
@@ -94,13 +72,13 @@ def load_dock(text_or_name: str, near: Path | None = None) -> DockLayout:
     found = dock_faults(lines)
     if found:
         raise ConfigError(Problem(name, above + row, column, "", message) for row, column, message in found)
-    return DockLayout(_trimmed(lines))
+    return tuple((i, j) for i, row in enumerate(lines) for j, cell in enumerate(row) if cell == "X")
 
 
 def dock_faults(lines: Sequence[str]) -> list[tuple[int, int, str]]:
     """What is wrong with a drawing, each as (row, column, message); both count from 1."""
-    rows = _trimmed(lines)
-    if not any("X" in row for row in rows) and not any(row.strip() for row in rows):
+    rows = [line.rstrip(" ") for line in "\n".join(lines).rstrip(" \n").split("\n")]
+    if not any(map(str.strip, rows)):
         return [(1, 1, "a dock needs at least one X")]
     if len(rows) * max(map(len, rows)) > MAX_CELLS:
         return [(1, 1, f"{len(rows)} rows of up to {max(map(len, rows))} cells; at most {MAX_CELLS} cells")]
@@ -113,21 +91,13 @@ def dock_faults(lines: Sequence[str]) -> list[tuple[int, int, str]]:
     return [(*place, f"row {place[0]}, column {place[1]}: {found[place]}") for place in sorted(found)][:_MAX_FAULTS]
 
 
-def _trimmed(lines: Sequence[str]) -> tuple[str, ...]:
-    rows = [line.rstrip(" ") for line in lines]
-    while rows and not rows[-1]:
-        rows.pop()
-    return tuple(rows)
-
-
 MAX_BLOCKS = 200
 """Most blocks of a dynamic dock."""
 
 
-class Placed(Config):
+class Placed(InFolder):
     """Something with a name of its own, somewhere: in a world, or as part of a composite object."""
 
-    folder: Folder = None
     name: Name
     """Name in the world; nothing else has it."""
     pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -162,6 +132,15 @@ Block = Annotated[
 ]
 
 
+class MooringConfig(Config):
+    """Lines that hold a dynamic dock: a spring and a damper along the water at each of its four corners."""
+
+    stiffness: NonNegative = 2000.0
+    """Stiffness of one line [N/m]."""
+    damping: NonNegative = 2000.0
+    """Damping of one line [N s/m]."""
+
+
 class DockPlacement(Placed):
     """A dock somewhere."""
 
@@ -182,6 +161,11 @@ class DockPlacement(Placed):
     symbols: tuple[Symbol, ...] = ()
     """Symbols that the placards show at the start, in their order."""
 
+    @cached_property
+    def cells(self) -> tuple[Cell, ...]:
+        """Row and column of every block, counted from 0."""
+        return load_dock(self.layout, self.folder)
+
     @field_validator("layout")
     @classmethod
     def _is_a_dock(cls, value: str, info: ValidationInfo) -> str:
@@ -193,11 +177,10 @@ class DockPlacement(Placed):
 
     def _faults(self) -> Iterator[Fault]:
         with contextlib.suppress(VrxError):  # what is wrong with the drawing is reported with it
-            yield from berth_faults(self, load_dock(self.layout, self.folder).cells)
+            yield from berth_faults(self)
 
 
-@dataclass(frozen=True)
-class Berth:
+class Berth(NamedTuple):
     """A bay of a dock, in the dock's frame [m]."""
 
     name: str
@@ -207,8 +190,7 @@ class Berth:
     """Name of its placard."""
 
 
-@dataclass(frozen=True)
-class Berths:
+class Berths(NamedTuple):
     """All that a task wants to know of a dock."""
 
     bays: tuple[Berth, ...]
@@ -216,68 +198,56 @@ class Berths:
     holes: tuple[HoleConfig, ...]
 
 
-def berths(dock: DockPlacement, cells: Sequence[Cell]) -> Berths:
-    """Bays, placards and holes of a dock with these blocks; `berth_faults` has found nothing."""
-    found = find_bays(cells)
-    listed = _listed(dock, found)
-    placards = _placards(dock, listed, found)
-    bays = []
-    for number, (bay, place) in enumerate(listed, 1):
-        zones = bay_zones(place, dock.block) if place else (bay.internal, bay.external)
-        internal, external = bay.internal or zones[0], bay.external or zones[1]
-        assert internal is not None, "a bay without its zone"
-        assert external is not None, "a bay without the zone outside"
-        shown = placards.get(number)
-        bays.append(Berth(bay.name or f"bay{number}", internal, external, shown.name if shown else None))
+def berths(dock: DockPlacement) -> Berths:
+    """Bays, placards and holes of a dock; `berth_faults` has found nothing."""
+    found = find_bays(dock.cells)
+    placards = _placards(dock, found)
+    bays = [
+        Berth(
+            bay.name or f"bay{number}",
+            bay.internal or found[number - 1].zones(dock.block)[0],
+            bay.external or found[number - 1].zones(dock.block)[1],
+            placards[number].name if number in placards else None,
+        )
+        for number, bay in enumerate(dock.bays if dock.bays is not None else [BayConfig()] * len(found), 1)
+    ]
     holes = chain.from_iterable(board_holes(number, placard) for number, placard in placards.items())
     return Berths(tuple(bays), tuple(placards.values()), dock.holes if dock.holes is not None else tuple(holes))
 
 
-def berth_faults(dock: DockPlacement, cells: Sequence[Cell]) -> Iterator[Fault]:
-    """What is wrong with a dock of these blocks, as (path from the dock, message)."""
-    yield from _bay_faults(dock, len(find_bays(cells)))
-    yield from _placard_faults(dock, cells)
-    if dock.dynamic and len(cells) > MAX_BLOCKS:
-        yield ("dynamic",), f"{len(cells)} blocks; a floating dock has at most {MAX_BLOCKS}"
-    elif dock.dynamic and (apart := _apart(cells)):
+def berth_faults(dock: DockPlacement) -> Iterator[Fault]:
+    """What is wrong with a dock, as (path from the dock, message)."""
+    found = find_bays(dock.cells)
+    yield from list(_bay_faults(dock, len(found))) or _placard_faults(dock, found)
+    if dock.dynamic and len(dock.cells) > MAX_BLOCKS:
+        yield ("dynamic",), f"{len(dock.cells)} blocks; a floating dock has at most {MAX_BLOCKS}"
+    elif dock.dynamic and (apart := _apart(dock.cells)):
         row, column = apart[0] + 1, apart[1] + 1
         text = f"the block in row {row}, column {column} is not connected to the first one"
         yield ("dynamic",), f"{text}; the blocks of a floating dock must join edge to edge"
 
 
-def _listed(dock: DockPlacement, found: Sequence[Bay]) -> list[tuple[BayConfig, Bay | None]]:
-    """The bays that the file lists, or all of the drawing, each with its place in the drawing."""
-    bays = dock.bays if dock.bays is not None else (BayConfig(),) * len(found)
-    return [(bay, found[index] if index < len(found) else None) for index, bay in enumerate(bays)]
-
-
-def _placards(
-    dock: DockPlacement, listed: Sequence[tuple[BayConfig, Bay | None]], found: Sequence[Bay]
-) -> dict[int, PlacardConfig]:
+def _placards(dock: DockPlacement, found: Sequence[Bay]) -> dict[int, PlacardConfig]:
     """The placards by the number of their bay, from 1."""
     if dock.placards is not None:
         placards = dict(enumerate(dock.placards, 1))
-    elif dock.bays is None:
-        return {}
     else:
         placards = {
-            number: board(place, dock.block, f"{dock.name}_placard{number}", bay.placard)
-            for number, (bay, place) in enumerate(listed, 1)
-            if place is not None and bay.placard != "none"
+            number: place.board(dock.block, f"{dock.name}_placard{number}", bay.placard)
+            for number, (bay, place) in enumerate(zip(dock.bays or (), found, strict=False), 1)
+            if bay.placard != "none"
         }
-    symbols = {number: bay.symbol for number, (bay, _) in enumerate(listed, 1) if bay.symbol}
+    symbols = {number: bay.symbol for number, bay in enumerate(dock.bays or (), 1) if bay.symbol}
     symbols.update(zip(placards, dock.symbols, strict=False))
     return {
-        number: placard.model_copy(update={"symbol": symbols[number]}) if number in symbols else placard
+        number: placard.model_copy(update={"symbol": symbols.get(number, placard.symbol)})
         for number, placard in placards.items()
     }
 
 
 def _bay_faults(dock: DockPlacement, found: int) -> Iterator[Fault]:
-    for index, bay in enumerate(dock.bays or ()):
-        if index < found:
-            continue
-        has = f"the drawing has {found} bay{'s' * (found != 1)}"
+    has = f"the drawing has {found} bay{'s' * (found != 1)}"
+    for index, bay in list(enumerate(dock.bays or ()))[found:]:
         if bay.internal is None or bay.external is None:
             yield ("bays", index), f"{has}; a further bay needs `internal` and `external`"
         elif dock.placards is None and bay.placard != "none":
@@ -288,26 +258,21 @@ def _bay_faults(dock: DockPlacement, found: int) -> Iterator[Fault]:
     yield from repeated(bays=named)
 
 
-def _placard_faults(dock: DockPlacement, cells: Sequence[Cell]) -> Iterator[Fault]:
-    found = find_bays(cells)
-    if any(fault for fault in _bay_faults(dock, len(found))):
-        return
-    count = len(_placards(dock, _listed(dock, found), found))
+def _placard_faults(dock: DockPlacement, found: Sequence[Bay]) -> Iterator[Fault]:
+    count = len(_placards(dock, found))
     if len(dock.symbols) > count:
         yield ("symbols",), f"{len(dock.symbols)} symbols; this dock has {count} placard{'s' * (count != 1)}"
     for index, placard in enumerate(dock.placards or ()):
         if placard.block is not None and not dock.dynamic:
             yield ("placards", index, "block"), "not allowed for `dynamic: false`; allowed for true"
-        elif placard.block is not None and placard.block not in cells:
+        elif placard.block is not None and placard.block not in dock.cells:
             row, column = placard.block
             yield ("placards", index, "block"), f"no block in row {row}, column {column}, both counted from 0"
     yield from repeated(placards=dock.placards or ())
-    bays = len(dock.bays) if dock.bays is not None else len(found)
-    yield from (
-        (("holes", index, "bay"), f"this dock has {bays} bay{'s' * (bays != 1)}, got {hole.bay}")
-        for index, hole in enumerate(dock.holes or ())
-        if hole.bay > bays
-    )
+    bays = len(found if dock.bays is None else dock.bays)
+    for index, hole in enumerate(dock.holes or ()):
+        if hole.bay > bays:
+            yield ("holes", index, "bay"), f"this dock has {bays} bay{'s' * (bays != 1)}, got {hole.bay}"
 
 
 def _apart(cells: Sequence[Cell]) -> Cell | None:

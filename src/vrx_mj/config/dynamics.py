@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, field_validator
+from pydantic import AfterValidator, BeforeValidator, Field
 
-from vrx_mj.config.base import Config, Fault, Folder, Only, fault, unsorted_rows
+from vrx_mj.config.base import Config, Fault, InFolder, Only, fault, unsorted_rows
 from vrx_mj.config.hydro import read_hydro
 from vrx_mj.config.loading import loads
 from vrx_mj.config.shapes import Shape
@@ -94,7 +94,7 @@ class HydrodynamicsConfig(Config):
     """Quadratic drag [N s2/m2, N m s2]."""
 
 
-Point = Annotated[tuple[Number, Number], numbers("command thrust")]
+Point = Annotated[tuple[Annotated[float, Field(ge=-1, le=1)], Number], numbers("command thrust")]
 
 
 class PropellerConfig(Config):
@@ -119,11 +119,10 @@ class PropellerConfig(Config):
     def _faults(self) -> list[Fault]:
         found: list[Fault] = []
         for index, (command, thrust) in enumerate(self.thrust):
-            place = ("thrust", index)
-            if not -1.0 <= command <= 1.0:
-                found.append((place, f"a command from -1 to 1 is needed, got {command:g}"))
-            elif command * thrust < 0.0 or (command == 0.0 and thrust != 0.0):
-                found.append((place, f"a thrust {_side(command)} is needed at command {command:g}, got {thrust:g} N"))
+            if command * thrust < 0.0 or (command == 0.0 and thrust != 0.0):
+                side = "of 0 or more" if command > 0.0 else "of 0 or less" if command else "of 0"
+                text = f"a thrust {side} is needed at command {command:g}, got {thrust:g} N"
+                found.append((("thrust", index), text))
         found += unsorted_rows("thrust", [command for command, _ in self.thrust], "a command")
         if len(self.thrust) < 2:
             found.append((("thrust",), f"2 rows or more are needed, got {len(self.thrust)}"))
@@ -132,13 +131,6 @@ class PropellerConfig(Config):
         if not found and not any(thrust for _, thrust in self.thrust):
             found.append((("thrust",), "a thrust other than 0 is needed: all are 0 N"))
         return found
-
-
-def _side(command: float) -> str:
-    """The thrust that a command may have."""
-    if command == 0.0:
-        return "of 0"
-    return "of 0 or more" if command > 0.0 else "of 0 or less"
 
 
 MOST_STRIPS = 200
@@ -163,6 +155,26 @@ def _six_rows(value: object) -> object:
 Matrix = tuple[Row, Row, Row, Row, Row, Row]
 SixBySix = Annotated[Matrix, BeforeValidator(_six_rows)]
 """Six rows of six numbers, or the six of the diagonal: surge, sway, heave, roll, pitch, yaw."""
+
+
+def _resists(value: Matrix) -> Matrix:
+    for index, row in enumerate(value):
+        if row[index] < 0.0:
+            raise fault(
+                f"entry {index + 1}{index + 1} of the diagonal is {row[index]:.4g}, and 0 or more is needed; with the "
+                "signs of X_u and X_du (SNAME, Fossen) turn all"
+            )
+    return value
+
+
+def _floats(value: Matrix) -> Matrix:
+    if not value[2][2] > 0.0:
+        raise fault(f"entry 33 is {value[2][2]:.4g} N/m: above 0 is needed for a boat that floats")
+    return value
+
+
+Resistance = Annotated[SixBySix, AfterValidator(_resists)]
+Stiffness = Annotated[SixBySix, AfterValidator(_floats)]
 
 
 def _along(value: object) -> object:
@@ -213,7 +225,7 @@ class SkegConfig(Config):
     """Height over mean length."""
 
 
-class MarineHullConfig(Config):
+class MarineHullConfig(InFolder):
     """A hull in worlds of profile `marine`, instead of `hydrodynamics`, from which comes what is not given here.
 
     Axes are those of the base link: x forward, y left, z up.
@@ -221,18 +233,17 @@ class MarineHullConfig(Config):
 
     folder_keys: ClassVar = {"folder": "hydro"}
 
-    folder: Folder = None
     hydrostatics: Literal["mesh", "matrix"] = "mesh"
     """Pressure of still water and waves on closed surfaces; or the stiffness of a published model of coefficients."""
     shapes: Annotated[tuple[Shape, ...], Field(max_length=100), Only("hydrostatics", ("mesh",))] = ()
     """Closed surfaces of the hull that do not overlap, of 100 to 700 triangles; by default the robot's own shapes."""
     point: Vec3 | None = None
     """Point to which the matrices belong [m]; by default the boat's centre of mass."""
-    added_mass: SixBySix | None = None
+    added_mass: Resistance | None = None
     """Added mass [kg, kg m, kg m2], six rows of six, or the diagonal."""
     munk: Switch = True
     """Whether added mass turns a boat across the stream: Munk's moment."""
-    damping_linear: SixBySix | None = None
+    damping_linear: Resistance | None = None
     """Linear damping [N s/m, N s, N m s], six rows of six, or the diagonal."""
     damping_quadratic: Six | None = None
     """Quadratic damping [N s2/m2, N m s2]."""
@@ -240,7 +251,7 @@ class MarineHullConfig(Config):
     """Drag of the flow across the hull by strips; with it, quadratic damping of sway and yaw is 0 unless given."""
     skegs: Annotated[tuple[SkegConfig, ...], Field(max_length=MOST_SKEGS)] = ()
     """Fins that keep the boat on its course, against Munk's moment."""
-    restoring: Annotated[SixBySix | None, Only("hydrostatics", ("matrix",), required=True)] = None
+    restoring: Annotated[Stiffness | None, Only("hydrostatics", ("matrix",), required=True)] = None
     """Stiffness at rest, of `hydrostatics: matrix` [N/m, N, N m], six rows of six, or the diagonal."""
     displacement: Annotated[Positive | None, OfMatrix] = None
     """Mass at which the water is at `waterline`, of `hydrostatics: matrix` [kg]; by default the boat's."""
@@ -252,25 +263,6 @@ class MarineHullConfig(Config):
     diffraction: Annotated[Switch, Only("hydro")] = True
     """Whether waves act with the diffraction of `hydro`; or, without, with the added mass and memory of the water's
     motion at the centre of buoyancy, which is right for waves that are long against the hull."""
-
-    @field_validator("added_mass", "damping_linear")
-    @classmethod
-    def _has_no_negative_diagonal(cls, value: Matrix | None) -> Matrix | None:
-        for index, row in enumerate(value or ()):
-            if row[index] < 0.0:
-                place = f"{index + 1}{index + 1}"
-                raise fault(
-                    f"entry {place} of the diagonal is {row[index]:.4g}, and 0 or more is needed; with the signs of "
-                    "X_u and X_du (SNAME, Fossen) turn all"
-                )
-        return value
-
-    @field_validator("restoring")
-    @classmethod
-    def _floats(cls, value: Matrix | None) -> Matrix | None:
-        if value and not value[2][2] > 0.0:
-            raise fault(f"entry 33 is {value[2][2]:.4g} N/m: above 0 is needed for a boat that floats")
-        return value
 
     def _faults(self) -> Iterator[Fault]:
         if self.hydro and self.added_mass:

@@ -3,9 +3,11 @@
 import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
+from statistics import fmean
 
 from vrx_mj.config.base import Fault
-from vrx_mj.config.fleet import FleetConfig, FleetPosition, Headings, Located, room_faults
+from vrx_mj.config.fleet import BoatConfig, FleetConfig, FleetPosition, Slot, room_faults
+from vrx_mj.config.layouts import Headings
 from vrx_mj.config.loading import Loading, Source, file_of, problem_at, read_source, validated
 from vrx_mj.config.objects import Placement
 from vrx_mj.config.readers import read_others
@@ -46,32 +48,32 @@ def _source(source: Source | None) -> tuple[Section, str]:
     return read_source("fleets", file), file.stem
 
 
-def _name_faults(boats: Sequence[Located], world: WorldConfig) -> Iterator[Fault]:
+def _name_faults(boats: Sequence[tuple[BoatConfig, Slot]], world: WorldConfig) -> Iterator[Fault]:
     taken = {thing.name: f"an object of world {world.name}" for thing in world.placed}
-    for boat, where, own in boats:
+    for boat, slot in boats:
         if boat.name in taken:
-            loc = (*own, "name") if own else where
+            loc = (*slot.own, "name") if slot.own else slot.where
             yield loc, f"duplicate name '{boat.name}': it is the name of {taken[boat.name]}"
         taken[boat.name] = "another boat"
 
 
-def _thruster_faults(boats: Sequence[Located]) -> Iterator[Fault]:
+def _thruster_faults(boats: Sequence[tuple[BoatConfig, Slot]]) -> Iterator[Fault]:
     """Layouts of thrusters that a boat's kind does not have, where one of them is from elsewhere."""
-    for boat, _, own in boats:
+    for boat, slot in boats:
         if boat.thrusters is None or is_path(boat.thrusters):
             continue
         try:
             check_thrusters(boat.robot, boat.thrusters, boat.folder)
         except VrxError as error:
-            yield (*own, "thrusters"), str(error)
+            yield (*slot.own, "thrusters"), str(error)
 
 
-def _wind_problems(world: WorldConfig, boats: Sequence[Located]) -> list[Problem]:
+def _wind_problems(world: WorldConfig, boats: Sequence[tuple[BoatConfig, Slot]]) -> list[Problem]:
     """Wind on things that are no boats, docks, objects of the world, nor kinds of such."""
     listed = (world.wind.objects if world.wind else None) or ()
     if not listed:
         return []
-    known = {name for item in boats for name in (item.boat.name, item.boat.robot)} | set(catalogue("robots"))
+    known = {name for boat, _ in boats for name in (boat.name, boat.robot)} | set(catalogue("robots"))
     known |= {*_names(world.objects, ""), *(dock.name for dock in world.docks)}
     return [
         problem_at(world.section, ("wind", "objects", index, "model"), str(error))
@@ -87,12 +89,12 @@ def _names(placements: Sequence[Placement], prefix: str) -> Iterator[str]:
         yield from _names(thing.config.objects, f"{prefix}{thing.name}/")
 
 
-def far_from_all(fleet: FleetConfig, boats: Sequence[Located], world: WorldConfig) -> str:
+def far_from_all(fleet: FleetConfig, boats: Sequence[tuple[BoatConfig, Slot]], world: WorldConfig) -> str:
     """How far a fleet is from everything in a world, if that is suspicious; else empty."""
     if not boats or fleet.is_empty:
         return ""
     places = [("the spawn pose", world.spawn.pose), *((f"'{thing.name}'", thing.pose) for thing in world.placed)]
-    distance, nearest = min((math.dist(item.boat.pose[:2], pose[:2]), name) for item in boats for name, pose in places)
+    distance, nearest = min((math.dist(boat.pose[:2], pose[:2]), name) for boat, _ in boats for name, pose in places)
     if distance <= FAR:
         return ""
     text = f"fleet {fleet.name}: {distance:.0f} m from {nearest}, the nearest thing in world {world.name}"
@@ -103,10 +105,7 @@ def _warn_of_bearings(fleet: FleetConfig) -> None:
     """Positions whose headings point away from their middle, all of them, if they are bearings, and only then."""
     if fleet.headings is not None or len(fleet.positions) < 2:
         return
-    middle = [
-        math.fsum(axis) / len(fleet.positions) for axis in zip(*((p.x, p.y) for p in fleet.positions), strict=True)
-    ]
-    if _all_outward(fleet.positions, middle, "compass") and not _all_outward(fleet.positions, middle, "math"):
+    if _all_outward(fleet.positions, "compass") and not _all_outward(fleet.positions, "math"):
         text = f"fleet {fleet.name}: its headings point outward only as compass bearings, and are read as degrees"
         advice = "write `headings: compass` for bearings, or `headings: math` to keep this"
         warnings.warn(f"{text} counter-clockwise from x; {advice}", VrxWarning, stacklevel=3)
@@ -126,13 +125,11 @@ def _warn_of_radians(fleet: FleetConfig) -> None:
         warnings.warn(f"{text}; {advice}", VrxWarning, stacklevel=3)
 
 
-def _all_outward(positions: Sequence[FleetPosition], middle: Sequence[float], headings: Headings) -> bool:
-    for position in positions:
-        x, y, _, _, _, yaw = position.pose_in(headings)
-        away = math.atan2(y - middle[1], x - middle[0])
-        if abs(math.remainder(yaw - away, 2 * math.pi)) > OUTWARD:
-            return False
-    return True
+def _all_outward(positions: Sequence[FleetPosition], headings: Headings) -> bool:
+    x0, y0 = fmean(position.x for position in positions), fmean(position.y for position in positions)
+    poses = (position.pose_in(headings) for position in positions)
+    turns = (math.remainder(yaw - math.atan2(y - y0, x - x0), 2 * math.pi) for x, y, *_, yaw in poses)
+    return all(abs(turn) <= OUTWARD for turn in turns)
 
 
 def _angles(fleet: FleetConfig) -> list[tuple[str, Sequence[float]]]:

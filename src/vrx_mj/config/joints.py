@@ -1,14 +1,13 @@
 """Links of an object that move against each other, and the joints between them: a tree from the object's own link."""
 
 import math
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.config.base import Config, Fault, Folder, Only, repeated
+from vrx_mj.config.base import Config, Fault, InFolder, Only, repeated
 from vrx_mj.config.shapes import BuoyancyConfig, Shape, Visual
 from vrx_mj.config.values import Inertia, Name, NonNegative, Number, Pose, Positive, Vec3, demand, numbers
 from vrx_mj.errors import UnknownNameError
@@ -82,10 +81,9 @@ class JointConfig(Config):
                         for key in sorted(self.axis.model_fields_set - {"damping"}))  # fmt: skip
 
 
-class LinkConfig(Config):
+class LinkConfig(InFolder):
     """A link of an object beside its own, which hangs on a joint."""
 
-    folder: Folder = None
     name: Name
     """Name of the link."""
     pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -106,34 +104,34 @@ class LinkConfig(Config):
 
 def tree_faults(root: str, links: Sequence[LinkConfig], joints: Sequence[JointConfig]) -> list[Fault]:
     """What keeps the links of an object from being a tree on its own link, `root`."""
+    return list(_name_faults(root, links, joints)) or _loose(links, joints)
+
+
+def _name_faults(root: str, links: Sequence[LinkConfig], joints: Sequence[JointConfig]) -> Iterator[Fault]:
     known = [root, *(link.name for link in links)]
-    found: list[Fault] = []
     if len(links) > MOST_LINKS:
-        found.append((("links",), f"more than {MOST_LINKS} links beside '{root}'"))
-    found += [
-        (("links", index, "name"), f"duplicate name '{root}'") for index, link in enumerate(links) if link.name == root
-    ]
-    found += repeated(links=links) + repeated(joints=joints)
+        yield ("links",), f"more than {MOST_LINKS} links beside '{root}'"
+    if root in known[1:]:
+        yield ("links", known.index(root, 1) - 1, "name"), f"duplicate name '{root}'"
+    yield from repeated(links=links) + repeated(joints=joints)
+    holders: dict[str, str] = {}
     for index, joint in enumerate(joints):
-        found += [
-            (("joints", index, end), str(UnknownNameError("link", name, known)))
-            for end, name in (("parent", joint.parent), ("child", joint.child))
-            if name not in known
-        ]
-        found += [(("joints", index, "child"), text) for text in _child_faults(root, joint, joints[:index])]
-    return found or _loose(root, links, joints)
+        for end, name in (("parent", joint.parent), ("child", joint.child)):
+            if name not in known:
+                yield ("joints", index, end), str(UnknownNameError("link", name, known))
+        if text := _child_fault(root, joint, holders.setdefault(joint.child, joint.name)):
+            yield ("joints", index, "child"), text
 
 
-def _child_faults(root: str, joint: JointConfig, before: Sequence[JointConfig]) -> list[str]:
+def _child_fault(root: str, joint: JointConfig, holder: str) -> str | None:
     if joint.child == joint.parent:
-        return [f"joins the link '{joint.child}' to itself"]
+        return f"joins the link '{joint.child}' to itself"
     if joint.child == root:
-        return [f"'{root}' is the object's own link, which hangs on nothing; swap parent and child"]
-    other = next((one for one in before if one.child == joint.child), None)
-    return [f"link '{joint.child}' already hangs on the joint '{other.name}'"] if other else []
+        return f"'{root}' is the object's own link, which hangs on nothing; swap parent and child"
+    return f"link '{joint.child}' already hangs on the joint '{holder}'" if holder != joint.name else None
 
 
-def _loose(root: str, links: Sequence[LinkConfig], joints: Sequence[JointConfig]) -> list[Fault]:
+def _loose(links: Sequence[LinkConfig], joints: Sequence[JointConfig]) -> list[Fault]:
     """Links without a joint, and links that hang on each other in a circle."""
     above = {joint.child: [joint.parent] for joint in joints}
     found: list[Fault] = [
@@ -150,11 +148,7 @@ def _loose(root: str, links: Sequence[LinkConfig], joints: Sequence[JointConfig]
 
 def link_order(root: str, joints: Sequence[JointConfig]) -> list[str]:
     """Names of the links that hang on the one named `root`, each after the one that it hangs on."""
-    children: dict[str, list[str]] = {}
-    for joint in joints:
-        children.setdefault(joint.parent, []).append(joint.child)
     order = [root]
     for name in order:
-        order += children.get(name, [])
-    assert max(Counter(order).values()) == 1, "links of an object are a tree"
+        order += [joint.child for joint in joints if joint.parent == name]
     return order[1:]

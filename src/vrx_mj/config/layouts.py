@@ -2,12 +2,23 @@
 
 import math
 import random
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Sequence
+from typing import Annotated, Literal, get_args
+
+import numpy as np
+from pydantic import Tag
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.config.base import Config, Only
+from vrx_mj.config.values import Number, Positive, Seed, by_type
 
 LayoutName = Literal["circle", "line", "column", "wedge", "grid", "random"]
 Facing = Literal["outward", "inward", "tangent"]
+Headings = Literal["math", "compass"]
+Heading = Annotated[
+    Annotated[Facing, Tag("word")] | Annotated[Number, Tag("degrees")],
+    by_type(f"{', '.join(get_args(Facing))} or degrees", get_args(Facing), degrees=(int, float)),
+]
 Spot = tuple[float, float]
 """x, y [m]."""
 
@@ -21,38 +32,44 @@ TRIES = 1000
 """Places that are tried for a boat before the square is full."""
 
 
-@dataclass(frozen=True)
-class Layout:
+class Layout(Config):
     """How boats are placed that have no positions."""
 
-    name: LayoutName
-    radius: float
+    layout: LayoutName | None = None
+    """How boats that have no `positions` are placed."""
+    radius: Annotated[Positive, Only("layout", ("circle",))] = 20.0
     """Radius of the circle [m]."""
-    spacing: float
-    """Between neighbours; for random ones at least [m]."""
-    start_angle: float
-    """Angle of the circle's first boat, counter-clockwise from x [rad]."""
-    heading: Facing | float | None
-    """A word, or [rad]; None: outward on the circle, drawn for random ones, along x for the others."""
-    size: float | None
-    """Edge of the square of random ones [m]; None: as large as `DENSITY` wants."""
-    seed: int
-    """Seed of random layouts."""
+    start_angle: Annotated[Number, Only("layout", ("circle",))] = 0.0
+    """Angle of the circle's first boat [degrees], counter-clockwise from the frame's x axis."""
+    spacing: Annotated[Positive, Only("layout", ("line", "column", "wedge", "grid", "random"))] = 10.0
+    """Distance between neighbours; in a random layout the least distance [m]."""
+    size: Annotated[Positive | None, Only("layout", ("random",))] = None
+    """Edge of the square of a random layout, around the origin [m]."""
+    seed: Annotated[Seed | None, Only("layout", ("random",))] = None
+    """Seed of a random layout; by default that of the world's file."""
+    heading: Annotated[Heading | None, Only("layout")] = None
+    """Heading of the layout's boats, by the convention that `headings` gives [degrees]."""
+    headings: Headings | None = None
+    """How `Y` and `heading` are read: math, counter-clockwise from x, or compass, clockwise from y. By default math."""
 
 
-def spots(layout: Layout, count: int) -> tuple[Spot, ...]:
-    """Places of `count` boats; fewer if there is no room for more in a random layout's square."""
-    if layout.name == "circle":
-        return circle(count, layout.radius, layout.start_angle)
-    if layout.name == "random":
-        return random_spots(count, layout.spacing, square(layout, count), layout.seed)
-    places = {"line": line, "column": column, "wedge": wedge, "grid": grid}[layout.name]
+def spots(layout: Layout, count: int, seed: int = 0) -> tuple[Spot, ...]:
+    """Places of `count` boats; fewer if there is no room for more in a random layout's square.
+
+    `seed` is that of a random layout which has none.
+    """
+    if layout.layout == "circle":
+        return circle(count, layout.radius, math.radians(layout.start_angle))
+    if layout.layout == "random":
+        size = layout.size or roomy_square(layout.spacing, count)
+        return random_spots(count, layout.spacing, size, seed if layout.seed is None else layout.seed)
+    places = {"column": column, "wedge": wedge, "grid": grid}.get(layout.layout or "", line)
     return places(count, layout.spacing)
 
 
-def square(layout: Layout, count: int) -> float:
-    """Edge of the square of a random layout of `count` boats [m]."""
-    return layout.size or layout.spacing * math.sqrt(count / DENSITY)
+def roomy_square(spacing: float, count: int) -> float:
+    """Edge of a square with room for `count` boats of a random layout [m]."""
+    return spacing * math.sqrt(count / DENSITY)
 
 
 def circle(count: int, radius: float, start_angle: float) -> tuple[Spot, ...]:
@@ -89,40 +106,41 @@ def grid(count: int, spacing: float) -> tuple[Spot, ...]:
 def random_spots(count: int, spacing: float, size: float, seed: int) -> tuple[Spot, ...]:
     """Places drawn one by one in a square around the origin, none nearer than `spacing` to one before it.
 
-    Fewer than `count` if `TRIES` places in a row are too near others. Places are kept in cells as wide as the
-    spacing, so that a new one is compared with its neighbours alone.
+    Fewer than `count` if `TRIES` places in a row are too near others.
     """
     draw = random.Random(seed)
-    found: list[Spot] = []
-    cells: dict[tuple[int, int], list[Spot]] = {}
-    while len(found) < count:
+    found = np.empty((count, 2))
+    for done in range(count):
         for _ in range(TRIES):
-            x, y = (size * (draw.random() - 0.5) for _ in range(2))
-            cell = math.floor(x / spacing), math.floor(y / spacing)
-            if all(math.dist(other, (x, y)) >= spacing for other in _around(cells, cell)):
+            found[done] = x, y = [size * (draw.random() - 0.5) for _ in range(2)]
+            if is_clear(found[:done], x, y, spacing):
                 break
         else:
+            found = found[:done]
             break
-        found.append((x, y))
-        cells.setdefault(cell, []).append((x, y))
-    return tuple(found)
+    return tuple((x, y) for x, y in found.tolist())
 
 
-def _around(cells: dict[tuple[int, int], list[Spot]], cell: tuple[int, int]) -> Iterator[Spot]:
-    i, j = cell
-    for near in ((i + di, j + dj) for di in (-1, 0, 1) for dj in (-1, 0, 1)):
-        yield from cells.get(near, ())
+def is_clear(taken: FloatArray, x: float, y: float, distance: float) -> bool:
+    """Whether no point (n, 2) is nearer to (x, y) than a distance [m]."""
+    dx, dy = taken[:, 0] - x, taken[:, 1] - y
+    return not np.any(dx * dx + dy * dy < distance * distance)
 
 
-def headings(layout: Layout, places: Sequence[Spot]) -> tuple[float, ...]:
+def headings(layout: Layout, places: Sequence[Spot], seed: int = 0) -> tuple[float, ...]:
     """Heading of the boat at each place [rad]; outward from the origin, where a boat at the origin faces along x."""
     heading = layout.heading
-    if heading is None and layout.name == "random":
-        draw = random.Random(f"headings {layout.seed}")  # not the stream of the places
+    if heading is None and layout.layout == "random":
+        draw = random.Random(f"headings {seed if layout.seed is None else layout.seed}")  # not the places' stream
         return tuple(2 * math.pi * draw.random() for _ in places)
-    if heading is None:
-        heading = "outward" if layout.name == "circle" else 0.0
-    if not isinstance(heading, str):
-        return (heading,) * len(places)
-    turn = {"outward": 0.0, "inward": math.pi, "tangent": math.pi / 2}[heading]
+    if heading is None and layout.layout != "circle":
+        return (0.0,) * len(places)
+    if isinstance(heading, float | int):
+        return (yaw_of(heading, layout.headings),) * len(places)
+    turn = {"outward": 0.0, "inward": math.pi, "tangent": math.pi / 2}[heading or "outward"]
     return tuple(math.atan2(y, x) + turn for x, y in places)
+
+
+def yaw_of(heading: float, convention: Headings | None) -> float:
+    """Yaw [rad] of a heading [degrees]."""
+    return math.radians(90.0 - heading if convention == "compass" else heading)

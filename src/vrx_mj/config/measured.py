@@ -6,23 +6,19 @@ import itertools
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from pydantic import Field
 
-from vrx_mj.config.base import Config, Fault, Folder, unsorted_rows
+from vrx_mj.config.base import Config, Fault, InFolder, unsorted_rows
 from vrx_mj.config.dynamics import Six
 from vrx_mj.config.kinds import wrong_kind
 from vrx_mj.config.loading import Loading, read_file, validated
 from vrx_mj.config.search import ReadingError, display, read_limited
 from vrx_mj.config.values import NonNegative, Number, Pose, Positive, Seed
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import choice, shown
 from vrx_mj.errors import ConfigError, Problem, VrxError, shortened
 
-SignalName = Literal[
-    "x", "y", "z", "roll_deg", "pitch_deg", "heading_deg", "surge", "sway", "heave_speed", "roll_rate_deg",
-    "pitch_rate_deg", "yaw_rate_deg", "speed",
-]  # fmt: skip
 SIGNALS: dict[str, str] = {
     "x": "m", "y": "m", "z": "m", "roll_deg": "deg", "pitch_deg": "deg", "heading_deg": "deg", "surge": "m/s",
     "sway": "m/s", "heave_speed": "m/s", "roll_rate_deg": "deg/s", "pitch_rate_deg": "deg/s", "yaw_rate_deg": "deg/s",
@@ -47,17 +43,16 @@ class CommandsConfig(Config):
 class SignalConfig(Config):
     """A column of the measurements."""
 
-    of: SignalName | None = None
+    of: str | None = None
     """Signal of the boat that it is; by default that of the column's own name."""
     band: Positive
     """Greatest difference that is inside, in the signal's unit."""
 
 
-class MeasuredCaseConfig(Config):
+class MeasuredCaseConfig(InFolder):
     """A case with a user's own measurements."""
 
     folder_keys: ClassVar = {"folder": "world"}
-    folder: Folder = None
     title: str = ""
     """Heading of the case; by default the name of the file."""
     source: str
@@ -79,13 +74,11 @@ class MeasuredCaseConfig(Config):
     signals: dict[str, SignalConfig] = Field(min_length=1, max_length=100)
     """Columns of the measurements by their names, each with its band."""
 
-    def _faults(self) -> list[Fault]:
-        found: list[Fault] = [
-            (("signals", name, "of"), f"one of {', '.join(SIGNALS)} is needed: '{name}' is no signal of a boat")
-            for name, signal in self.signals.items()
-            if signal.of is None and name not in SIGNALS
-        ]
-        return found + unsorted_rows("commands", [each.time for each in self.commands], "a time", " s")
+    def _faults(self) -> Iterator[Fault]:
+        for name, signal in self.signals.items():
+            if (signal.of or name) not in SIGNALS:
+                yield ("signals", name, "of"), choice(signal.of or name, tuple(SIGNALS))
+        yield from unsorted_rows("commands", [each.time for each in self.commands], "a time", " s")
 
 
 def read_case(path: Path) -> MeasuredCaseConfig:

@@ -10,9 +10,9 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import Config, Fault, Folder, Only, exclusive, faults, repeated
+from vrx_mj.config.base import Config, Fault, InFolder, Only, exclusive, faults, repeated
 from vrx_mj.config.bays import LightConfig, Symbol
-from vrx_mj.config.docks import DockPlacement, Placed, berths, load_dock
+from vrx_mj.config.docks import DockPlacement, Placed, berths
 from vrx_mj.config.joints import JointConfig, LinkConfig, tree_faults
 from vrx_mj.config.loading import Loading, check, loads, read_source, referenced, validated
 from vrx_mj.config.readers import file_of_others, read_others
@@ -149,10 +149,9 @@ class Placement(Placed):
         return value
 
 
-class ObjectConfig(Config):
+class ObjectConfig(InFolder):
     """An object's file. One that floats has mass, inertia and buoyancy; a composite only has parts."""
 
-    folder: Folder = None
     description: str = ""
     """What `vrx-mj list objects --verbose` shows."""
     static: Switch = False
@@ -243,7 +242,7 @@ def _must_suit(item: Placement) -> None:
     if item.path and model.kind != "floating":
         found.append((("path",), f"'{item.model}' does not float, so it cannot follow a path"))
     if item.symbols:
-        count = sum(len(berths(dock, load_dock(dock.layout, dock.folder).cells).placards) for dock in model.docks)
+        count = sum(len(berths(dock).placards) for dock in model.docks)
         if len(item.symbols) > count:
             text = f"{len(item.symbols)} symbols; '{item.model}' has {count} placard{'s' * (count != 1)}"
             found.append((("symbols",), text))
@@ -299,10 +298,9 @@ def _must_be_single(model: str, near: Path | None) -> None:
         raise VrxError(f"'{model}' is made of other objects; a field is made of single ones")
 
 
-class FieldKind(Config):
+class FieldKind(InFolder):
     """Equal objects of a field."""
 
-    folder: Folder = None
     model: Annotated[str, loads(_must_be_single)]
     """A name from `objects`, or the path of a YAML file relative to this one."""
     count: Annotated[int, Field(ge=1, le=MOST)]

@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field
 
-from vrx_mj.config.base import Config, Fault, Folder, Only, faults, unsorted_rows
+from vrx_mj.config.base import Config, Fault, Folder, InFolder, Only, faults, unsorted_rows
 from vrx_mj.config.dynamics import (
     ContactConfig,
     HullConfig,
@@ -20,16 +20,16 @@ from vrx_mj.config.dynamics import (
     Six,
     ThrusterConfig,
 )
-from vrx_mj.config.loading import Loading, problem_at, read_source, referenced, validated
+from vrx_mj.config.loading import Loading, loads, read_source, referenced, validated
 from vrx_mj.config.profiles import NEWER
 from vrx_mj.config.readers import file_of_others
 from vrx_mj.config.search import WORLD_SUFFIXES, contained
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.tree import Section
-from vrx_mj.config.values import MAX_NUMBER, Name, NonNegative, Number, Positive, Share, Switch, Vec3, numbers
+from vrx_mj.config.values import MAX_NUMBER, Name, NonNegative, Number, Positive, Share, Switch, Vec3, demand, numbers
 from vrx_mj.config.wind import WindageConfig
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ConfigError, UnknownNameError, VrxError
+from vrx_mj.errors import UnknownNameError, VrxError
 
 DESCRIPTIONS = (".urdf.xacro", *WORLD_SUFFIXES, ".xacro", ".urdf")
 """How a robot's description may end, the longest first."""
@@ -230,15 +230,26 @@ class Profiles(Config):
     """What is different in worlds of profile vrx3."""
 
 
-class RobotConfig(Config):
+def _file_part(path: str) -> str:
+    """What is before the name of a model."""
+    return path.partition("#")[0]
+
+
+Description = Annotated[
+    str,
+    demand(lambda urdf: _file_part(urdf).lower().endswith(DESCRIPTIONS), "expected a .urdf, .xacro or .sdf, got {}"),
+    loads(lambda urdf, near: contained(_file_part(urdf), near), "urdf_folder"),
+]
+
+
+class RobotConfig(InFolder):
     """A kind of boat."""
 
     folder_keys: ClassVar = {"urdf_folder": "urdf"}
-    folder: Folder = None
     urdf_folder: Folder = None
     description: str = ""
     """What `vrx-mj list robots --verbose` shows."""
-    urdf: str
+    urdf: Description
     """The `.urdf`, `.xacro` or `.sdf`, relative to this file; `FILE#NAME` is the model of this name in a world."""
     arguments: Arguments = Field(default_factory=dict)
     """Arguments of the xacro."""
@@ -278,8 +289,6 @@ class RobotConfig(Config):
     """What is different in worlds of other profiles."""
 
     def _faults(self) -> Iterator[Fault]:
-        if not _file_part(self.urdf).lower().endswith(DESCRIPTIONS):
-            yield ("urdf",), f"expected a .urdf, .xacro or .sdf, got {shown(self.urdf)}"
         for kind, blades in (("rudder", self.rudders), ("sail", self.sails)):
             for name in blades:
                 if name in self.thrusters:
@@ -290,8 +299,8 @@ class RobotConfig(Config):
             yield ("sails", name), "duplicate name: it is the name of a rudder"
         for name, rudder in self.rudders.items():
             if rudder.propeller is not None and self.thrusters and rudder.propeller not in self.thrusters:
-                known = ", ".join(self.thrusters)
-                yield ("rudders", name, "propeller"), f"no thruster {shown(rudder.propeller)}; known: {known}"
+                error = UnknownNameError("thruster", rudder.propeller, self.thrusters)
+                yield ("rudders", name, "propeller"), str(error)
 
     def in_profile(self, profile: str) -> ProfileEntry:
         """What is different in worlds of a profile; in the classic one nothing is."""
@@ -329,12 +338,7 @@ def load_robot(name: str, near: Path | None = None) -> RobotConfig:
     if section is None:
         file = _file(name, near)
         return RobotConfig(folder=file.parent, urdf=file.name)
-    config = validated(RobotConfig, section, Loading())
-    try:
-        _ = config.description_file
-    except VrxError as error:
-        raise ConfigError([problem_at(section, ("urdf",), str(error))]) from None
-    return config
+    return validated(RobotConfig, section, Loading())
 
 
 def robot_section(name: str, near: Path | None = None) -> Section | None:
@@ -353,11 +357,6 @@ def robot_section(name: str, near: Path | None = None) -> Section | None:
 def _file(name: str, near: Path | None) -> Path:
     """The file of a robot, which may be of another format."""
     return (file_of_others("robots", name, near) or referenced("robots", name, near)).absolute()
-
-
-def _file_part(path: str) -> str:
-    """What is before the name of a model."""
-    return path.partition("#")[0]
 
 
 def _beside(file: Path) -> Path | None:

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator
 
-from vrx_mj.config.base import Config, Folder, Only
+from vrx_mj.config.base import Config, InFolder, Only
 from vrx_mj.config.loading import loads
 from vrx_mj.config.search import contained
 from vrx_mj.config.values import Color, Name, NonNegative, NotEmpty, Number, Pose, Positive, demand, numbers
@@ -35,10 +35,9 @@ Mesh = Annotated[
 ]
 
 
-class Shape(Config):
+class Shape(InFolder):
     """A primitive or a mesh, centred on its pose; cylinders and capsules lie along their z axis."""
 
-    folder: Folder = None
     name: Name | None = None
     """Name of the shape, for what refers to it."""
     type: Literal["box", "sphere", "cylinder", "capsule", "ellipsoid", "mesh"]

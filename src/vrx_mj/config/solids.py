@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,20 +31,6 @@ class Solid:
     """What was mended."""
 
 
-@dataclass(frozen=True)
-class _Piece:
-    """Triangles that hang together; `volume` [m3] has a sign, and is 0 if the piece is open."""
-
-    corners: FloatArray
-    volume: float
-    gaps: int
-
-    @property
-    def box(self) -> tuple[FloatArray, FloatArray]:
-        points = self.corners.reshape(-1, 3)
-        return points.min(axis=0), points.max(axis=0)
-
-
 def solid(shape: Shape) -> Solid:
     """The volume of a shape in its own frame.
 
@@ -63,21 +50,23 @@ def solid_of_mesh(name: str, points: FloatArray, triangles: IntArray) -> Solid:
     """The volume inside a mesh. What is inside out is turned; of what is open the convex hull is taken."""
     pieces = _pieces(points, triangles)
     notes = []
-    gaps = sum(piece.gaps for piece in pieces)
+    gaps = sum(own for _, own in pieces)
     if gaps:
         notes.append(f"mesh {name} is open ({gaps} edges without a second triangle): its convex hull is used")
-    whole = _closed([piece for piece in pieces if piece.gaps]) + [piece for piece in pieces if not piece.gaps]
-    total = math.fsum(piece.volume for piece in whole)
+    whole = _closed([corners for corners, own in pieces if own]) + [corners for corners, own in pieces if not own]
+    volumes = [_volume(corners) for corners in whole]
+    total = math.fsum(volumes)
     if total < 0.0:
         notes.append(f"mesh {name} is inside out (a volume of {total:.3g} m3): its triangles are turned")
-        whole = [_turned(piece) for piece in whole]
-    kept = [piece.corners if piece.volume > 0.0 else _turned(piece).corners
-            for piece in whole if piece.volume > 0.0 or not _is_cavity(piece, whole)]  # fmt: skip
+        whole, volumes = [corners[:, ::-1] for corners in whole], [-volume for volume in volumes]
+    sized = list(zip(whole, volumes, strict=True))
+    kept = [corners if volume > 0.0 else corners[:, ::-1] for corners, volume in sized
+            if volume > 0.0 or not _is_cavity(corners, volume, sized)]  # fmt: skip
     return Solid(np.concatenate(kept) if kept else np.empty((0, 3, 3)), tuple(notes))
 
 
-def _pieces(points: FloatArray, triangles: IntArray) -> list[_Piece]:
-    """The parts of a mesh that share no point."""
+def _pieces(points: FloatArray, triangles: IntArray) -> list[tuple[FloatArray, int]]:
+    """The parts of a mesh that share no point: corners of triangles (n, 3, 3), and edges without a second triangle."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -92,11 +81,7 @@ def _pieces(points: FloatArray, triangles: IntArray) -> list[_Piece]:
     label = np.zeros(len(first), dtype=np.int64) if count > MOST_PIECES else labels
     corners, owner = points[first][faces], label[faces[:, 0]]
     gaps = np.bincount(label[edges[uneven] // len(first)], minlength=count)
-    return [_piece(corners[owner == number], int(gaps[number])) for number in np.unique(owner)]
-
-
-def _piece(corners: FloatArray, gaps: int) -> _Piece:
-    return _Piece(corners, 0.0 if gaps else _volume(corners), gaps)
+    return [(corners[owner == number], int(gaps[number])) for number in np.unique(owner)]
 
 
 def _volume(corners: FloatArray) -> float:
@@ -105,33 +90,27 @@ def _volume(corners: FloatArray) -> float:
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
 
-def _turned(piece: _Piece) -> _Piece:
-    return _Piece(piece.corners[:, ::-1], -piece.volume, piece.gaps)
+def _box(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
+    points = corners.reshape(-1, 3)
+    return points.min(axis=0), points.max(axis=0)
 
 
-def _is_cavity(piece: _Piece, others: list[_Piece]) -> bool:
+def _is_cavity(piece: FloatArray, volume: float, others: Iterable[tuple[FloatArray, float]]) -> bool:
     """Whether this is the inner wall of a hollow piece, which keeps the water out as a full one does."""
-    low, high = piece.box
-    return any(
-        other.volume > -piece.volume and (other.box[0] <= low).all() and (high <= other.box[1]).all()
-        for other in others
-    )
+    low, high = _box(piece)
+    larger = (_box(corners) for corners, own in others if own > -volume)
+    return any((lower <= low).all() and (high <= upper).all() for lower, upper in larger)
 
 
-def _closed(pieces: list[_Piece]) -> list[_Piece]:
+def _closed(pieces: Iterable[FloatArray]) -> list[FloatArray]:
     """The convex hulls of open pieces; those whose boxes touch are one."""
     groups: list[FloatArray] = []
     for piece in pieces:
-        points = piece.corners.reshape(-1, 3)
-        near = [group for group in groups if _touch(group, points)]
-        groups = [group for group in groups if not any(group is other for other in near)]
-        groups.append(np.concatenate([points, *near]))
-    hulls = (_hull(group) for group in groups)
-    return [_piece(hull, 0) for hull in hulls if len(hull)]
-
-
-def _touch(one: FloatArray, other: FloatArray) -> bool:
-    return bool((one.min(axis=0) <= other.max(axis=0)).all() and (other.min(axis=0) <= one.max(axis=0)).all())
+        low, high = _box(piece)
+        near = [(lower <= high).all() and (low <= upper).all() for lower, upper in map(_box, groups)]
+        joined = np.concatenate([piece.reshape(-1, 3), *itertools.compress(groups, near)])
+        groups = [*itertools.compress(groups, np.logical_not(near)), joined]
+    return [hull for hull in map(_hull, groups) if len(hull)]
 
 
 def _hull(points: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, cast, get_args
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -210,8 +210,7 @@ def slots(shape: str, n: int, spacing: float) -> list[Point]:
     if shape not in SHAPES:
         raise UnknownNameError("shape", shape, known=SHAPES)
     radius = 0.0 if n < 2 else 0.5 * spacing / math.sin(math.pi / n)
-    layout = Layout(cast("LayoutName", shape), radius, spacing, start_angle=0.0, heading=None, size=None, seed=0)
-    places = spots(layout, n)
+    places = spots(Layout.model_construct(layout=shape, radius=radius, spacing=spacing), n)
     if shape == "circle":
         return list(places)
     front = max((ahead for ahead, _ in places), default=0.0)

@@ -155,7 +155,7 @@ def boats_afloat(
         ConfigError: some are, and `nudge` is not asked for or finds no place; with the place in the file of each.
     """
     located = fleet.located(config)
-    boats = [item.boat for item in located]
+    boats = [boat for boat, _ in located]
     areas = _areas(boats, built)
     things = _things(config, docks)
     found = _faults(boats, areas, things)
@@ -177,7 +177,7 @@ def boats_afloat(
             frame = fleet.frame(config)
             better = _better_origin(frame, areas, things, buoys, water=frame[:2])
             texts[min(texts)] += f"; {better}" if better else ""
-        raise ConfigError([problem_at(fleet.section, located[i].where, text) for i, text in texts.items()])
+        raise ConfigError([problem_at(fleet.section, located[i][1].where, text) for i, text in texts.items()])
     return tuple(boats)
 
 

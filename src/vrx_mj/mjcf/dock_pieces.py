@@ -35,7 +35,7 @@ NEAR = 2
 
 def dock_piece(dock: PlacedDock) -> Piece:
     """A dock with its placards. Its names are whole, as placards have those of their object."""
-    cells, edge = dock.layout.cells, dock.config.block
+    cells, edge = dock.cells, dock.config.block
     boards = [_board(dock, item) for item in dock.berths.placards]
     needed = list(dict.fromkeys(mesh for item in dock.berths.placards for mesh in _meshes(item)))
     values: Row = {"name": dock.name, "block": edge, "height": BLOCK_HEIGHT, "meshes": needed}
@@ -65,11 +65,11 @@ def dock_piece(dock: PlacedDock) -> Piece:
 def dock_entry(dock: PlacedDock) -> Dock:
     """What others than the loop want to know of a dock; `bodies` are those that move on their own, the root first."""
     placards = [f"{dock.parent}/{item.name}/link" for item in dock.berths.placards]
-    bodies = _bodies(dock, block_tree(dock.layout.cells)) if dock.config.dynamic else [f"{dock.name}/dock"]
+    bodies = _bodies(dock, block_tree(dock.cells)) if dock.config.dynamic else [f"{dock.name}/dock"]
     return Dock(
         name=dock.name,
         pose=dock.pose,
-        cells=tuple(dock.layout.cells),
+        cells=dock.cells,
         block=dock.config.block,
         dynamic=dock.config.dynamic,
         bodies=tuple(bodies),
@@ -107,7 +107,7 @@ def _block_rows(
 
     `first` and `first_element` are the numbers that they get. Wind on a dock acts on its root, as VRX's on one link.
     """
-    tree, edge = block_tree(dock.layout.cells), dock.config.block
+    tree, edge = block_tree(dock.cells), dock.config.block
     config = _block(edge)
     buoyancy = config.buoyancy
     assert buoyancy is not None, "a block without buoyancy"
@@ -145,10 +145,10 @@ def _moorings(dock: PlacedDock, first: int) -> list[Mooring]:
     mooring = dock.config.mooring
     if mooring is None:
         return []
-    tree, edge = block_tree(dock.layout.cells), dock.config.block
+    tree, edge = block_tree(dock.cells), dock.config.block
     turn, rows = rotation(*dock.pose[3:]), list[Mooring]()
     for sx, sy in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
-        cell = max(dock.layout.cells, key=lambda cell: (sx * cell[0] + sy * cell[1], sx * cell[0]))
+        cell = max(dock.cells, key=lambda cell: (sx * cell[0] + sy * cell[1], sx * cell[0]))
         index = tree.cells.index(cell)
         corner = (edge * (cell[0] + sx / 2), edge * (cell[1] + sy / 2), BLOCK_HEIGHT)
         there = apply(turn, corner)
@@ -214,7 +214,7 @@ def _node(dock: PlacedDock, tree: BlockTree, index: int, boards: Sequence[Row]) 
 def _board(dock: PlacedDock, item: PlacardConfig) -> Row:
     """A placard for the template, in the frame of the dock."""
     model = load_object(item.model)
-    cells, edge = dock.layout.cells, dock.config.block
+    cells, edge = dock.cells, dock.config.block
     nearest = min(cells, key=lambda cell: math.dist(_center(cell, edge)[:2], item.pose[:2]))
     symbols = [geom for shape in item.shapes for geom in _symbol(dock, item, shape)]
     return {

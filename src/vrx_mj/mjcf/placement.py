@@ -13,7 +13,8 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.bays import Cell
-from vrx_mj.config.docks import Berths, DockLayout, DockPlacement, berths, load_dock
+from vrx_mj.config.docks import Berths, DockPlacement, berths
+from vrx_mj.config.layouts import is_clear
 from vrx_mj.config.objects import FieldConfig, ObjectConfig, PathConfig, Placement, RopeConfig, load_object
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import CompileError
@@ -47,7 +48,6 @@ class PlacedDock:
 
     name: str
     """Name in the world; one of a composite object carries the object's name: `robotx_dock_2022/base`."""
-    layout: DockLayout
     pose: Pose
     config: DockPlacement
     """Its entry in its file; `symbols` are those of the object that it came with, if that gives any."""
@@ -55,9 +55,9 @@ class PlacedDock:
     """What its placards' names start with: its object's name, or its own if it is a world's."""
 
     @property
-    def cells(self) -> Sequence[Cell]:
+    def cells(self) -> tuple[Cell, ...]:
         """Row and column of each block in its drawing."""
-        return self.layout.cells
+        return self.config.cells
 
     @property
     def block(self) -> float:
@@ -67,7 +67,7 @@ class PlacedDock:
     @property
     def berths(self) -> Berths:
         """Its bays, placards and holes, in its own frame."""
-        return berths(self.config, self.layout.cells)
+        return berths(self.config)
 
 
 def place_objects(
@@ -94,8 +94,7 @@ def place_docks(
 ) -> Iterator[PlacedDock]:
     """Every dock: those of the world itself, then those inside its composite objects."""
     for dock in docks:
-        layout = load_dock(dock.layout, dock.folder)
-        yield PlacedDock(prefix + dock.name, layout, compose(at, dock.pose), dock, prefix[:-1] or dock.name)
+        yield PlacedDock(prefix + dock.name, compose(at, dock.pose), dock, prefix[:-1] or dock.name)
     for item in placements:
         config = item.config
         if config.kind == "composite":
@@ -107,7 +106,7 @@ def _shown(docks: Sequence[DockPlacement], symbols: Sequence[str]) -> list[DockP
     """An object's docks with symbols on their placards, as far as there are any."""
     shown = []
     for dock in docks:
-        count = len(berths(dock, load_dock(dock.layout, dock.folder).cells).placards) if symbols else 0
+        count = len(berths(dock).placards) if symbols else 0
         own, symbols = symbols[:count], symbols[count:]
         shown.append(dock.model_copy(update={"symbols": (*own, *dock.symbols[len(own) :])}) if own else dock)
     return shown
@@ -144,7 +143,7 @@ def _field(field: FieldConfig, config: WorldConfig, taken: FloatArray, ground: "
         for _ in range(TRIES):
             x, y = (c + field.size * (uniform(key, np.uint64(counter + i)) - 0.5) for i, c in enumerate(field.center))
             counter += 2
-            if _clear(taken, x, y, field.min_distance) and ground.clear(x, y, field.min_distance):
+            if is_clear(taken, x, y, field.min_distance) and ground.clear(x, y, field.min_distance):
                 break
         else:
             raise CompileError(_full(field, config.name, done, len(wanted)))
@@ -163,12 +162,6 @@ def _full(field: FieldConfig, world: str, done: int, wanted: int) -> str:
     )
 
 
-def _clear(taken: FloatArray, x: float, y: float, distance: float) -> bool:
-    """Whether no point (n, 2) is nearer to (x, y) than a distance [m]."""
-    dx, dy = taken[:, 0] - x, taken[:, 1] - y
-    return not np.any(dx * dx + dy * dy < distance * distance)
-
-
 class _Ground:
     """Docks and land: what does not float away."""
 
@@ -178,7 +171,7 @@ class _Ground:
 
     def clear(self, x: float, y: float, distance: float) -> bool:
         """Whether (x, y) is in the water and so far [m] from the shore and from docks, whose blocks count as discs."""
-        if not all(_clear(middles, x, y, distance + 2.0**0.5 * half) for half, middles in self._blocks):
+        if not all(is_clear(middles, x, y, distance + 2.0**0.5 * half) for half, middles in self._blocks):
             return False
         gap = land_distance(self._terrain, x, y, self._folder) if self._terrain else math.inf
         return gap > 0.0 and gap >= distance
@@ -187,5 +180,5 @@ class _Ground:
 def _middles(dock: PlacedDock) -> FloatArray:
     """Middles of a dock's blocks (n, 2) [m, world]."""
     edge = dock.config.block
-    local = [(edge * i, edge * j, 0.0, 0.0, 0.0, 0.0) for i, j in dock.layout.cells]
+    local = [(edge * i, edge * j, 0.0, 0.0, 0.0, 0.0) for i, j in dock.cells]
     return np.array([compose(dock.pose, pose)[:2] for pose in local], np.float64).reshape(-1, 2)

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from vrx_mj.config.bays import Bay, bay_zones, board, find_bays
+from vrx_mj.config.bays import Bay, find_bays
 from vrx_mj.config.docks import berths, load_dock
 from vrx_mj.config.objects import load_object
 from vrx_mj.config.world import load_world
@@ -35,12 +35,12 @@ SYMBOLS_AT = {
 
 def of_object(name):
     (dock,) = load_object(name).docks
-    return berths(dock, load_dock(dock.layout).cells)
+    return berths(dock)
 
 
 def drawn(layout, **keys):
     world = load_world({"docks": [{"name": "d", "layout": layout, **keys}]})
-    return berths(world.docks[0], load_dock(layout).cells)
+    return berths(world.docks[0])
 
 
 def numbers(bay):
@@ -63,17 +63,17 @@ def numbers(bay):
     ],
 )
 def test_a_bay_has_blocks_on_three_sides_and_open_water_on_the_fourth(drawing, found):
-    assert find_bays(load_dock(drawing).cells) == tuple(found)
+    assert find_bays(load_dock(drawing)) == tuple(found)
 
 
 def test_bays_come_in_reading_order():
-    found = find_bays(load_dock("X X X\nXXXXX\nX X X").cells)
+    found = find_bays(load_dock("X X X\nXXXXX\nX X X"))
     assert [bay.first for bay in found] == [(0, 1), (0, 3), (2, 1), (2, 3)]
 
 
 @pytest.mark.parametrize(("name", "opens"), [("dock_2016", [(-1, 0)] * 3), ("dock_2018", [(-1, 0), (1, 0)])])
 def test_the_bays_of_vrx_docks_are_found_in_their_drawings(name, opens):
-    assert [bay.opens for bay in find_bays(load_dock(name).cells)] == opens
+    assert [bay.opens for bay in find_bays(load_dock(name))] == opens
 
 
 @pytest.mark.parametrize(
@@ -111,7 +111,7 @@ def test_the_holes_are_vrx_own(name, shift):
 
 
 def test_the_zones_of_a_drawing_grow_with_its_bay():
-    internal, external = bay_zones(Bay((1, 1), (2, 6), (0, 1)), 1.0)  # 6 m deep along y, 2 m wide
+    internal, external = Bay((1, 1), (2, 6), (0, 1)).zones(1.0)  # 6 m deep along y, 2 m wide
     assert internal.center == pytest.approx((1.5, 4.0, 0.25))
     assert internal.size == pytest.approx((0.75, 4.0, 2.0))
     assert external.center == pytest.approx((1.5, 9.0, 0.25))
@@ -146,7 +146,7 @@ def test_given_zones_win_over_those_of_the_drawing():
     zone = {"center": [1, 2, 3], "size": [4, 5, 6]}
     (bay,) = drawn("X X\nXXX", bays=[{"external": zone}]).bays
     assert bay.external.model_dump() == {"center": (1.0, 2.0, 3.0), "size": (4.0, 5.0, 6.0)}
-    assert bay.internal == bay_zones(Bay((0, 1), (0, 1), (-1, 0)), 2.0)[0]
+    assert bay.internal == Bay((0, 1), (0, 1), (-1, 0)).zones(2.0)[0]
 
 
 def test_a_dock_of_one_row_has_bays_if_it_says_where():
@@ -171,7 +171,7 @@ def test_a_floating_dock_has_an_end():
 def test_a_board_faces_out_of_its_bay_whichever_way_that_opens(opens):
     """The front of a board is its -y; it stands at the bay's inner end, so that the way out from it is the bay."""
     bay = Bay((1, 1), (2, 2), opens)
-    placard = board(bay, 2.0, "sign", "placard")
+    placard = bay.board(2.0, "sign", "placard")
     x, y, _, _, _, yaw = placard.pose
     assert (math.sin(yaw), -math.cos(yaw)) == pytest.approx(opens, abs=1e-12)
     assert (x + opens[0] * 2.95, y + opens[1] * 2.95) == pytest.approx((3.0, 3.0))
@@ -189,12 +189,12 @@ def test_a_first_row_may_begin_with_a_blank(tmp_path, layout):
     file = tmp_path / "mine.yaml"
     file.write_text(f"docks:\n  - name: a\n    layout: {layout}\n", encoding="utf-8")
     (dock,) = load_world(file).docks
-    assert load_dock(dock.layout).rows == ("  X X", "X   X", "XXXXX")
+    assert dock.cells == ((0, 2), (0, 4), (1, 0), (1, 4), *((2, column) for column in range(5)))
     assert load_world({"docks": [{"name": "a", "layout": ["  X X", "X   X", "XXXXX"]}]}).docks[0].layout == dock.layout
 
 
 def test_one_row_of_a_list_is_a_row_and_no_name():
-    assert load_dock(load_world({"docks": [{"name": "a", "layout": ["X X"]}]}).docks[0].layout).rows == ("X X",)
+    assert load_world({"docks": [{"name": "a", "layout": ["X X"]}]}).docks[0].cells == ((0, 0), (0, 2))
     text = "<world>: docks[0].layout[0]: row 1, column 1: 'd' in a dock; only X and blank"
     with pytest.raises(ConfigError, match=f"^{re.escape(text)}$"):
         load_world({"docks": [{"name": "a", "layout": ["dock_2016"]}]})

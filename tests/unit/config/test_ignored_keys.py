@@ -288,8 +288,8 @@ REFERRED_TO = {(BuoyancyElement, "name"), (Visual, "name")}
 """Names for other keys to refer to."""
 FREE = {
     "AnimalConfig.goal", "BoatConfig.engines", "BoatEntry.engines", "CameraConfig.antialiasing", "FleetConfig.engines",
-    "FleetConfig.headings", "FleetConfig.heading", "FleetConfig.origin", "HoleConfig.size", "Rules.release",
-    "SignalConfig.of",
+    "FleetConfig.headings", "FleetConfig.heading", "FleetConfig.origin", "HoleConfig.size", "Layout.headings",
+    "Layout.heading", "Rules.release",
     "StationkeepingTask.type", "TargetConfig.size", "ThrusterConfig.mapping", "ThrusterEntry.mapping", "_Built.engines",
     "WindageConfig.vessel", "PhysicsConfig.profile",
 }  # fmt: skip

@@ -1,7 +1,6 @@
 """Layouts: where their boats are and where they head, in the fleet's frame."""
 
 import math
-from dataclasses import replace
 from itertools import combinations
 from typing import get_args
 
@@ -12,15 +11,14 @@ from hypothesis import strategies as st
 from vrx_mj.config.layouts import DENSITY, Layout, LayoutName, headings, spots
 
 NAMES = get_args(LayoutName)
-PLAIN = Layout(name="circle", radius=20.0, spacing=10.0, start_angle=0.0, heading=None, size=None, seed=0)
 
 
-def places(name, count, **changes):
-    return spots(replace(PLAIN, name=name, **changes), count)
+def places(name, count, seed=0, **changes):
+    return spots(Layout(layout=name, **changes), count, seed)
 
 
 def test_boat_i_of_a_circle_is_at_the_start_angle_and_i_parts_of_a_turn():
-    ring = places("circle", 8, radius=5.0, start_angle=math.radians(30))
+    ring = places("circle", 8, radius=5.0, start_angle=30.0)
     degrees = [30 + 360 * i / 8 for i in range(8)]
     assert ring == tuple(
         pytest.approx((5 * math.cos(math.radians(angle)), 5 * math.sin(math.radians(angle)))) for angle in degrees
@@ -68,6 +66,10 @@ def test_random_boats_are_the_seed_s_and_lie_in_their_square():
     assert all(abs(x) <= 25.0 for place in places("random", 5, size=50.0) for x in place)
 
 
+def test_the_seed_of_a_layout_is_instead_of_the_world_s():
+    assert places("random", 9, seed=5) == spots(Layout(layout="random", seed=5), 9, 3) != places("random", 9, seed=3)
+
+
 def test_a_full_square_gives_fewer_places():
     assert 1 <= len(places("random", 50, size=20.0)) < 10
 
@@ -80,18 +82,18 @@ def test_a_full_square_gives_fewer_places():
         ("tangent", "circle", [90, 180, 270, 0]),
         (None, "circle", [0, 90, 180, 270]),
         (None, "line", [0, 0, 0, 0]),
-        (math.radians(35), "grid", [35, 35, 35, 35]),
+        (35.0, "grid", [35, 35, 35, 35]),
         ("outward", "line", [90, 90, -90, -90]),
     ],
 )
 def test_headings_are_a_word_s_or_a_number_s(heading, name, turns):
-    layout = replace(PLAIN, name=name, heading=heading)
+    layout = Layout(layout=name, heading=heading)
     for yaw, turn in zip(headings(layout, spots(layout, 4)), turns, strict=True):
         assert math.remainder(yaw - math.radians(turn), math.tau) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_random_boats_head_anywhere_by_their_seed():
-    layout = replace(PLAIN, name="random")
+    layout = Layout(layout="random")
     yaws = headings(layout, spots(layout, 40))
-    assert yaws == headings(layout, spots(layout, 40)) != headings(replace(layout, seed=1), spots(layout, 40))
+    assert yaws == headings(layout, spots(layout, 40)) != headings(layout, spots(layout, 40), seed=1)
     assert {int(yaw / (math.pi / 2)) for yaw in yaws} == {0, 1, 2, 3}

@@ -86,15 +86,13 @@ def test_a_mesh_may_be_in_a_folder_of_any_name(here):
 
 
 def test_a_drawing_is_a_top_view():
-    dock = load_dock("X  X\n\n XX  \n\n")
-    assert dock.rows == ("X  X", "", " XX")
-    assert dock.cells == ((0, 0), (0, 3), (2, 1), (2, 2))
+    assert load_dock("X  X\n\n XX  \n\n") == ((0, 0), (0, 3), (2, 1), (2, 2))
 
 
 def test_a_dock_is_found_by_name_and_by_path(here):
     (here / "d.txt").write_bytes(b"\xef\xbb\xbfX X\r\nXXX\r\n")
-    assert load_dock("bay").rows == ("X  X", "XXXX")
-    assert load_dock("./d.txt", here).rows == ("X X", "XXX")
+    assert load_dock("bay") == load_dock("X  X\nXXXX")
+    assert load_dock("./d.txt", here) == load_dock("X X\nXXX")
 
 
 def test_a_drawing_from_python_says_row_and_column():
@@ -122,8 +120,8 @@ def test_names_are_found_along_the_search_path(here, ours, tmp_path, monkeypatch
         "deep/down": second / "docks/deep/down.txt",
         "mine": first / "docks/mine.txt",
     }
-    assert load_dock("mine").rows == ("X",)
-    assert load_dock("deep/down").rows == ("XXX",)
+    assert load_dock("mine") == load_dock("X")
+    assert load_dock("deep/down") == load_dock("XXX")
 
 
 @pytest.mark.usefixtures("here")
@@ -168,7 +166,7 @@ def test_long_lists_of_names_are_cut():
 def test_the_start_files_of_an_object_and_a_dock_load():
     start = root() / "assets" / "start"
     assert load_object("object.yaml", start).kind == "floating"
-    assert load_dock("dock.txt", start).rows == ("X     X", "X     X", "XXXXXXX")
+    assert load_dock("dock.txt", start) == load_dock("X     X\nX     X\nXXXXXXX")
 
 
 def test_a_world_uses_files_of_the_users_own(here):

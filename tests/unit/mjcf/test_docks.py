@@ -34,7 +34,7 @@ def compiled(**world):
     ("name", "blocks", "loops", "depth"), [("dock_2016", 18, 0, 7), ("dock_2018", 20, 3, 6), ("dock_2022", 22, 0, 8)]
 )
 def test_vrx_docks_hang_together_as_they_should(name, blocks, loops, depth):
-    tree = block_tree(load_dock(name).cells)
+    tree = block_tree(load_dock(name))
     assert len(tree.cells) == blocks
     assert len(tree.closures) == loops
     assert max(tree.depths) == depth
@@ -42,7 +42,7 @@ def test_vrx_docks_hang_together_as_they_should(name, blocks, loops, depth):
 
 @pytest.mark.parametrize("drawing", ["X", "XX", "XXX\nXXX\nXXX", "XXX\nX X\nXXX", " X\nXXX\n X"])
 def test_a_tree_reaches_every_block_once_over_shared_edges(drawing):
-    cells = load_dock(drawing).cells
+    cells = load_dock(drawing)
     tree = block_tree(cells)
     assert sorted(tree.cells) == sorted(cells)
     hinges = [(tree.cells[parent], cell) for cell, parent in zip(tree.cells, tree.parents, strict=True) if parent >= 0]
@@ -71,7 +71,7 @@ def test_blocks_and_placards_start_where_they_belong(name, dynamic):
     model_name = f"{name}_dynamic" if dynamic else name
     made, _, data = compiled(objects=[{"name": "o", "model": model_name, "pose": POSE}])
     turn = np.array([[np.cos(0.7), -np.sin(0.7), 0], [np.sin(0.7), np.cos(0.7), 0], [0, 0, 1]])
-    for i, j in load_dock(name).cells:
+    for i, j in load_dock(name):
         there = turn @ (2 * i, 2 * j, 0.25) + (40, -30, 0)
         assert data.geom(f"o/base/dock_block_{i}_{j}").xpos == pytest.approx(there)
     zones = dock_zones(placed(objects=[{"name": "o", "model": model_name, "pose": POSE}])[0])

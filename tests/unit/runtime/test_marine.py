@@ -94,7 +94,7 @@ def test_a_saved_world_has_its_current(tmp_path):
         ),
         (
             {"physics": {"profile": "marine"}, "current": {"profile": [[-3, 1], [2, 1]]}},
-            "<world>: current.profile[0]: a depth of 0 or more is needed, got -3 m",
+            "<world>: current.profile[0][0]: must be at least 0, got -3",
         ),
         (
             {"physics": {"profile": "marine"}, "current": {"speed": -1}},

@@ -280,7 +280,7 @@ def test_energy_needs_a_power(barge):
         ),
         (
             "{thrust: [[0, 0], [1.5, 9]], diameter: 1}",
-            "propellers.main.thrust[1]: a command from -1 to 1 is needed, got 1.5",
+            "propellers.main.thrust[1][0]: must be at most 1, got 1.5",
         ),
         (
             "{thrust: [[0, 0], [0.5, -9]], diameter: 1}",

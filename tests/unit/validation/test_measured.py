@@ -79,7 +79,10 @@ def test_samples_may_lack_a_value_and_begin_late(files):
     ("case", "message"),
     [
         (CASE.replace("band: 0.01", "band: 0"), "signals.surge.band: must be above 0, got 0"),
-        (CASE.replace("of: heading_deg, ", ""), "signals.course.of: one of x, y, z, roll_deg, pitch_deg, heading_deg"),
+        (
+            CASE.replace("of: heading_deg, ", ""),
+            "signals.course.of: expected x, y, z, roll_deg, pitch_deg",
+        ),
         (CASE.replace("time: 2", "time: 0"), "commands[1]: a time above that of the row before, 0 s, is needed, got 0"),
         (CASE.replace("source: measured by this test", ""), "source: required, but missing"),
         (CASE.replace("rudder_angle", "rudder"), "no command of boat 'wamv' named 'rudder'"),

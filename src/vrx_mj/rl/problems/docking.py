@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray
-from vrx_mj.config.bays import MOUTH_GAP, Bay, bay_zones, find_bays
+from vrx_mj.config.bays import MOUTH_GAP, Bay, find_bays
 from vrx_mj.model.site import Dock
 from vrx_mj.rl.options import PERIOD
 from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, folded, open_water
@@ -123,7 +123,7 @@ def _place_of(bay: Bay, dock: Dock) -> tuple[float, ...]:
     x, y of its zone's middle [m], the heading inward [rad], half the zone's depth and width [m], and how far before
     that middle the mouth is [m].
     """
-    inside, outside = bay_zones(bay, dock.block)
+    inside, outside = bay.zones(dock.block)
     dx, dy, _, _, _, turn = dock.pose
     x, y = inside.center[:2]
     cos, sin = math.cos(turn), math.sin(turn)
