@@ -12,9 +12,8 @@ from pydantic_core import ErrorDetails
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import Config, fault
-from vrx_mj.config.kinds import other_kind
+from vrx_mj.config.kinds import KINDS, other_kind
 from vrx_mj.config.search import (
-    KINDS,
     WORLD_SUFFIXES,
     XML_SUFFIXES,
     catalogue,
