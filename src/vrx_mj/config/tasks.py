@@ -119,7 +119,7 @@ class TaskConfig(Config):
     @property
     def geodetic(self) -> tuple[str, ...]:
         """Keys that were given in latitude and longitude."""
-        return ()
+        return tuple(key for key in ("goal", "waypoints") if getattr(self, key, None))
 
 
 class StationkeepingTask(TaskConfig):
@@ -137,11 +137,6 @@ class StationkeepingTask(TaskConfig):
     def _faults(self) -> Iterator[Fault]:
         return exclusive(self, "goal", "goal_cart", required=True)
 
-    @property
-    def geodetic(self) -> tuple[str, ...]:
-        """The goal, if it was given so."""
-        return ("goal",) if self.goal else ()
-
 
 class WayfindingTask(TaskConfig):
     """Visit poses, in any order."""
@@ -155,11 +150,6 @@ class WayfindingTask(TaskConfig):
 
     def _faults(self) -> Iterator[Fault]:
         return exclusive(self, "waypoints", "waypoints_cart", required=True)
-
-    @property
-    def geodetic(self) -> tuple[str, ...]:
-        """The waypoints, if they were given so."""
-        return ("waypoints",) if self.waypoints else ()
 
 
 class PerceptionTask(TaskConfig):
