@@ -13,6 +13,7 @@ from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import Config, fault
 from vrx_mj.config.kinds import KINDS, other_kind
+from vrx_mj.config.readers import function_of
 from vrx_mj.config.search import (
     WORLD_SUFFIXES,
     XML_SUFFIXES,
@@ -217,7 +218,10 @@ def _no_source(kind: str, given: object) -> Problem:
 
 
 def referenced(kind: str, text: str, folder: Path | None, skip: Path | None = None) -> Path:
-    """The file that another file calls by a name or by a path relative to its own folder."""
+    """The file, of ours or of others, that another file calls by a name or by a path relative to its own folder."""
+    of_others = function_of(kind, text, find=True)
+    if of_others and (found := of_others(text, folder)):
+        return Path(found)
     if not is_path(text):
         return find(kind, text, folder, skip)
     return _of_format(kind, text, contained(text, folder), folder or Path.cwd())
@@ -229,6 +233,24 @@ def _of_format(kind: str, text: str, file: Path, folder: Path) -> Path:
     if file.name.lower().endswith((*WORLD_SUFFIXES, *others)):
         refuse_foreign(kind, text, folder, catalogue(kind))
     return file
+
+
+def document(kind: str, source: Source, name: str = "") -> tuple[Section, str]:
+    """The content of a file, of ours or of others, and its name; that of a dict is `name`."""
+    if isinstance(source, Mapping):
+        return read_source(kind, source), name
+    of_others = function_of(kind, source)
+    found: tuple[Section, str] | None = of_others(source) if of_others else None
+    if found:
+        return found
+    file = file_of(kind, source)
+    try:
+        section = read_source(kind, file)
+    except ConfigError:
+        if kind == "worlds" and (refuse := function_of("series", file)):  # a series has a message of its own
+            refuse(file, source)
+        raise
+    return section, file.stem if is_path(source) else str(source)
 
 
 def read_source(kind: str, source: Path | Mapping[str, object]) -> Section:

@@ -11,13 +11,11 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from vrx_mj.config.tree import Section
+from vrx_mj.config.kinds import KINDS
 
 FORMATS = "vrx_mj.formats"
 """The package whose READERS are used."""
-DOCUMENTS = {"worlds", "fleets", "objects", "robots"}
-"""Kinds of which there are files of ours."""
-OURS = (".yaml", ".yml")
+OURS = (".yaml", ".yml", ".txt")
 
 
 @dataclass(frozen=True)
@@ -43,20 +41,6 @@ class Reader:
         return any(path.endswith(one) or text.startswith(one) or one in within for one in self.marks)
 
 
-def read_others(kind: str, source: object) -> tuple[Section, str] | None:
-    """The document of a file that is not ours; None: it is, or a name."""
-    read = function_of(kind, source)
-    found: tuple[Section, str] | None = read(source) if read else None
-    return found
-
-
-def file_of_others(kind: str, text: object, near: Path | None) -> Path | None:
-    """The file that is not ours at a path from the folder `near` on; None: it is, or a name."""
-    find = function_of(kind, text, find=True)
-    found: Path | None = find(text, near) if find else None
-    return found
-
-
 def opener(world: object, arguments: Mapping[str, str]) -> Callable[..., Any] | None:
     """The function of a world, a fleet and arguments that gives what others' files open; None: world and fleet stay."""
     ours = not isinstance(world, str | Path) or (
@@ -71,7 +55,7 @@ def function_of(kind: str, source: object, *, find: bool = False) -> Callable[..
     """The function that reads, or finds, files of this kind with the suffix of a path; None without one."""
     if not isinstance(source, str | Path):
         return None
-    if kind in DOCUMENTS and _is_ours(source):
+    if kind in KINDS and _is_ours(source):
         return None
     own = (reader for reader in _readers() if reader.kind == kind and reader.claims(str(source).lower()))
     name = next(filter(None, (reader.find if find else reader.read for reader in own)), None)
@@ -79,7 +63,7 @@ def function_of(kind: str, source: object, *, find: bool = False) -> Callable[..
 
 
 def _is_ours(source: str | Path) -> bool:
-    """Whether a source is a YAML file, or a name."""
+    """Whether a source is a YAML file, a drawing, or a name."""
     text = str(source).lower()
     return text.endswith(OURS) or not any(mark in text for mark in "./#")
 
