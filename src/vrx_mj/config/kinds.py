@@ -1,5 +1,6 @@
 """What a file is, by its name and how it begins, and which command takes it: for messages about wrong files."""
 
+import contextlib
 import json
 import os.path
 from collections.abc import Mapping
@@ -48,18 +49,10 @@ def kind_of(file: Path) -> FileKind | None:
     name = file.name.lower()
     found = next((kind for end, kind in FORMATS.items() if name.endswith(end)), None)
     if found is None or found.name == "XML":
-        head = _head(file)
-        found = next((kind for tag, kind in ROOTS.items() if tag in head), found)
+        with contextlib.suppress(OSError), file.open("rb") as stream:
+            head = stream.read(HEAD)
+            found = next((kind for tag, kind in ROOTS.items() if tag in head), found)
     return found
-
-
-def _head(file: Path) -> bytes:
-    """How a regular file begins."""
-    try:
-        with file.open("rb") as stream:
-            return stream.read(HEAD)
-    except OSError:
-        return b""
 
 
 def wrong_kind(file: Path, wanted: str) -> str | None:

@@ -1,5 +1,6 @@
 """From a source (a name, a path or a dict) to a model, with every problem of the file at once, each with its place."""
 
+import os.path
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -118,18 +119,11 @@ _MESSAGES = {
     "greater_than_equal": "must be at least {ge}, got {got}",
     "less_than": "must be below {lt}, got {got}",
     "less_than_equal": "must be at most {le}, got {got}",
-    "string_type": "expected text, got {got}",
-    "float_type": "expected a number, got {got}",
-    "int_type": "expected a whole number, got {got}",
     "int_from_float": "expected a whole number, got {got}",
-    "bool_type": "expected true or false, got {got}",
-    "tuple_type": "expected a list, got {got}",
-    "dataclass_type": "expected keys and values, got {got}",
-    "dict_type": "expected keys and values, got {got}",
-    "model_type": "expected keys and values, got {got}",
-    "model_attributes_type": "expected keys and values, got {got}",
 }
 """What pydantic's errors say, by their type; other names in braces are those of the error's context."""
+_TYPES = {"string": "text", "float": "a number", "int": "a whole number", "bool": "true or false", "tuple": "a list"}
+"""What is expected where a value has the wrong type, by pydantic's name of the right one; else keys and values."""
 
 
 def _message(details: ErrorDetails) -> str:
@@ -140,11 +134,14 @@ def _message(details: ErrorDetails) -> str:
         return choice(value[context["discriminator"].strip("'")], context["expected_tags"].replace("'", "").split(", "))
     if kind == "union_tag_not_found" and not isinstance(value, Mapping):
         kind = "dict_type"
-    if kind not in _MESSAGES:
+    form = _MESSAGES.get(kind)
+    if kind.endswith("_type"):
+        form = f"expected {_TYPES.get(kind.removesuffix('_type'), 'keys and values')}, got {{got}}"
+    if form is None:
         return f"{details['msg'][:1].lower()}{details['msg'][1:]}, got {shown(value)}"
     limits = {key: format(limit, ".15g") if isinstance(limit, float) else limit for key, limit in context.items()}
     quotes = "; put it in quotes" if kind == "string_type" and isinstance(value, int | float) else ""
-    return _MESSAGES[kind].format(got=shown(value), **limits) + quotes
+    return form.format(got=shown(value), **limits) + quotes
 
 
 Source = str | Path | Mapping[str, Any]
@@ -191,7 +188,9 @@ def loads(load: Callable[[Any, Path | None], object], folder: str = "folder") ->
 def file_of(kind: str, source: str | Path) -> Path:
     """The file of a name or path that the user gave: paths start in the current folder."""
     if not isinstance(source, str | Path):
-        raise ConfigError([_no_source(kind, source)])
+        raise ConfigError(
+            [Problem(f"<{KINDS[kind]}>", None, None, "", f"expected a name, a path or a mapping, got {shown(source)}")]
+        )
     if not is_path(source):
         return find(kind, str(source))
     return _of_format(kind, str(source), path_of(kind, source), Path.cwd())
@@ -199,22 +198,13 @@ def file_of(kind: str, source: str | Path) -> Path:
 
 def path_of(kind: str, source: str | Path) -> Path:
     """The file at a path that the user gave, whatever its format."""
-    file = Path(source)
-    try:
-        if file.is_file():
-            return file
-        reason = "a folder, not a file" if file.is_dir() else ""
-    except (OSError, ValueError):
-        reason = ""
-    if not reason:
+    if os.path.isfile(source):  # noqa: PTH113 - Path.is_file raises an OSError for a name that is too long
+        return Path(source)
+    reason = "a folder, not a file"
+    if not os.path.isdir(source):  # noqa: PTH112
         ours = in_vrx(kind, str(source), catalogue(kind))
-        reason = f"no such file; {ours}" if ours else f"no such file{near_names(file)}"
+        reason = f"no such file; {ours}" if ours else f"no such file{near_names(Path(source))}"
     raise ConfigError([Problem(str(source), None, None, "", reason)])
-
-
-def _no_source(kind: str, given: object) -> Problem:
-    expected = f"expected a name, a path or a mapping, got {shown(given)}"
-    return Problem(f"<{KINDS[kind]}>", None, None, "", expected)
 
 
 def referenced(kind: str, text: str, folder: Path | None, skip: Path | None = None) -> Path:
@@ -263,18 +253,14 @@ def read_source(kind: str, source: Path | Mapping[str, object]) -> Section:
 
 def read_file(kind: str, file: Path) -> Section:
     """The keys and values of a YAML file alone."""
-    section = _read(file)
-    if said := other_kind(kind, section):
-        raise ConfigError([Problem(display(file), None, None, "", said)])
-    return section
-
-
-def _read(file: Path) -> Section:
     try:
         stat = file.stat()
     except OSError as error:
         raise ConfigError([Problem(display(file), None, None, "", f"cannot be read: {error.strerror}")]) from None
-    return _parsed(file.absolute(), display(file), stat.st_mtime_ns, stat.st_size)
+    section = _parsed(file.absolute(), display(file), stat.st_mtime_ns, stat.st_size)
+    if said := other_kind(kind, section):
+        raise ConfigError([Problem(display(file), None, None, "", said)])
+    return section
 
 
 @lru_cache(maxsize=512)
@@ -291,7 +277,7 @@ def _extended(kind: str, section: Section, file: Path | None, chain: tuple[Path,
         base = _base(kind, section, file, chain)
     except VrxError as error:
         raise ConfigError([problem_at(section, ("extends",), str(error))]) from None
-    below = _extended(kind, _read(base), base, (*chain, base.resolve()))
+    below = _extended(kind, read_file(kind, base), base, (*chain, base.resolve()))
     own = {key: value for key, value in below.items() if key not in {"name", "description"}}
     over = {key: value for key, value in section.items() if key != "extends"}
     return merged(below.holding(own), section.holding(over))

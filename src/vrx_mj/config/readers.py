@@ -3,12 +3,11 @@
 A file of ours is YAML, or a name without a suffix: for those nothing is asked and nothing imported.
 """
 
-import functools
 import os.path
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
 from vrx_mj.config.kinds import KINDS
@@ -46,36 +45,21 @@ def opener(world: object, arguments: Mapping[str, str]) -> Callable[..., Any] | 
     ours = not isinstance(world, str | Path) or (
         _is_ours(world) and not os.path.isdir(world)  # noqa: PTH112 - Path.is_dir raises an OSError for a long name
     )
-    if ours and not arguments:
-        return None
-    return _loaded(next(reader.read for reader in _readers() if reader.kind == "sources"))
+    return None if ours and not arguments else function_of("sources", "")
 
 
 def function_of(kind: str, source: object, *, find: bool = False) -> Callable[..., Any] | None:
     """The function that reads, or finds, files of this kind with the suffix of a path; None without one."""
-    if not isinstance(source, str | Path):
+    if not isinstance(source, str | Path) or (kind in KINDS and _is_ours(source)):
         return None
-    if kind in KINDS and _is_ours(source):
-        return None
-    own = (reader for reader in _readers() if reader.kind == kind and reader.claims(str(source).lower()))
+    readers: Sequence[Reader] = resolve_name(f"{FORMATS}:READERS")
+    own = (reader for reader in readers if reader.kind == kind and reader.claims(str(source).lower()))
     name = next(filter(None, (reader.find if find else reader.read for reader in own)), None)
-    return None if name is None else _loaded(name)
+    function: Callable[..., Any] | None = resolve_name(f"{FORMATS}.{name}") if name else None
+    return function
 
 
 def _is_ours(source: str | Path) -> bool:
     """Whether a source is a YAML file, a drawing, or a name."""
     text = str(source).lower()
     return text.endswith(OURS) or not any(mark in text for mark in "./#")
-
-
-@functools.cache
-def _readers() -> Sequence[Reader]:
-    readers: Sequence[Reader] = import_module(FORMATS).READERS
-    return readers
-
-
-@functools.cache
-def _loaded(function: str) -> Callable[..., Any]:
-    module, _, name = function.partition(":")
-    loaded: Callable[..., Any] = getattr(import_module(f"{FORMATS}.{module}"), name)
-    return loaded

@@ -67,11 +67,8 @@ def refuse_foreign(kind: str, text: str, folder: Path, known: Container[str] = (
         folder: where a relative path starts.
         known: names of this kind.
     """
-    try:
-        found = kind_of(folder / text) if text else None
-        if not text or (found is None and not (folder / text).is_file()):
-            return
-    except (OSError, ValueError):
+    found = kind_of(folder / text) if text else None
+    if not text or (found is None and not os.path.isfile(folder / text)):  # noqa: PTH113 - as in `is_built_in`
         return
     ours = in_vrx(kind, text, known)
     name, use = found or (f"a file that does not end in {'.txt' if kind == 'docks' else '.yaml'}", "")
