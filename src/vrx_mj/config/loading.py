@@ -15,20 +15,9 @@ from pydantic_core.core_schema import ValidationInfo
 from vrx_mj.config.base import Config, fault
 from vrx_mj.config.kinds import KINDS, other_kind
 from vrx_mj.config.readers import function_of
-from vrx_mj.config.search import (
-    WORLD_SUFFIXES,
-    XML_SUFFIXES,
-    catalogue,
-    contained,
-    display,
-    find,
-    in_vrx,
-    is_path,
-    near_names,
-    refuse_foreign,
-)
+from vrx_mj.config.search import catalogue, contained, display, find, in_vrx, is_path, near_names, of_format
 from vrx_mj.config.tree import File, Loc, Place, Section, key_path, locate, merged, of_python
-from vrx_mj.config.wording import choice, shown, unknown_key
+from vrx_mj.config.wording import PYDANTIC, choice, shown, unknown_key
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError
 
@@ -107,25 +96,6 @@ def _inside(place: Place, row: int, column: int) -> Place:
     return Place(place.file, (place.line or 0) + row, indent + column)
 
 
-_MESSAGES = {
-    "vrx": "{message}",
-    "missing": "required, but missing",
-    "union_tag_not_found": "required, but missing",
-    "unexpected_keyword_argument": "unknown key",
-    "extra_forbidden": "unknown key",
-    "json_invalid": "not JSON: {error}",
-    "finite_number": "must be finite, got {got}",
-    "greater_than": "must be above {gt}, got {got}",
-    "greater_than_equal": "must be at least {ge}, got {got}",
-    "less_than": "must be below {lt}, got {got}",
-    "less_than_equal": "must be at most {le}, got {got}",
-    "int_from_float": "expected a whole number, got {got}",
-}
-"""What pydantic's errors say, by their type; other names in braces are those of the error's context."""
-_TYPES = {"string": "text", "float": "a number", "int": "a whole number", "bool": "true or false", "tuple": "a list"}
-"""What is expected where a value has the wrong type, by pydantic's name of the right one; else keys and values."""
-
-
 def _message(details: ErrorDetails) -> str:
     kind, value, context = details["type"], details["input"], details.get("ctx", {})
     if kind == "literal_error":
@@ -134,14 +104,11 @@ def _message(details: ErrorDetails) -> str:
         return choice(value[context["discriminator"].strip("'")], context["expected_tags"].replace("'", "").split(", "))
     if kind == "union_tag_not_found" and not isinstance(value, Mapping):
         kind = "dict_type"
-    form = _MESSAGES.get(kind)
-    if kind.endswith("_type"):
-        form = f"expected {_TYPES.get(kind.removesuffix('_type'), 'keys and values')}, got {{got}}"
-    if form is None:
+    if kind not in PYDANTIC:
         return f"{details['msg'][:1].lower()}{details['msg'][1:]}, got {shown(value)}"
     limits = {key: format(limit, ".15g") if isinstance(limit, float) else limit for key, limit in context.items()}
     quotes = "; put it in quotes" if kind == "string_type" and isinstance(value, int | float) else ""
-    return form.format(got=shown(value), **limits) + quotes
+    return PYDANTIC[kind].format(got=shown(value), **limits) + quotes
 
 
 Source = str | Path | Mapping[str, Any]
@@ -193,7 +160,7 @@ def file_of(kind: str, source: str | Path) -> Path:
         )
     if not is_path(source):
         return find(kind, str(source))
-    return _of_format(kind, str(source), path_of(kind, source), Path.cwd())
+    return of_format(kind, str(source), path_of(kind, source), Path.cwd())
 
 
 def path_of(kind: str, source: str | Path) -> Path:
@@ -214,15 +181,7 @@ def referenced(kind: str, text: str, folder: Path | None, skip: Path | None = No
         return Path(found)
     if not is_path(text):
         return find(kind, text, folder, skip)
-    return _of_format(kind, text, contained(text, folder), folder or Path.cwd())
-
-
-def _of_format(kind: str, text: str, file: Path, folder: Path) -> Path:
-    """The file, unless it is text where YAML is needed, XML where YAML or a drawing is, or a world of Gazebo."""
-    others = (*(() if kind == "docks" else (".txt",)), *(() if kind == "robots" else XML_SUFFIXES))
-    if file.name.lower().endswith((*WORLD_SUFFIXES, *others)):
-        refuse_foreign(kind, text, folder, catalogue(kind))
-    return file
+    return of_format(kind, text, contained(text, folder), folder or Path.cwd())
 
 
 def document(kind: str, source: Source, name: str = "") -> tuple[Section, str]:

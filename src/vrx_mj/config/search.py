@@ -58,7 +58,7 @@ MOST_NAMES = 1000
 """Files of a folder among which the one that is meant is looked for."""
 
 
-def refuse_foreign(kind: str, text: str, folder: Path, known: Container[str] = ()) -> None:
+def _refuse_foreign(kind: str, text: str, folder: Path, known: Container[str]) -> None:
     """Raise a VrxError if a path leads to a file that is there, but in another format than its kind's.
 
     Args:
@@ -74,6 +74,14 @@ def refuse_foreign(kind: str, text: str, folder: Path, known: Container[str] = (
     name, use = found or (f"a file that does not end in {'.txt' if kind == 'docks' else '.yaml'}", "")
     advice = ours or use.replace("FILE", text if len(text) < LONGEST_NAME else "FILE") or NEEDS[kind]
     raise VrxError(f"'{shortened(text)}' is {name}, not {'an' if kind == 'objects' else 'a'} {KINDS[kind]}: {advice}")
+
+
+def of_format(kind: str, text: str, file: Path, folder: Path) -> Path:
+    """The file, unless it is text where YAML is needed, XML where YAML or a drawing is, or a world of Gazebo."""
+    others = (*(() if kind == "docks" else (".txt",)), *(() if kind == "robots" else XML_SUFFIXES))
+    if file.name.lower().endswith((*WORLD_SUFFIXES, *others)):
+        _refuse_foreign(kind, text, folder, catalogue(kind))
+    return file
 
 
 def near_names(file: Path) -> str:
@@ -97,22 +105,7 @@ def in_vrx(kind: str, name: str, known: Container[str]) -> str | None:
 CLASSIC, NEWER = "ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"
 PARENTS = 4
 """How far above a file the package is looked for that it lies in."""
-SUBFOLDERS = frozenset(
-    {
-        "config",
-        "description",
-        "launch",
-        "meshes",
-        "model",
-        "models",
-        "robot",
-        "robots",
-        "sdf",
-        "urdf",
-        "worlds",
-        "xacro",
-    }
-)
+SUBFOLDERS = re.compile("config|description|launch|meshes|models?|robots?|sdf|urdf|worlds|xacro")
 """Folders of a package in which robot files lie."""
 SOURCES = "src"
 """Name of the folder of a workspace in which its packages are."""
@@ -194,7 +187,7 @@ def package_above(folder: Path, name: str) -> Path | None:
     for place in [folder, *folder.parents][: PARENTS + 1]:
         if place.name == name and (place == folder or _may_be_package(place)):
             return place
-        if place.name not in SUBFOLDERS:
+        if not SUBFOLDERS.fullmatch(place.name):
             return None
     return None
 
@@ -327,7 +320,7 @@ def find(kind: str, name: str, near: Path | None = None, skip: Path | None = Non
     known = catalogue(kind, near)
     inside = near is None or is_inside(near / name, near, *allowed_folders())
     if inside:
-        refuse_foreign(kind, name, near or Path.cwd(), known)
+        _refuse_foreign(kind, name, near or Path.cwd(), known)
     if name.startswith(("./", "../", "/", "~")):
         if not inside:
             raise leaves_folder(shortened(name))

@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 from pydantic import Field, model_validator
 
 from vrx_mj.config.base import Config, Fault, exclusive
-from vrx_mj.config.bays import LIGHT_COLORS, ColorName, Symbol
+from vrx_mj.config.bays import Colors, Symbol
 from vrx_mj.config.values import (
     Cartesian,
     Geodetic,
@@ -18,15 +18,13 @@ from vrx_mj.config.values import (
     Switch,
     Vec3,
     demand,
-    several,
 )
 
 Gate = Annotated[
-    tuple[str, str],
-    several(2, "two names [left, right]"),
+    tuple[str, ...],
+    demand(lambda gate: len(gate) == 2, "expected two names [left, right], got {}"),
     demand(lambda gate: gate[0] != gate[1], "a gate has two sides, got {}"),
 ]
-Colors = Annotated[tuple[ColorName, ColorName, ColorName], several(3, f"three colours of {', '.join(LIGHT_COLORS)}")]
 
 
 class ShownObject(Config):

@@ -21,7 +21,7 @@ from yaml.nodes import MappingNode, Node, ScalarNode
 
 from vrx_mj.config.search import ReadingError, display, read_limited
 from vrx_mj.config.tree import DEEPEST, Entry, File, Items, Loc, Place, Section, key_path
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import PYYAML, shown
 from vrx_mj.errors import ConfigError, Problem
 
 PLAIN = {
@@ -128,28 +128,8 @@ _SPECIAL: dict[str, Any] = {
     ".inf": float("inf"), "-.inf": float("-inf"), "+.inf": float("inf"),
 }  # fmt: skip
 
-# PyYAML's words, as they begin, and ours.
 _AT_THE_START = ("found unexpected end of stream", "could not find expected ':'")
-_REWORDED = (
-    ("mapping values are not allowed here", "a ':' too many, or wrong indentation; quote text with ': '"),
-    ("could not find expected ':'", "expected ':' after the key"),
-    ("expected <block end>", "wrong indentation, or a missing ':', '-' or quote"),
-    ("expected ',' or ']'", "expected ',' or ']' in the list"),
-    ("expected ',' or '}'", "expected ',' or '}' after the value"),
-    ("found unexpected end of stream", "this quote is never closed"),
-    ("found unexpected document separator", "'---' inside quotes"),
-    ("did not find expected <document start>", "wrong indentation, or text after the end of the document"),
-    ("expected the node content", "expected a value"),
-    ("found undefined alias", "no anchor of this name"),
-    ("found duplicate anchor", "an anchor of this name already exists"),
-    ("found unknown escape character", "unknown escape in double quotes; use single quotes for a plain '\\'"),
-    ("sequence entries are not allowed here", "a list's '-' starts on a line of its own"),
-    ("block sequence entries", "a list's '-' starts on a line of its own"),
-    ("mapping keys are not allowed here", "a '?' is not allowed here"),
-    ("but found another document", "a second document; a file holds one"),
-    ("expected a comment or a line break", "unexpected text after '|' or '>'"),
-    ("expected chomping or indentation", "unexpected text after '|' or '>'"),
-)  # fmt: skip
+"""How PyYAML's errors begin which are best placed where what they are about starts."""
 
 
 def read_lines(path: Path) -> tuple[str, ...]:
@@ -362,7 +342,7 @@ def _worded(file: File, error: yaml.MarkedYAMLError) -> Problem:
     if problem.startswith(_AT_THE_START) and error.context_mark:
         mark = error.context_mark
     line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
-    message = next((ours for theirs, ours in _REWORDED if problem.startswith(theirs)), problem)
+    message = next((ours for theirs, ours in PYYAML.items() if problem.startswith(theirs)), problem)
     if problem.startswith("found character"):
         message = f"{problem.split(' ')[2]} cannot start a value; put it in quotes"
     if line <= len(file.lines) and re.fullmatch(r" *X[X ]*", file.lines[line - 1]):
