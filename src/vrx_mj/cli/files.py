@@ -8,7 +8,8 @@ from itertools import groupby
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, get_args
 
-from vrx_mj.config.search import KINDS, catalogue
+from vrx_mj.config.kinds import KINDS
+from vrx_mj.config.search import catalogue
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 from vrx_mj.outputs import write_file, write_files, writing
 from vrx_mj.resources import root

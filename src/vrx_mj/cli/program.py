@@ -407,7 +407,7 @@ def list_hint(error: Exception) -> str:
         return ""
     if error.kind == "command":
         return "; vrx-mj --help explains them"
-    from vrx_mj.config.search import KINDS
+    from vrx_mj.config.kinds import KINDS
 
     kinds = {name: kind for kind, name in KINDS.items()}
     return f"; vrx-mj list {kinds[error.kind]} shows all" if error.kind in kinds else ""

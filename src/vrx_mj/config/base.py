@@ -7,9 +7,10 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, Self, get_args, get_origin
+from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
+from pydantic.fields import FieldInfo
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from vrx_mj.config.tree import Entry, Section
@@ -51,16 +52,9 @@ def exclusive(thing: "Config", *keys: str, required: bool = False) -> Iterator[F
         yield (keys[0],), f"required, unless {one_of(keys[1:])} is given"
 
 
-class _Called(Protocol):
-    """What has a name."""
-
-    @property
-    def name(self) -> str | None: ...
-
-
-def repeated(**groups: Iterable[_Called]) -> list[Fault]:
+def repeated(**groups: Iterable[Any]) -> list[Fault]:
     """Names that are given more than once, as faults at the later ones."""
-    seen: Counter[str | None] = Counter()
+    seen = Counter[str | None]()
     found: list[Fault] = []
     for key, group in groups.items():
         for index, thing in enumerate(group):
@@ -110,11 +104,11 @@ class Config(BaseModel):
         """Lists become tuples, an empty section its default; `folder` is where the text came from."""
         if not isinstance(data, Mapping):
             return data
-        fields, sections = cls.model_fields, _sections(cls)
+        fields = cls.model_fields
         plain = {
             key: tuple(value) if isinstance(value, list) else value
             for key, value in data.items()
-            if value is not None or key not in sections
+            if value is not None or not (key in fields and _may_be_empty(fields[key]))
         }
         if not plain.keys() <= fields.keys():  # for the message about an unknown key
             plain |= dict.fromkeys(plain.keys() - fields.keys(), keys_of(cls))
@@ -214,13 +208,6 @@ def _overruled(selector: Entry | None, key: Entry | None) -> bool:
     return selector is not None and (key is None or selector.depth < key.depth)
 
 
-@cache
-def _sections(model: type[Config]) -> frozenset[str]:
-    return frozenset(key for key, field in model.model_fields.items() if _is_section(field.annotation))
-
-
-def _is_section(annotation: object) -> bool:
-    """A nested model or a tuple of them: what a file may leave empty."""
-    if isinstance(annotation, type) and issubclass(annotation, Config):
-        return True
-    return get_origin(annotation) is tuple and any(map(_is_section, get_args(annotation)))
+def _may_be_empty(field: FieldInfo) -> bool:
+    """Whether a file may leave a key empty: a section or a list that has a default."""
+    return bool(field.default_factory) or field.default == () or isinstance(field.default, Config)

@@ -46,6 +46,8 @@ Symbol = Annotated[
 ]
 """What a placard shows, as `red_circle`."""
 LightColor = Annotated[Literal["red", "green", "blue", "yellow", "off"], BeforeValidator(_off)]
+Colors = Annotated[tuple[ColorName, ColorName, ColorName], several(3, f"three colours of {', '.join(LIGHT_COLORS)}")]
+"""What a light buoy shows in turn, as a task has it."""
 Pattern = Annotated[tuple[LightColor, LightColor, LightColor], several(3, "three of red, green, blue, yellow and off")]
 
 

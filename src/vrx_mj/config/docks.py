@@ -82,7 +82,7 @@ def dock_faults(lines: Sequence[str]) -> list[tuple[int, int, str]]:
         return [(1, 1, "a dock needs at least one X")]
     if len(rows) * max(map(len, rows)) > MAX_CELLS:
         return [(1, 1, f"{len(rows)} rows of up to {max(map(len, rows))} cells; at most {MAX_CELLS} cells")]
-    found = {(odd.line, odd.column): odd.message for odd in find_lookalikes(rows, free_text=False)}
+    found = {(odd.line or 0, odd.column or 0): odd.message for odd in find_lookalikes(rows, free_text=False)}
     for i, row in enumerate(rows, 1):
         hit = re.search("[^X ]", row)
         if hit and not any(line == i for line, _ in found):

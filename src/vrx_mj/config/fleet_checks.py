@@ -2,17 +2,15 @@
 
 import math
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from statistics import fmean
 
 from vrx_mj.config.base import Fault
 from vrx_mj.config.fleet import BoatConfig, FleetConfig, FleetPosition, Slot, room_faults
 from vrx_mj.config.layouts import Headings
-from vrx_mj.config.loading import Loading, Source, file_of, problem_at, read_source, validated
+from vrx_mj.config.loading import Loading, Source, document, problem_at, validated
 from vrx_mj.config.objects import Placement
-from vrx_mj.config.readers import read_others
 from vrx_mj.config.search import catalogue, is_path
-from vrx_mj.config.tree import Section
 from vrx_mj.config.world import FULL_TURN, WorldConfig, check_thrusters, warn_of_degrees
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
 
@@ -24,7 +22,7 @@ FAR = 300.0
 
 def load_fleet(source: Source | None, world: WorldConfig) -> FleetConfig:
     """The fleet of a name, a path or a dict, checked in a world; None: one boat at the world's spawn pose."""
-    section, stem = _source(source)
+    section, stem = document("fleets", {} if source is None else source, "fleet" if source else "single")
     fleet = validated(FleetConfig, section, Loading(), name=stem)
     fleet._section = section
     boats = fleet.located(world)
@@ -37,15 +35,6 @@ def load_fleet(source: Source | None, world: WorldConfig) -> FleetConfig:
         _warn_of_radians(fleet)
         warn_of_degrees(f"fleet {fleet.name}", _angles(fleet))
     return fleet
-
-
-def _source(source: Source | None) -> tuple[Section, str]:
-    if source is None or isinstance(source, Mapping):
-        return read_source("fleets", source or {}), "fleet" if source else "single"
-    if found := read_others("fleets", source):
-        return found
-    file = file_of("fleets", source)
-    return read_source("fleets", file), file.stem
 
 
 def _name_faults(boats: Sequence[tuple[BoatConfig, Slot]], world: WorldConfig) -> Iterator[Fault]:

@@ -1,5 +1,6 @@
 """From a source (a name, a path or a dict) to a model, with every problem of the file at once, each with its place."""
 
+import os.path
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -12,22 +13,11 @@ from pydantic_core import ErrorDetails
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import Config, fault
-from vrx_mj.config.kinds import other_kind
-from vrx_mj.config.search import (
-    KINDS,
-    WORLD_SUFFIXES,
-    XML_SUFFIXES,
-    catalogue,
-    contained,
-    display,
-    find,
-    in_vrx,
-    is_path,
-    near_names,
-    refuse_foreign,
-)
+from vrx_mj.config.kinds import KINDS, other_kind
+from vrx_mj.config.readers import function_of
+from vrx_mj.config.search import catalogue, contained, display, find, in_vrx, is_path, near_names, of_format
 from vrx_mj.config.tree import File, Loc, Place, Section, key_path, locate, merged, of_python
-from vrx_mj.config.wording import choice, shown, unknown_key
+from vrx_mj.config.wording import PYDANTIC, choice, shown, unknown_key
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError
 
@@ -106,32 +96,6 @@ def _inside(place: Place, row: int, column: int) -> Place:
     return Place(place.file, (place.line or 0) + row, indent + column)
 
 
-_MESSAGES = {
-    "vrx": "{message}",
-    "missing": "required, but missing",
-    "union_tag_not_found": "required, but missing",
-    "unexpected_keyword_argument": "unknown key",
-    "extra_forbidden": "unknown key",
-    "json_invalid": "not JSON: {error}",
-    "finite_number": "must be finite, got {got}",
-    "greater_than": "must be above {gt}, got {got}",
-    "greater_than_equal": "must be at least {ge}, got {got}",
-    "less_than": "must be below {lt}, got {got}",
-    "less_than_equal": "must be at most {le}, got {got}",
-    "string_type": "expected text, got {got}",
-    "float_type": "expected a number, got {got}",
-    "int_type": "expected a whole number, got {got}",
-    "int_from_float": "expected a whole number, got {got}",
-    "bool_type": "expected true or false, got {got}",
-    "tuple_type": "expected a list, got {got}",
-    "dataclass_type": "expected keys and values, got {got}",
-    "dict_type": "expected keys and values, got {got}",
-    "model_type": "expected keys and values, got {got}",
-    "model_attributes_type": "expected keys and values, got {got}",
-}
-"""What pydantic's errors say, by their type; other names in braces are those of the error's context."""
-
-
 def _message(details: ErrorDetails) -> str:
     kind, value, context = details["type"], details["input"], details.get("ctx", {})
     if kind == "literal_error":
@@ -140,11 +104,11 @@ def _message(details: ErrorDetails) -> str:
         return choice(value[context["discriminator"].strip("'")], context["expected_tags"].replace("'", "").split(", "))
     if kind == "union_tag_not_found" and not isinstance(value, Mapping):
         kind = "dict_type"
-    if kind not in _MESSAGES:
+    if kind not in PYDANTIC:
         return f"{details['msg'][:1].lower()}{details['msg'][1:]}, got {shown(value)}"
     limits = {key: format(limit, ".15g") if isinstance(limit, float) else limit for key, limit in context.items()}
     quotes = "; put it in quotes" if kind == "string_type" and isinstance(value, int | float) else ""
-    return _MESSAGES[kind].format(got=shown(value), **limits) + quotes
+    return PYDANTIC[kind].format(got=shown(value), **limits) + quotes
 
 
 Source = str | Path | Mapping[str, Any]
@@ -191,45 +155,51 @@ def loads(load: Callable[[Any, Path | None], object], folder: str = "folder") ->
 def file_of(kind: str, source: str | Path) -> Path:
     """The file of a name or path that the user gave: paths start in the current folder."""
     if not isinstance(source, str | Path):
-        raise ConfigError([_no_source(kind, source)])
+        raise ConfigError(
+            [Problem(f"<{KINDS[kind]}>", None, None, "", f"expected a name, a path or a mapping, got {shown(source)}")]
+        )
     if not is_path(source):
         return find(kind, str(source))
-    return _of_format(kind, str(source), path_of(kind, source), Path.cwd())
+    return of_format(kind, str(source), path_of(kind, source), Path.cwd())
 
 
 def path_of(kind: str, source: str | Path) -> Path:
     """The file at a path that the user gave, whatever its format."""
-    file = Path(source)
-    try:
-        if file.is_file():
-            return file
-        reason = "a folder, not a file" if file.is_dir() else ""
-    except (OSError, ValueError):
-        reason = ""
-    if not reason:
+    if os.path.isfile(source):  # noqa: PTH113 - Path.is_file raises an OSError for a name that is too long
+        return Path(source)
+    reason = "a folder, not a file"
+    if not os.path.isdir(source):  # noqa: PTH112
         ours = in_vrx(kind, str(source), catalogue(kind))
-        reason = f"no such file; {ours}" if ours else f"no such file{near_names(file)}"
+        reason = f"no such file; {ours}" if ours else f"no such file{near_names(Path(source))}"
     raise ConfigError([Problem(str(source), None, None, "", reason)])
 
 
-def _no_source(kind: str, given: object) -> Problem:
-    expected = f"expected a name, a path or a mapping, got {shown(given)}"
-    return Problem(f"<{KINDS[kind]}>", None, None, "", expected)
-
-
 def referenced(kind: str, text: str, folder: Path | None, skip: Path | None = None) -> Path:
-    """The file that another file calls by a name or by a path relative to its own folder."""
+    """The file, of ours or of others, that another file calls by a name or by a path relative to its own folder."""
+    of_others = function_of(kind, text, find=True)
+    if of_others and (found := of_others(text, folder)):
+        return Path(found)
     if not is_path(text):
         return find(kind, text, folder, skip)
-    return _of_format(kind, text, contained(text, folder), folder or Path.cwd())
+    return of_format(kind, text, contained(text, folder), folder or Path.cwd())
 
 
-def _of_format(kind: str, text: str, file: Path, folder: Path) -> Path:
-    """The file, unless it is text where YAML is needed, XML where YAML or a drawing is, or a world of Gazebo."""
-    others = (*(() if kind == "docks" else (".txt",)), *(() if kind == "robots" else XML_SUFFIXES))
-    if file.name.lower().endswith((*WORLD_SUFFIXES, *others)):
-        refuse_foreign(kind, text, folder, catalogue(kind))
-    return file
+def document(kind: str, source: Source, name: str = "") -> tuple[Section, str]:
+    """The content of a file, of ours or of others, and its name; that of a dict is `name`."""
+    if isinstance(source, Mapping):
+        return read_source(kind, source), name
+    of_others = function_of(kind, source)
+    found: tuple[Section, str] | None = of_others(source) if of_others else None
+    if found:
+        return found
+    file = file_of(kind, source)
+    try:
+        section = read_source(kind, file)
+    except ConfigError:
+        if kind == "worlds" and (refuse := function_of("series", file)):  # a series has a message of its own
+            refuse(file, source)
+        raise
+    return section, file.stem if is_path(source) else str(source)
 
 
 def read_source(kind: str, source: Path | Mapping[str, object]) -> Section:
@@ -242,18 +212,14 @@ def read_source(kind: str, source: Path | Mapping[str, object]) -> Section:
 
 def read_file(kind: str, file: Path) -> Section:
     """The keys and values of a YAML file alone."""
-    section = _read(file)
-    if said := other_kind(kind, section):
-        raise ConfigError([Problem(display(file), None, None, "", said)])
-    return section
-
-
-def _read(file: Path) -> Section:
     try:
         stat = file.stat()
     except OSError as error:
         raise ConfigError([Problem(display(file), None, None, "", f"cannot be read: {error.strerror}")]) from None
-    return _parsed(file.absolute(), display(file), stat.st_mtime_ns, stat.st_size)
+    section = _parsed(file.absolute(), display(file), stat.st_mtime_ns, stat.st_size)
+    if said := other_kind(kind, section):
+        raise ConfigError([Problem(display(file), None, None, "", said)])
+    return section
 
 
 @lru_cache(maxsize=512)
@@ -270,7 +236,7 @@ def _extended(kind: str, section: Section, file: Path | None, chain: tuple[Path,
         base = _base(kind, section, file, chain)
     except VrxError as error:
         raise ConfigError([problem_at(section, ("extends",), str(error))]) from None
-    below = _extended(kind, _read(base), base, (*chain, base.resolve()))
+    below = _extended(kind, read_file(kind, base), base, (*chain, base.resolve()))
     own = {key: value for key, value in below.items() if key not in {"name", "description"}}
     over = {key: value for key, value in section.items() if key != "extends"}
     return merged(below.holding(own), section.holding(over))

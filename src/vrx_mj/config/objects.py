@@ -14,11 +14,9 @@ from vrx_mj.config.base import Config, Fault, InFolder, Only, exclusive, faults,
 from vrx_mj.config.bays import LightConfig, Symbol
 from vrx_mj.config.docks import DockPlacement, Placed, berths
 from vrx_mj.config.joints import JointConfig, LinkConfig, tree_faults
-from vrx_mj.config.loading import Loading, check, loads, read_source, referenced, validated
-from vrx_mj.config.readers import file_of_others, read_others
+from vrx_mj.config.loading import Loading, check, document, loads, referenced, validated
 from vrx_mj.config.search import display, kind_name
 from vrx_mj.config.shapes import BuoyancyConfig, Shape, Visual
-from vrx_mj.config.tree import Section
 from vrx_mj.config.values import Inertia, Name, NonNegative, NotEmpty, Number, Point, Pose, Positive, Seed, Switch, Vec3
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 from vrx_mj.frames import rotation
@@ -145,7 +143,7 @@ class Placement(Placed):
         whole = info.context
         if isinstance(whole, Loading):
             folder = info.data.get("folder")
-            whole.check(lambda: _count(_file(value, folder), whole))
+            whole.check(lambda: _count(referenced("objects", value, folder), whole))
         return value
 
 
@@ -222,18 +220,9 @@ def _unlit(thing: ObjectConfig) -> list[Fault]:
 
 def load_object(name: str, near: Path | None = None) -> ObjectConfig:
     """The object model of a name, or of a path relative to the folder `near`."""
-    file = _file(name, near)
-    return validated(ObjectConfig, _section(file), Loading((file.resolve(),)))
-
-
-def _file(name: str, near: Path | None) -> Path:
-    """The file of an object, which may be of another format."""
-    return file_of_others("objects", name, near) or referenced("objects", name, near)
-
-
-def _section(file: Path) -> Section:
-    others = read_others("objects", file)
-    return others[0] if others else read_source("objects", file)
+    file = referenced("objects", name, near)
+    section, _ = document("objects", file)
+    return validated(ObjectConfig, section, Loading((file.resolve(),)))
 
 
 def _must_suit(item: Placement) -> None:
@@ -271,7 +260,7 @@ def _count(file: Path, whole: Loading) -> None:
     if key not in whole.counts:
         whole.counts[key] = 1
         part = Loading((*whole.chain, key), whole.counts)
-        _warn_if_it_sinks(validated(ObjectConfig, _section(file), part), file)
+        _warn_if_it_sinks(validated(ObjectConfig, document("objects", file)[0], part), file)
         whole.counts[key] = max(part.count, 1)
     before, whole.count = whole.count, whole.count + whole.counts[key]
     if before <= MOST_OBJECTS < whole.count:

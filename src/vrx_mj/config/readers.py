@@ -3,21 +3,18 @@
 A file of ours is YAML, or a name without a suffix: for those nothing is asked and nothing imported.
 """
 
-import functools
 import os.path
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
-from vrx_mj.config.tree import Section
+from vrx_mj.config.kinds import KINDS
 
 FORMATS = "vrx_mj.formats"
 """The package whose READERS are used."""
-DOCUMENTS = {"worlds", "fleets", "objects", "robots"}
-"""Kinds of which there are files of ours."""
-OURS = (".yaml", ".yml")
+OURS = (".yaml", ".yml", ".txt")
 
 
 @dataclass(frozen=True)
@@ -43,55 +40,26 @@ class Reader:
         return any(path.endswith(one) or text.startswith(one) or one in within for one in self.marks)
 
 
-def read_others(kind: str, source: object) -> tuple[Section, str] | None:
-    """The document of a file that is not ours; None: it is, or a name."""
-    read = function_of(kind, source)
-    found: tuple[Section, str] | None = read(source) if read else None
-    return found
-
-
-def file_of_others(kind: str, text: object, near: Path | None) -> Path | None:
-    """The file that is not ours at a path from the folder `near` on; None: it is, or a name."""
-    find = function_of(kind, text, find=True)
-    found: Path | None = find(text, near) if find else None
-    return found
-
-
 def opener(world: object, arguments: Mapping[str, str]) -> Callable[..., Any] | None:
     """The function of a world, a fleet and arguments that gives what others' files open; None: world and fleet stay."""
     ours = not isinstance(world, str | Path) or (
         _is_ours(world) and not os.path.isdir(world)  # noqa: PTH112 - Path.is_dir raises an OSError for a long name
     )
-    if ours and not arguments:
-        return None
-    return _loaded(next(reader.read for reader in _readers() if reader.kind == "sources"))
+    return None if ours and not arguments else function_of("sources", "")
 
 
 def function_of(kind: str, source: object, *, find: bool = False) -> Callable[..., Any] | None:
     """The function that reads, or finds, files of this kind with the suffix of a path; None without one."""
-    if not isinstance(source, str | Path):
+    if not isinstance(source, str | Path) or (kind in KINDS and _is_ours(source)):
         return None
-    if kind in DOCUMENTS and _is_ours(source):
-        return None
-    own = (reader for reader in _readers() if reader.kind == kind and reader.claims(str(source).lower()))
+    readers: Sequence[Reader] = resolve_name(f"{FORMATS}:READERS")
+    own = (reader for reader in readers if reader.kind == kind and reader.claims(str(source).lower()))
     name = next(filter(None, (reader.find if find else reader.read for reader in own)), None)
-    return None if name is None else _loaded(name)
+    function: Callable[..., Any] | None = resolve_name(f"{FORMATS}.{name}") if name else None
+    return function
 
 
 def _is_ours(source: str | Path) -> bool:
-    """Whether a source is a YAML file, or a name."""
+    """Whether a source is a YAML file, a drawing, or a name."""
     text = str(source).lower()
     return text.endswith(OURS) or not any(mark in text for mark in "./#")
-
-
-@functools.cache
-def _readers() -> Sequence[Reader]:
-    readers: Sequence[Reader] = import_module(FORMATS).READERS
-    return readers
-
-
-@functools.cache
-def _loaded(function: str) -> Callable[..., Any]:
-    module, _, name = function.partition(":")
-    loaded: Callable[..., Any] = getattr(import_module(f"{FORMATS}.{module}"), name)
-    return loaded

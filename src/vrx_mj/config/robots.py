@@ -22,7 +22,6 @@ from vrx_mj.config.dynamics import (
 )
 from vrx_mj.config.loading import Loading, loads, read_source, referenced, validated
 from vrx_mj.config.profiles import NEWER
-from vrx_mj.config.readers import file_of_others
 from vrx_mj.config.search import WORLD_SUFFIXES, contained
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.tree import Section
@@ -356,7 +355,7 @@ def robot_section(name: str, near: Path | None = None) -> Section | None:
 
 def _file(name: str, near: Path | None) -> Path:
     """The file of a robot, which may be of another format."""
-    return (file_of_others("robots", name, near) or referenced("robots", name, near)).absolute()
+    return referenced("robots", name, near).absolute()
 
 
 def _beside(file: Path) -> Path | None:

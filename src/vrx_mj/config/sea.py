@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
-from pydantic import Field, PrivateAttr, model_validator
+from pydantic import Field, model_validator
 
 from vrx_mj.config.base import Config, Fault, Folder, Only, exclusive
 from vrx_mj.config.loading import loads
@@ -126,10 +127,7 @@ class SeaConfig(Config):
     """Median amplitude [m] (cwr)."""
     period: Annotated[Positive, Only("model", (*VRX_SEAS, *REGULAR))] = 5.0
     """Peak (pms) or median (cwr) period, or that of a regular wave [s]."""
-    direction: Annotated[Direction, Only("model", (*VRX_SEAS, *SPECTRA, *REGULAR))] = (
-        1.0,
-        0.0,
-    )
+    direction: Annotated[Direction, Only("model", (*VRX_SEAS, *SPECTRA, *REGULAR))] = (1.0, 0.0)
     """Direction in which the waves travel, along x and y; any length but zero."""
     tau: Annotated[NonNegative, Only("model", VRX_SEAS)] = 2.0
     """Time constant of the waves' growth at the start [s], of VRX's seas."""
@@ -157,7 +155,6 @@ class SeaConfig(Config):
     """Density of the water [kg/m3], which presses on hulls; only in profile `marine`."""
     ramp: Annotated[NonNegative, Only("model", (*SPECTRA, *REGULAR))] = 0.0
     """Time constant of the growth of spectra and regular waves [s]; by default they are there from the start."""
-    _spectrum: SpectrumTable | None = PrivateAttr(None)
 
     @model_validator(mode="before")
     @classmethod
@@ -170,16 +167,11 @@ class SeaConfig(Config):
             return data
         return Section({**data, "model": "jonswap"}, data.place, {**data.entries, "model": data.entries[key]})
 
-    def _faults(self) -> list[Fault]:
-        return [*self._pms_faults(), *self._spectrum_faults(), *self._regular_faults()]
-
-    @property
+    @cached_property
     def spectrum(self) -> SpectrumTable:
         """The spectrum of the file."""
-        if self._spectrum is None:
-            assert self.file is not None
-            self._spectrum = read_spectrum(self.file, self.folder)
-        return self._spectrum
+        assert self.file is not None, "of a sea of another model"
+        return read_spectrum(self.file, self.folder)
 
     @property
     def hs(self) -> float:
@@ -193,45 +185,27 @@ class SeaConfig(Config):
         """Peak period of a spectrum [s]."""
         if self.peak_period is not None:
             return self.peak_period
-        return self.spectrum.peak_period if self.model == "file" else developed_period(max(self.hs, 1e-3), GRAVITY)
+        return self.spectrum.peak_period if self.model == "file" else developed_period(max(self.hs, 1e-3))
 
-    @property
-    def site(self) -> Site:
-        """Depth and gravity for the height at which waves break."""
-        return Site(self.depth or math.inf, GRAVITY)
-
-    def _pms_faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Iterator[Fault]:
         if self.model == "pms" and self.number > 3:
             yield ("number",), f"must be at most 3 in a pms sea, got {self.number}"
         if self.model == "pms" and self.scale < 1:
             yield ("scale",), f"must be at least 1 in a pms sea, got {self.scale:g}"
-
-    def _spectrum_faults(self) -> list[Fault]:
-        if self.model not in SPECTRA:
-            return []
+        site = Site(self.depth or math.inf, GRAVITY)
         if self.model == "tma" and self.depth is None:
-            return [(("depth",), "required for `model: tma`, shallow water; in deep water it is jonswap")]
-        if found := list(exclusive(self, "significant_height", "sea_state", required=self.model != "file")):
-            return found
-        most = steepest_sea(self.tp, self.site)
-        if self.hs <= most:
-            return []
-        key = "model" if self.significant_height is None else "significant_height"
-        text = f"a sea of {self.tp:.3g} s breaks at {most:.3g} m{self._where()}, got {self.hs:.3g} m"
-        return [((key,), f"{text}; {self._advice('peak_period')}")]
+            yield ("depth",), "required for `model: tma`, shallow water; in deep water it is jonswap"
+        elif self.model in SPECTRA:
+            found = list(exclusive(self, "significant_height", "sea_state", required=self.model != "file"))
+            yield from found or self._breaking("sea", self.hs, self.tp, steepest_sea(self.tp, site))
+        elif self.height is not None:
+            yield from self._breaking("wave", self.height, self.period, breaking_height(self.period, site))
 
-    def _regular_faults(self) -> list[Fault]:
-        if self.height is None:
-            return []
-        most = breaking_height(self.period, self.site)
-        if self.height > most:
-            text = f"a wave of {self.period:.3g} s breaks at {most:.3g} m{self._where()}, got {self.height:.3g} m"
-            return [(("height",), f"{text}; {self._advice('period')}")]
-        return []
-
-    def _advice(self, key: str) -> str:
-        """What to do about waves that break; a longer period helps little in shallow water."""
-        return f"give less height, or a longer {key}{' or more depth' if self.depth else ''}"
-
-    def _where(self) -> str:
-        return f" in {self.depth:g} m of water" if self.depth else ""
+    def _breaking(self, what: str, height: float, period: float, most: float) -> Iterator[Fault]:
+        """A sea or a wave that is higher than what breaks; a longer period helps little in shallow water."""
+        if height > most:
+            given = [key for key in ("height", "significant_height") if getattr(self, key) is not None]
+            where, more = (f" in {self.depth:g} m of water", " or more depth") if self.depth else ("", "")
+            text = f"a {what} of {period:.3g} s breaks at {most:.3g} m{where}, got {height:.3g} m"
+            longer = "period" if what == "wave" else "peak_period"
+            yield (*given, "model")[:1], f"{text}; give less height, or a longer {longer}{more}"

@@ -12,18 +12,13 @@ from functools import lru_cache
 from itertools import chain
 from pathlib import Path, PurePosixPath
 
-from vrx_mj.config.kinds import kind_of
+from vrx_mj.config.kinds import KINDS, NEEDS, kind_of
 from vrx_mj.config.readers import function_of
 from vrx_mj.errors import LONGEST_NAME, UnknownNameError, VrxError, nearest, shortened
 from vrx_mj.resources import root
 
-_KINDS = (
-    (stat.S_ISDIR, "a folder"),
-    (stat.S_ISFIFO, "a pipe"),
-    (stat.S_ISSOCK, "a socket"),
-    (stat.S_ISCHR, "a device"),
-    (stat.S_ISBLK, "a device"),
-)
+_NO_FILES = {"d": "a folder", "p": "a pipe", "s": "a socket", "c": "a device", "b": "a device"}
+"""What is no file, by its letter in a long listing."""
 _WAITS_FOR_NOBODY = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0)
 
 
@@ -54,26 +49,16 @@ def read_limited(file: Path, most: int) -> bytes:
 
 def _check(status: os.stat_result) -> int:
     """The size of a regular file; anything else may have no end, or none that comes."""
-    for is_kind, words in _KINDS:
-        if is_kind(status.st_mode):
-            raise ReadingError(f"cannot be read: it is {words}, not a file")
+    if other := _NO_FILES.get(stat.filemode(status.st_mode)[0]):
+        raise ReadingError(f"cannot be read: it is {other}, not a file")
     return status.st_size
 
 
 MOST_NAMES = 1000
 """Files of a folder among which the one that is meant is looked for."""
-NEEDS = {
-    "worlds": "a world is a YAML file, which vrx-mj import makes of Gazebo's; VRX's own come with vrx_mj (vrx-mj list "
-    "worlds)",
-    "fleets": "a fleet is a YAML file, a launch file, a URDF or an SDF; docs/vrx.md has its keys for launch arguments",
-    "objects": "an object is a YAML file or an SDF with a <model>; VRX's own come with vrx_mj (vrx-mj list objects)",
-    "docks": "the drawing of a dock is a text file, .txt",
-    "robots": "a robot is a URDF, a xacro or an SDF with a <model>, or the YAML file beside it",
-}
-"""What a file of a kind is instead."""
 
 
-def refuse_foreign(kind: str, text: str, folder: Path, known: Container[str] = ()) -> None:
+def _refuse_foreign(kind: str, text: str, folder: Path, known: Container[str]) -> None:
     """Raise a VrxError if a path leads to a file that is there, but in another format than its kind's.
 
     Args:
@@ -82,16 +67,21 @@ def refuse_foreign(kind: str, text: str, folder: Path, known: Container[str] = (
         folder: where a relative path starts.
         known: names of this kind.
     """
-    try:
-        found = kind_of(folder / text) if text else None
-        if not text or (found is None and not (folder / text).is_file()):
-            return
-    except (OSError, ValueError):
+    found = kind_of(folder / text) if text else None
+    if not text or (found is None and not os.path.isfile(folder / text)):  # noqa: PTH113 - as in `is_built_in`
         return
     ours = in_vrx(kind, text, known)
     name, use = found or (f"a file that does not end in {'.txt' if kind == 'docks' else '.yaml'}", "")
     advice = ours or use.replace("FILE", text if len(text) < LONGEST_NAME else "FILE") or NEEDS[kind]
     raise VrxError(f"'{shortened(text)}' is {name}, not {'an' if kind == 'objects' else 'a'} {KINDS[kind]}: {advice}")
+
+
+def of_format(kind: str, text: str, file: Path, folder: Path) -> Path:
+    """The file, unless it is text where YAML is needed, XML where YAML or a drawing is, or a world of Gazebo."""
+    others = (*(() if kind == "docks" else (".txt",)), *(() if kind == "robots" else XML_SUFFIXES))
+    if file.name.lower().endswith((*WORLD_SUFFIXES, *others)):
+        _refuse_foreign(kind, text, folder, catalogue(kind))
+    return file
 
 
 def near_names(file: Path) -> str:
@@ -115,22 +105,7 @@ def in_vrx(kind: str, name: str, known: Container[str]) -> str | None:
 CLASSIC, NEWER = "ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"
 PARENTS = 4
 """How far above a file the package is looked for that it lies in."""
-SUBFOLDERS = frozenset(
-    {
-        "config",
-        "description",
-        "launch",
-        "meshes",
-        "model",
-        "models",
-        "robot",
-        "robots",
-        "sdf",
-        "urdf",
-        "worlds",
-        "xacro",
-    }
-)
+SUBFOLDERS = re.compile("config|description|launch|meshes|models?|robots?|sdf|urdf|worlds|xacro")
 """Folders of a package in which robot files lie."""
 SOURCES = "src"
 """Name of the folder of a workspace in which its packages are."""
@@ -212,7 +187,7 @@ def package_above(folder: Path, name: str) -> Path | None:
     for place in [folder, *folder.parents][: PARENTS + 1]:
         if place.name == name and (place == folder or _may_be_package(place)):
             return place
-        if place.name not in SUBFOLDERS:
+        if not SUBFOLDERS.fullmatch(place.name):
             return None
     return None
 
@@ -261,24 +236,21 @@ def package_name(folder: Path) -> str | None:
 
 def ros_package_paths() -> tuple[Path, ...]:
     """Folders that are ROS packages or hold them, from ROS_PACKAGE_PATH and AMENT_PREFIX_PATH."""
-    return (*_crawled(os.environ.get(CLASSIC, "")), *_shared(os.environ.get(NEWER, "")))
+    shared = (path / "share" for path in _listed_in(NEWER) if path.is_absolute())
+    return (*_crawled(_listed_in(CLASSIC)), *(path for path in shared if path.is_dir()))
 
 
-def _entries(value: str) -> Iterator[Path]:
-    return (Path(entry) for entry in value.split(os.pathsep) if entry and Path(entry).is_absolute())
-
-
-def _shared(value: str) -> tuple[Path, ...]:
-    """Where ROS 2 installs packages below each prefix."""
-    return tuple(path / "share" for path in _entries(value) if (path / "share").is_dir())
+def _listed_in(variable: str) -> tuple[Path, ...]:
+    """The folders that an environment variable lists."""
+    return tuple(Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry)
 
 
 @lru_cache(maxsize=8)
-def _crawled(value: str) -> tuple[Path, ...]:
-    """Each entry, and each folder below it that holds packages, as ROS finds them: none in a package."""
+def _crawled(entries: tuple[Path, ...]) -> tuple[Path, ...]:
+    """Each entry that is absolute, and each folder below it that holds packages."""
     found: dict[Path, None] = {}
     left = [MOST_FOLDERS]
-    for entry in _entries(value):
+    for entry in filter(Path.is_absolute, entries):
         for folder in _crawl(entry, DEEPEST, left):
             found[folder if folder == entry or package_name(folder) != folder.name else folder.parent] = None
     return tuple(found)
@@ -286,34 +258,16 @@ def _crawled(value: str) -> tuple[Path, ...]:
 
 def _crawl(entry: Path, depth: int, left: list[int]) -> Iterator[Path]:
     """The packages in a folder, as ROS finds them: none in a package; `left` counts folders that may be looked into."""
-    waiting = [(entry, 0)]
-    while waiting and left[0] > 0:
-        folder, deep = waiting.pop()
+    for folder, below, files in os.walk(entry):
         left[0] -= 1
-        if (folder / "package.xml").is_file():
-            yield folder
-        elif deep < depth and not (folder / "CATKIN_IGNORE").exists():
-            waiting += [(below, deep + 1) for below in _package_folders(folder)]
+        if left[0] < 0:
+            return
+        if "package.xml" in files:
+            yield Path(folder)
+        if {"package.xml", "CATKIN_IGNORE"} & {*files} or len(Path(folder).parts) - len(entry.parts) >= depth:
+            below.clear()
+        below[:] = sorted((name for name in below if not name.startswith(".")), reverse=True)
 
-
-def _package_folders(folder: Path) -> list[Path]:
-    """Folders in a folder; links are not followed."""
-    try:
-        with os.scandir(folder) as entries:
-            return sorted(Path(entry.path) for entry in entries
-                          if entry.is_dir(follow_symlinks=False) and not entry.name.startswith("."))  # fmt: skip
-    except OSError:
-        return []
-
-
-KINDS = {
-    "worlds": "world",
-    "fleets": "fleet",
-    "docks": "dock layout",
-    "objects": "object model",
-    "robots": "robot",
-}
-"""Kinds of files that have names, and what a message calls one of them."""
 
 XML_SUFFIXES = (".urdf", ".xacro")
 SCHEME = "model://"
@@ -337,8 +291,7 @@ ALLOW = f"add its folder by --allow FOLDER or {OWN_PATH}"
 
 def package_paths() -> tuple[Path, ...]:
     """Folders in which a robot's files look for packages, besides their own: VRX_MJ_PACKAGE_PATH's, then ROS's."""
-    own = tuple(Path(entry) for entry in os.environ.get(PACKAGE_PATH, "").split(os.pathsep) if entry)
-    return (*own, *ros_package_paths())
+    return (*_listed_in(PACKAGE_PATH), *ros_package_paths())
 
 
 def kind_name(model: str) -> str:
@@ -367,7 +320,7 @@ def find(kind: str, name: str, near: Path | None = None, skip: Path | None = Non
     known = catalogue(kind, near)
     inside = near is None or is_inside(near / name, near, *allowed_folders())
     if inside:
-        refuse_foreign(kind, name, near or Path.cwd(), known)
+        _refuse_foreign(kind, name, near or Path.cwd(), known)
     if name.startswith(("./", "../", "/", "~")):
         if not inside:
             raise leaves_folder(shortened(name))
@@ -429,7 +382,7 @@ def leaves_folder(text: str) -> VrxError:
 
 def allowed_folders() -> tuple[Path, ...]:
     """The folders of VRX_MJ_PATH."""
-    return tuple(Path(entry) for entry in os.environ.get(OWN_PATH, "").split(os.pathsep) if entry)
+    return _listed_in(OWN_PATH)
 
 
 def is_inside(path: Path, *folders: Path) -> bool:

@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 from pydantic import Field, model_validator
 
 from vrx_mj.config.base import Config, Fault, exclusive
-from vrx_mj.config.bays import LIGHT_COLORS, ColorName, Symbol
+from vrx_mj.config.bays import Colors, Symbol
 from vrx_mj.config.values import (
     Cartesian,
     Geodetic,
@@ -18,15 +18,13 @@ from vrx_mj.config.values import (
     Switch,
     Vec3,
     demand,
-    several,
 )
 
 Gate = Annotated[
-    tuple[str, str],
-    several(2, "two names [left, right]"),
+    tuple[str, ...],
+    demand(lambda gate: len(gate) == 2, "expected two names [left, right], got {}"),
     demand(lambda gate: gate[0] != gate[1], "a gate has two sides, got {}"),
 ]
-Colors = Annotated[tuple[ColorName, ColorName, ColorName], several(3, f"three colours of {', '.join(LIGHT_COLORS)}")]
 
 
 class ShownObject(Config):
@@ -119,7 +117,7 @@ class TaskConfig(Config):
     @property
     def geodetic(self) -> tuple[str, ...]:
         """Keys that were given in latitude and longitude."""
-        return ()
+        return tuple(key for key in ("goal", "waypoints") if getattr(self, key, None))
 
 
 class StationkeepingTask(TaskConfig):
@@ -137,11 +135,6 @@ class StationkeepingTask(TaskConfig):
     def _faults(self) -> Iterator[Fault]:
         return exclusive(self, "goal", "goal_cart", required=True)
 
-    @property
-    def geodetic(self) -> tuple[str, ...]:
-        """The goal, if it was given so."""
-        return ("goal",) if self.goal else ()
-
 
 class WayfindingTask(TaskConfig):
     """Visit poses, in any order."""
@@ -155,11 +148,6 @@ class WayfindingTask(TaskConfig):
 
     def _faults(self) -> Iterator[Fault]:
         return exclusive(self, "waypoints", "waypoints_cart", required=True)
-
-    @property
-    def geodetic(self) -> tuple[str, ...]:
-        """The waypoints, if they were given so."""
-        return ("waypoints",) if self.waypoints else ()
 
 
 class PerceptionTask(TaskConfig):

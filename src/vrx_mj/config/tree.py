@@ -92,24 +92,20 @@ class Items(tuple[Any, ...]):  # noqa: SLOT001 - a tuple of any length has no sl
         return sum(place.file == self.places[index].file for place in self.places[:index])
 
 
-def of_python(value: object, file: File) -> Any:
+def of_python(value: object, file: File, levels: int = DEEPEST) -> Any:
     """A plain value (dicts, lists, NumPy scalars and arrays among them) as sections and items.
 
     Raises:
-        ConfigError: it is nested too deeply.
+        ConfigError: it has more levels of nesting.
     """
-    return _of_python(value, Place(file), DEEPEST)
-
-
-def _of_python(value: object, place: Place, levels: int) -> Any:
     if levels < 0:
-        raise ConfigError([Problem(place.file.name, None, None, "", "nested too deeply, or inside itself")])
+        raise ConfigError([Problem(file.name, None, None, "", "nested too deeply, or inside itself")])
     if isinstance(value, Mapping):
-        return Section({str(key): _of_python(item, place, levels - 1) for key, item in value.items()}, place)
+        return Section({str(key): of_python(item, file, levels - 1) for key, item in value.items()}, Place(file))
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, Sequence) and not isinstance(value, str | bytes):
-        return Items.of((_of_python(item, place, levels - 1) for item in value), [place] * len(value))
+        return Items.of((of_python(item, file, levels - 1) for item in value), [Place(file)] * len(value))
     return str(value) if isinstance(value, Path) else value
 
 

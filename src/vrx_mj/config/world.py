@@ -2,7 +2,7 @@
 
 import math
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
@@ -12,21 +12,20 @@ from pydantic_core.core_schema import ValidationInfo
 from vrx_mj.config.base import Config, Fault, Folder, FromFile, fault, repeated
 from vrx_mj.config.current import CurrentConfig
 from vrx_mj.config.docks import DockPlacement, Placed
-from vrx_mj.config.loading import Loading, Source, check, file_of, loads, read_source, validated
+from vrx_mj.config.loading import Loading, Source, check, document, loads, validated
 from vrx_mj.config.objects import FieldConfig, Placement
 from vrx_mj.config.profiles import CLASSIC, DEFAULT, MARINE, Profile, on_its_profile
-from vrx_mj.config.readers import function_of, read_others
 from vrx_mj.config.robots import Arguments, load_robot
 from vrx_mj.config.scene import MarkersConfig, SceneConfig
 from vrx_mj.config.sea import SeaConfig
-from vrx_mj.config.search import find_terrain, is_path
+from vrx_mj.config.search import find_terrain
 from vrx_mj.config.tasks import Task
 from vrx_mj.config.tree import Loc, Section
 from vrx_mj.config.values import Latitude, Longitude, NonNegative, Number, Pose, Seed
 from vrx_mj.config.wind import WindConfig
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP
-from vrx_mj.errors import ConfigError, VrxWarning
+from vrx_mj.errors import VrxWarning
 from vrx_mj.frames import Geodetic
 
 _NOTICED: list[str] = []
@@ -189,7 +188,7 @@ def check_thrusters(robot: str, layout: str, folder: Path | None) -> None:
 
 def load_world(source: Source) -> WorldConfig:
     """The world of a name, a path, `FILE#k` (the k-th of an axes file) or a dict, with everything it names checked."""
-    section, name = _document(source)
+    section, name = document("worlds", source, "world")
     world = validated(WorldConfig, section, Loading(), name=name)
     world._section = section
     things = [(thing.name, thing.pose[3:]) for thing in world.placed]
@@ -207,22 +206,6 @@ def _of_default_profile(world: WorldConfig) -> Iterator[str]:
             f"it names no `physics: profile` and has {DEFAULT}, the default, which was {CLASSIC} in version 0.1; "
             f"write `physics: {{profile: {CLASSIC}}}` for that"
         )
-
-
-def _document(source: Source) -> tuple[Section, str]:
-    """The content of a world's file, and the world's name."""
-    if isinstance(source, Mapping):
-        return read_source("worlds", source), "world"
-    if found := read_others("worlds", source):
-        return found
-    file = file_of("worlds", source)
-    try:
-        section = read_source("worlds", file)
-    except ConfigError:
-        if refuse := function_of("series", file):  # a series has a message of its own
-            refuse(file, source)
-        raise
-    return section, file.stem if is_path(source) else str(source)
 
 
 def _of_its_sea(world: WorldConfig) -> Iterator[str]:

@@ -21,17 +21,8 @@ from yaml.nodes import MappingNode, Node, ScalarNode
 
 from vrx_mj.config.search import ReadingError, display, read_limited
 from vrx_mj.config.tree import DEEPEST, Entry, File, Items, Loc, Place, Section, key_path
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import PYYAML, shown
 from vrx_mj.errors import ConfigError, Problem
-
-
-class Odd(NamedTuple):
-    """A character that should not be there. Line and column count from 1."""
-
-    line: int
-    column: int
-    message: str
-
 
 PLAIN = {
     **{chr(0xFEE0 + code): chr(code) for code in range(0x21, 0x7F)},
@@ -54,14 +45,14 @@ _DESCRIPTION = re.compile(r"""^(\s*(?:- +)*)(["']?)description\2\s*:(?=\s|$)""")
 _DESCRIPTION_INSIDE = re.compile(r"""(?<=[{,])\s*description\s*:\s*("[^"]*"|'[^']*'|[^,}]*)""")
 
 
-def find_controls(lines: Sequence[str]) -> Iterator[Odd]:
+def find_controls(name: str, lines: Sequence[str]) -> Iterator[Problem]:
     """Control characters and odd line separators, which no text file needs anywhere."""
     for row, line in enumerate(lines, 1):
         for hit in _CONTROL.finditer(line):
-            yield Odd(row, hit.start() + 1, f"control character U+{ord(hit[0]):04X}; delete it")
+            yield Problem(name, row, hit.start() + 1, "", f"control character U+{ord(hit[0]):04X}; delete it")
 
 
-def find_lookalikes(lines: Sequence[str], *, free_text: bool = True) -> Iterator[Odd]:
+def find_lookalikes(lines: Sequence[str], name: str = "", *, free_text: bool = True) -> Iterator[Problem]:
     """Look-alikes outside comments and, where the file has such keys (`free_text`), descriptions."""
     indent: int | None = None  # of the `description` key that the line may still belong to
     for row, line in enumerate(lines, 1):
@@ -72,7 +63,7 @@ def find_lookalikes(lines: Sequence[str], *, free_text: bool = True) -> Iterator
         start = _DESCRIPTION.match(code) if free_text else None
         indent = len(start[1]) if start else None
         code = code[: start.end()] if start else _DESCRIPTION_INSIDE.sub(_blank, code) if free_text else code
-        yield from (Odd(row, column + 1, message) for column, message in _in_code(code))
+        yield from (Problem(name, row, column + 1, "", message) for column, message in _in_code(code))
 
 
 def _blank(match: re.Match[str]) -> str:
@@ -137,28 +128,8 @@ _SPECIAL: dict[str, Any] = {
     ".inf": float("inf"), "-.inf": float("-inf"), "+.inf": float("inf"),
 }  # fmt: skip
 
-# PyYAML's words, as they begin, and ours.
 _AT_THE_START = ("found unexpected end of stream", "could not find expected ':'")
-_REWORDED = (
-    ("mapping values are not allowed here", "a ':' too many, or wrong indentation; quote text with ': '"),
-    ("could not find expected ':'", "expected ':' after the key"),
-    ("expected <block end>", "wrong indentation, or a missing ':', '-' or quote"),
-    ("expected ',' or ']'", "expected ',' or ']' in the list"),
-    ("expected ',' or '}'", "expected ',' or '}' after the value"),
-    ("found unexpected end of stream", "this quote is never closed"),
-    ("found unexpected document separator", "'---' inside quotes"),
-    ("did not find expected <document start>", "wrong indentation, or text after the end of the document"),
-    ("expected the node content", "expected a value"),
-    ("found undefined alias", "no anchor of this name"),
-    ("found duplicate anchor", "an anchor of this name already exists"),
-    ("found unknown escape character", "unknown escape in double quotes; use single quotes for a plain '\\'"),
-    ("sequence entries are not allowed here", "a list's '-' starts on a line of its own"),
-    ("block sequence entries", "a list's '-' starts on a line of its own"),
-    ("mapping keys are not allowed here", "a '?' is not allowed here"),
-    ("but found another document", "a second document; a file holds one"),
-    ("expected a comment or a line break", "unexpected text after '|' or '>'"),
-    ("expected chomping or indentation", "unexpected text after '|' or '>'"),
-)  # fmt: skip
+"""How PyYAML's errors begin which are best placed where what they are about starts."""
 
 
 def read_lines(path: Path) -> tuple[str, ...]:
@@ -178,7 +149,7 @@ def read_lines(path: Path) -> tuple[str, ...]:
     lines = tuple(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
     if len(lines) > MAX_LINES:
         raise ConfigError([Problem(name, None, None, "", f"more than {MAX_LINES} lines")])
-    _refuse_odd(name, find_controls(lines))
+    _refuse_odd(find_controls(name, lines))
     return lines
 
 
@@ -202,7 +173,7 @@ def parse_loosely(file: File) -> tuple[Section, list[Repeat]]:
 
 
 def _parsed(file: File, builder: "_Builder") -> Section:
-    _refuse_odd(file.name, find_lookalikes(file.lines))
+    _refuse_odd(find_lookalikes(file.lines, file.name))
     if next(filter(str.strip, file.lines), "").lstrip().startswith("<"):
         raise ConfigError([Problem(file.name, 1, 1, "", "XML; expected YAML, keys and values")])
     try:
@@ -220,9 +191,8 @@ def _parsed(file: File, builder: "_Builder") -> Section:
     return tree
 
 
-def _refuse_odd(name: str, found: Iterable[Odd]) -> None:
-    problems = [Problem(name, odd.line, odd.column, "", odd.message) for odd in islice(found, MAX_ODD)]
-    if problems:
+def _refuse_odd(found: Iterable[Problem]) -> None:
+    if problems := list(islice(found, MAX_ODD)):
         raise ConfigError(problems)
 
 
@@ -376,7 +346,7 @@ def _worded(file: File, error: yaml.MarkedYAMLError) -> Problem:
     if problem.startswith(_AT_THE_START) and error.context_mark:
         mark = error.context_mark
     line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
-    message = next((ours for theirs, ours in _REWORDED if problem.startswith(theirs)), problem)
+    message = next((ours for theirs, ours in PYYAML.items() if problem.startswith(theirs)), problem)
     if problem.startswith("found character"):
         message = f"{problem.split(' ')[2]} cannot start a value; put it in quotes"
     if line <= len(file.lines) and re.fullmatch(r" *X[X ]*", file.lines[line - 1]):

@@ -6,7 +6,8 @@ import pytest
 
 from vrx_mj.cli.files import NEW_KINDS, command_lines, listing
 from vrx_mj.cli.options import put_first
-from vrx_mj.config.search import KINDS, PACKAGE_PATH, catalogue, package_paths
+from vrx_mj.config.kinds import KINDS
+from vrx_mj.config.search import PACKAGE_PATH, catalogue, package_paths
 from vrx_mj.config.tasks import TASKS
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.compile import compile_world

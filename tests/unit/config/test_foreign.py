@@ -7,10 +7,10 @@ import pytest
 from vrx_mj.config.base import keys_of
 from vrx_mj.config.fleet import FleetConfig
 from vrx_mj.config.fleet_checks import load_fleet
-from vrx_mj.config.kinds import FORMATS, MARKS, USES
+from vrx_mj.config.kinds import FORMATS, KINDS, MARKS, NEEDS, USES
 from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.robots import RobotConfig
-from vrx_mj.config.search import KINDS, NEEDS, catalogue, find
+from vrx_mj.config.search import catalogue, find
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.stock import LAUNCHED, PLACES
