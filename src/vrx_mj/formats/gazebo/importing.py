@@ -24,7 +24,7 @@ from vrx_mj.foreign import budget
 from vrx_mj.formats.gazebo.document import Fate, Note, Report, is_file
 from vrx_mj.formats.gazebo.folders import files_below, has_world, is_folder
 from vrx_mj.formats.gazebo.launch import launch_of
-from vrx_mj.formats.gazebo.launched import Launch, SpawnedBoat, SpawnedObject, fleet_of, objects_of
+from vrx_mj.formats.gazebo.launched import Launch, Spawned, fleet_of, objects_of
 from vrx_mj.formats.gazebo.models import is_gazebo_model, model_element, model_file
 from vrx_mj.formats.gazebo.opening import joined
 from vrx_mj.formats.gazebo.sdf_boats import is_boat, read_boat
@@ -338,18 +338,18 @@ class _Writer:
         if world is not None:
             self.made.sails.append((world, path))
 
-    def add_spawned(self, boat: SpawnedBoat) -> str | None:
+    def add_spawned(self, boat: Spawned) -> str | None:
         """Write a boat of a launch file, and return its path; None: it is one of ours."""
-        if not isinstance(boat.robot, Path):
+        if not isinstance(boat.model, Path):
             return None
-        if is_gazebo_model(boat.robot.name):
-            return self.add_boat(str(boat.robot.absolute()), boat.robot)
-        return self.add_robot(safe_name(boat.name), boat.robot, boat.arguments)
+        if is_gazebo_model(boat.model.name):
+            return self.add_boat(str(boat.model.absolute()), boat.model)
+        return self.add_robot(safe_name(boat.name), boat.model, boat.arguments)
 
     def add_joined(self, file: Path, launch: Launch, world: str) -> str:
         """Write a world that has the objects of a launch file besides those of another, and return its path."""
 
-        def named(thing: SpawnedObject) -> tuple[str, Path | None]:
+        def named(thing: Spawned) -> tuple[str, Path | None]:
             if isinstance(thing.model, str):
                 return thing.model, None
             return f"./{self.add_object(_model_name(thing.model), thing.model, str(thing.model))}", None

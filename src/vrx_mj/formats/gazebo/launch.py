@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path, PurePosixPath
-from typing import Any, TypeGuard, TypeVar
+from typing import Any, TypeGuard
 
 from vrx_mj.config.search import SCHEME, catalogue, display, package_paths
 from vrx_mj.config.tree import File, Place
@@ -14,15 +14,7 @@ from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, shortened
 from vrx_mj.formats.gazebo.document import Element, Fate, Note, Report, home_path, is_file, read_document
 from vrx_mj.formats.gazebo.erb_docks import is_template
-from vrx_mj.formats.gazebo.launched import (
-    ENDING,
-    Launch,
-    SpawnedBoat,
-    SpawnedObject,
-    checked_fleet,
-    pose_of_words,
-    stock_boat,
-)
+from vrx_mj.formats.gazebo.launched import ENDING, POSE, Launch, Spawned, checked_fleet, pose_of_words
 from vrx_mj.formats.gazebo.models import NO_MODEL, has_model, is_gazebo_model, model_element, model_file
 from vrx_mj.formats.gazebo.packages import (
     LEFT_OUT,
@@ -35,7 +27,6 @@ from vrx_mj.formats.gazebo.packages import (
 from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat
 from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
 from vrx_mj.formats.gazebo.stock import (
-    POSE,
     STOCK_LAUNCHES,
     StockLaunch,
     instead_of,
@@ -63,7 +54,6 @@ OWN_ARGUMENTS = {"namespace", "locked"}
 SERVING = "vrx_mj_serve"
 """Type of the node that starts one of VRX's own launch files here."""
 _LAUNCHES_WORLDS = {"empty_world.launch", "willowgarage_world.launch"}
-T = TypeVar("T", SpawnedBoat, SpawnedObject)
 Description = tuple[Path | str, dict[str, str]]
 """The file of a robot's description or the name of one of ours, and the arguments of its xacro."""
 
@@ -126,8 +116,8 @@ class _Run:
         self.substitutions = Substitutions(self.files)
         self.count = self.taken = 0
         self.world: Path | str | None = None
-        self.boats: list[SpawnedBoat] = []
-        self.objects: list[SpawnedObject] = []
+        self.boats: list[Spawned] = []
+        self.objects: list[Spawned] = []
         self.places: dict[str, Place] = {}
         self.descriptions: dict[str, Description] = {}
         self.open, self.included = list[Path](), list[Path]()
@@ -300,15 +290,14 @@ class _Run:
         own: dict[str, Any] = {}
         if urdf is not None:
             robot = self.robot_file(element, urdf) if element else robot_named(urdf) or home_path(urdf)
-            own = {"robot": robot, **({"arguments": {}} if isinstance(robot, Path) else {})}
+            own = {"model": robot, **({"arguments": {}} if isinstance(robot, Path) else {})}
         place = element.place if element else Place(File(stock.name, None))
         self.unlocked = self.unlocked or unlocks(stock, given)
         for name, value in given.items():
             if instead := unused(stock, name, value):
                 self.report.notes.append(Note(place, f"{name}:={shortened(value)}", "ignored", instead))
-        for boat in stock.boats:
-            found = replace(stock_boat(boat, given, place, alone=len(stock.boats) == 1), **own)
-            self.spawn(element, found, self.boats, "boats")
+        for boat in stock.started(given, place):
+            self.spawn(element, replace(boat, **own), self.boats, "boats")
         if element is not None:
             self.report.note(element, "taken over", f"VRX's {stock.name}")
 
@@ -382,11 +371,11 @@ class _Run:
             self.leave_out(element, robot, f"<node> '{name}'")
             return
         if robot in self.known_objects or (isinstance(robot, Path) and _is_object(robot)):
-            self.spawn_object(element, SpawnedObject(name, pose, element.place, robot))
+            self.spawn_object(element, Spawned(name, pose, element.place, robot))
             return
         if isinstance(robot, Path) and is_gazebo_model(robot.name):
             pose = _with_own(pose, robot)
-        boat = SpawnedBoat(name, pose, element.place, robot, self.known(element, name, robot, arguments))
+        boat = Spawned(name, pose, element.place, robot, self.known(element, name, robot, arguments))
         self.spawn(element, boat, self.boats, "boats")
         self.report.note(element, "taken over", "a boat of the fleet", f"<node> '{name}'")
 
@@ -423,7 +412,7 @@ class _Run:
             self.report.note(element, "ignored", f"arguments of the xacro of an SDF: {' '.join(arguments)}", what)
         return robot
 
-    def spawn_object(self, element: Element, thing: SpawnedObject) -> None:
+    def spawn_object(self, element: Element, thing: Spawned) -> None:
         """Add an object, whose name no other model has; a pose in its own file is in the frame of the spawned one."""
         if isinstance(thing.model, Path) and not is_template(thing.model):
             thing = replace(thing, pose=_with_own(thing.pose, thing.model))
@@ -449,7 +438,7 @@ class _Run:
         given = dict(word.split(":=", 1) for word in words if ":=" in word)
         self.open_stock(stock, {key: value for key, value in given.items() if value}, element)
 
-    def spawn(self, element: Element | None, thing: T, things: list[T], kind: str) -> None:
+    def spawn(self, element: Element | None, thing: Spawned, things: list[Spawned], kind: str) -> None:
         """Add a boat or an object, whose name no other model has."""
         if element is not None:
             if first := self.places.get(safe_name(thing.name)):
@@ -499,11 +488,10 @@ class _Run:
 
     def pose(self, element: Element, values: list[str]) -> Pose:
         """Six numbers."""
-        pose = pose_of_words(values)
-        if pose is None:
-            message = f"expected numbers for -x -y -z -R -P -Y, got {shown(' '.join(values))}"
-            raise element.fault(message, "args")
-        return pose
+        try:
+            return pose_of_words(values)
+        except ValueError as error:
+            raise element.fault(f"-x -y -z -R -P -Y: {error}", "args") from None
 
     def namespace(self, element: Element, scope: _Scope) -> str:
         """The namespace that an element makes for what is in it."""

@@ -259,7 +259,7 @@ ARGUMENTS = {
         {},
         "vrx.launch",
         {"x": "1e400"},
-        "vrx.launch: x:= y:= z:= R:= P:= Y:=: expected numbers, got '1e400 162.0 0.1 0.0 0.0 1.0'",
+        "vrx.launch: x:= y:= z:= R:= P:= Y:=: must lie between -1e+12 and 1e+12, got 1e400",
     ),
     "world_of_a_stock_launch_file": (
         {},
