@@ -14,7 +14,7 @@ from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, shortened
 from vrx_mj.formats.gazebo.document import Element, Fate, Note, Report, home_path, is_file, read_document
 from vrx_mj.formats.gazebo.erb_docks import is_template
-from vrx_mj.formats.gazebo.launched import ENDING, POSE, Launch, Spawned, checked_fleet, pose_of_words
+from vrx_mj.formats.gazebo.launched import ENDING, POSE, Launch, Spawned, checked_fleet, pose_of_words, spawn_options
 from vrx_mj.formats.gazebo.models import NO_MODEL, has_model, is_gazebo_model, model_element, model_file
 from vrx_mj.formats.gazebo.packages import (
     LEFT_OUT,
@@ -47,8 +47,6 @@ MOST = 1000
 """Models that launch files may spawn."""
 MOST_FILES, MOST_ELEMENTS = 200, 100_000
 """Launch files that one includes altogether, and elements in all of them."""
-FLAGS = {"urdf", "sdf", "gazebo", "unpause", "wait", "b", "package_to_model", "h", "help"}
-"""Options of spawn_model without a value."""
 OWN_ARGUMENTS = {"namespace", "locked"}
 """Arguments of a boat's xacro that are the name of the boat and the lock of the task here."""
 SERVING = "vrx_mj_serve"
@@ -354,13 +352,16 @@ class _Run:
 
     def spawn_model(self, element: Element, scope: _Scope) -> None:
         """Spawn what a node of gazebo_ros does: a boat or an object."""
-        text = self.value(element, "args", scope, "")
-        options = self.options(element, text)
+        words = self.words(element, self.value(element, "args", scope, ""))
+        try:
+            options = spawn_options(words)
+            pose = pose_of_words(options.get(key, "0") for key in POSE)
+        except (VrxError, ValueError) as error:
+            raise element.fault(str(error), "args") from None
         name = options.get("model") or options.get("entity")
         if not name:
             raise element.fault("a spawned model needs -model NAME", "args")
-        pose = self.pose(element, [options.get(key, "0") for key in POSE])
-        if "database" in options or "-sdf" in text.split():
+        if {"database", "sdf"} & options.keys():
             found = self.sdf_model(element, name, options, scope)
             if found is None:
                 return
@@ -462,36 +463,12 @@ class _Run:
             raise element.fault(f"-param: {UnknownNameError('parameter', name, sorted(self.descriptions))}", "args")
         return self.descriptions[name]
 
-    def options(self, element: Element, text: str) -> dict[str, str]:
-        """The options of spawn_model: each word with one dash has a value, but for those that say a format."""
-        words = self.words(element, text)
-        found: dict[str, str] = {}
-        index = 0
-        while index < len(words):
-            key = words[index].lstrip("-")
-            if key in FLAGS or not words[index].startswith("-"):
-                index += 1
-                continue
-            value = words[index + 1] if index + 1 < len(words) else ""
-            if not value or (value[0] == "-" and value[1:2] not in set("0123456789.i")):
-                raise element.fault(f"-{key} needs a value", "args")
-            found[key] = value
-            index += 2
-        return found
-
     def words(self, element: Element, text: str, key: str = "args") -> list[str]:
         """The words of a command line, which an attribute gives."""
         try:
             return shlex.split(text)
         except ValueError as error:
             raise element.fault(f"{shown(text)}: {error}", key) from None
-
-    def pose(self, element: Element, values: list[str]) -> Pose:
-        """Six numbers."""
-        try:
-            return pose_of_words(values)
-        except ValueError as error:
-            raise element.fault(f"-x -y -z -R -P -Y: {error}", "args") from None
 
     def namespace(self, element: Element, scope: _Scope) -> str:
         """The namespace that an element makes for what is in it."""

@@ -10,7 +10,7 @@ from vrx_mj.config.kinds import MARKS
 from vrx_mj.config.loading import Loading, read_source, validated
 from vrx_mj.config.tree import Items, Place, Section, merged
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ConfigError, Problem, VrxError
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.document import Report
 from vrx_mj.formats.gazebo.sdf_frames import safe_name
 from vrx_mj.formats.series.pieces import At, located
@@ -23,6 +23,11 @@ ENDING = ".launch"
 
 POSE = ("x", "y", "z", "R", "P", "Y")
 """Names of arguments for a pose."""
+FLAGS = ("urdf", "sdf", "stdin", "unpause", "b", "gazebo", "package_to_model", "h", "help")
+"""Options of spawn_model without a value."""
+VALUED = ("file", "param", "database", "model", *POSE, "reference_frame", "gazebo_namespace", "robot_namespace",
+          "wait", "J", "entity", "topic", "timeout")  # fmt: skip
+"""Options with a value, those of ROS 2 among them; that of -J is two words."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +67,29 @@ def pose_of_words(values: Iterable[object]) -> Pose:
     """Six numbers. Raises ValueError: they are others."""
     x, y, z, roll, pitch, yaw = numbers_of(" ".join(map(str, values)), "x y z roll pitch yaw")
     return x, y, z, roll, pitch, yaw
+
+
+def spawn_options(words: Iterable[str]) -> dict[str, str]:
+    """The options of spawn_model of gazebo_ros by name; those without a value are empty.
+
+    VRX's spawn_wamv.bash has `--urdf FILE` and `--model NAME`.
+
+    Raises:
+        VrxError: an option is unknown, or lacks its value.
+    """
+    known = [f"-{name}" for name in (*FLAGS, *VALUED)]
+    found, left = dict[str, str](), [word for word in words if ":=" not in word]  # those that roslaunch adds
+    while left:
+        word = left.pop(0)
+        option = "-file" if word == "--urdf" else word.replace("--", "-", 1)
+        if option not in known:
+            raise UnknownNameError("option of spawn_model", word, known)
+        count = 0 if option[1:] in FLAGS else 2 if option == "-J" else 1
+        if len(left) < count or (count and left[0].replace("--", "-", 1) in known):
+            raise VrxError(f"{option} needs a value")
+        found[option[1:]] = " ".join(left[:count])
+        del left[:count]
+    return found
 
 
 def fleet_of(launch: Launch) -> Section | None:

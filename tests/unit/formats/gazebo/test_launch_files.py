@@ -153,6 +153,24 @@ def test_a_node_takes_its_parameter_from_its_own_namespace(ns, param):
     assert found.model.name == "x.urdf"
 
 
+@pytest.mark.parametrize(
+    ("kind", "more"),
+    [
+        ("spawn_model", "-urdf -file boat.urdf -model cat -J post -0.5 -wait dock -unpause __log:=/tmp/x"),
+        ("spawn_wamv.bash", "--urdf boat.urdf --model cat"),
+    ],
+)
+def test_options_are_those_of_the_programs(kind, more):
+    Path("boat.urdf").write_text("<robot name='boat'/>", encoding="utf-8")
+    (found,) = launched(f'<node type="{kind}" name="s" args="-x -3 {more}"/>').boats
+    assert (found.name, found.pose[0], found.model.name) == ("cat", -3.0, "boat.urdf")
+
+
+def test_an_unknown_option_is_an_error():
+    with pytest.raises(ConfigError, match=r"no option of spawn_model named '-modle'; did you mean '-model'\?"):
+        launched('<node type="spawn_model" name="s" args="-modle cat"/>')
+
+
 def test_arguments_of_a_group_are_its_own():
     body = '<arg name="x" value="1"/><group><arg name="x" value="2"/>{}</group>{}'
     assert spawned(launched(body.format(boat("in", x="$(arg x)"), boat("out", x="$(arg x)")))) == {"in": 2, "out": 1}
