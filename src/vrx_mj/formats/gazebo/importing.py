@@ -173,7 +173,7 @@ class _Writer:
         elif name.endswith(XML_SUFFIXES) and is_file(file):
             self.add_fleet_of(file, self.add_robot(_stem(file), file, arguments))
         elif is_gazebo_model(file.name) or name.endswith(".erb"):
-            self.add_object(_model_name(file), file, str(file))
+            self.add_object(_model_name(str(file)), file, str(file))
         else:
             if not os.path.lexists(file):
                 raise VrxError(f"no file or folder '{shortened(file)}'")
@@ -209,8 +209,7 @@ class _Writer:
 
     def add_boat(self, source: str, file: Path) -> str:
         """Write a boat as a URDF, with its meshes beside it, and return its path."""
-        name = safe_name(source.removeprefix(SCHEME) if source.startswith(SCHEME) else kind_name(source))
-        path = self.path_of("robots/", name, str(file.resolve()), ".urdf")
+        path = self.path_of("robots/", _model_name(source), str(file.resolve()), ".urdf")
         if path in self.made.texts:
             return path
         stem = path.removeprefix("robots/").removesuffix(".urdf")
@@ -227,8 +226,8 @@ class _Writer:
         text = boat.text
         for shape in (shape for link in boat.links.values() for shape in (*link.collisions, *link.visuals)):
             if shape.folder is not None:
-                source_file, own = shape.folder / str(shape.file), f"meshes/{stem}/{shape.file}"
-                self.made.copies[f"robots/{own}"] = source_file
+                source_file = shape.folder / str(shape.file)
+                own = self.copied("robots", stem, source_file, str(shape.file))
                 text = text.replace(quoteattr(source_file.resolve().as_uri()), quoteattr(own))
         self.made.texts[path] = text
         return path
@@ -272,8 +271,11 @@ class _Writer:
         copies[f"{area}/{own}"] = source
         return own
 
-    def with_objects(self, section: Section, folder: Path, here: str = "") -> Section:
-        """A section, to be written to a folder, whose models of Gazebo are objects of ours, which are written too."""
+    def with_objects(self, section: Section, folder: Path | None, here: str = "") -> Section:
+        """A section, to be written to `here`, whose models of Gazebo are objects of ours, which are written too.
+
+        Paths of models begin in the folder, by default in that of what names them.
+        """
         objects = section.get("objects")
         if not isinstance(objects, Items):
             return section
@@ -281,8 +283,7 @@ class _Writer:
         for thing in objects:
             model = str(thing["model"])
             if is_gazebo_model(model):
-                name = safe_name(model.removeprefix(SCHEME).partition("#")[2] or model.removeprefix(SCHEME))
-                path = self.add_object(name, model_file(model, folder), model)
+                path = self.add_object(_model_name(model), model_file(model, folder or thing.folder), model)
                 renamed.append(thing.holding({**thing, "model": f"./{path.removeprefix(here)}"}))
             else:
                 renamed.append(thing)
@@ -326,7 +327,10 @@ class _Writer:
             with warnings.catch_warnings(action="ignore", category=VrxWarning):
                 section, _ = joined(launch.world, launch, None)
                 validated(WorldConfig, read_source("worlds", section), Loading())
-            world = self.add_joined(file, launch, world)
+            items = objects_of(launch)
+            base = f"./{world}" if world in self.made.texts else world
+            own = Section({"extends": base, "objects": items}, items.places[0])
+            world = self.write("world", file, self.with_objects(own, None))
         fleet = fleet_of(launch)
         if fleet is None:
             known = {name for name, _ in self.made.sails}
@@ -345,18 +349,6 @@ class _Writer:
         if is_gazebo_model(boat.model.name):
             return self.add_boat(str(boat.model.absolute()), boat.model)
         return self.add_robot(safe_name(boat.name), boat.model, boat.arguments)
-
-    def add_joined(self, file: Path, launch: Launch, world: str) -> str:
-        """Write a world that has the objects of a launch file besides those of another, and return its path."""
-
-        def named(thing: Spawned) -> tuple[str, Path | None]:
-            if isinstance(thing.model, str):
-                return thing.model, None
-            return f"./{self.add_object(_model_name(thing.model), thing.model, str(thing.model))}", None
-
-        items = objects_of(launch, named)
-        base = f"./{world}" if world in self.made.texts else world
-        return self.write("world", file, Section({"extends": base, "objects": items}, items.places[0]))
 
     def write(self, kind: str, file: Path, section: Section, stem: str = "") -> str:
         """Write the fleet or the world of a file, and return its path."""
@@ -391,9 +383,9 @@ def _stem(file: Path) -> str:
     return safe_name(file.name.partition(".")[0])
 
 
-def _model_name(file: Path) -> str:
-    """The name of a model: that of its folder, or of its file."""
-    return safe_name(file.parent.name) if file.name.startswith("model.") else _stem(file)
+def _model_name(source: str) -> str:
+    """The name of a model, `model://NAME` or a path: its own, that of its folder, or of its file."""
+    return safe_name(source.removeprefix(SCHEME) if source.startswith(SCHEME) else kind_name(source))
 
 
 def _with_robots(fleet: Section, robots: Sequence[str | None]) -> Section:

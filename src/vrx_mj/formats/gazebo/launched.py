@@ -1,6 +1,6 @@
 """What a launch file starts, as a world's and a fleet's file of ours say it."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -131,9 +131,9 @@ def _boat(boat: Spawned) -> Section:
     return found
 
 
-def _in_folder(place: Place, folder: Path | None) -> Place:
+def _in_folder(place: Place, folder: Path) -> Place:
     """A place whose relative paths begin in a folder."""
-    return place._replace(file=replace(place.file, folder=folder or place.file.folder))
+    return place._replace(file=replace(place.file, folder=folder))
 
 
 def _wamv(boat: Spawned) -> dict[str, Any]:
@@ -158,7 +158,7 @@ def _is_on(boat: Spawned, key: str, value: str) -> bool:
 def with_objects(world: Section, launch: Launch) -> Section:
     """A world with a launch file's lock and the objects that it spawns. Raises ConfigError for names that are taken."""
     world = _unlocked(world) if launch.unlocked else world
-    items = objects_of(launch, _beside)
+    items = objects_of(launch)
     if not items:
         return world
     there = [one for one in world.get("objects") or () if isinstance(one, Section) and "name" in one]
@@ -185,26 +185,16 @@ def _is_there(thing: Section, first: Place) -> Problem:
     return Problem(place.file.name, place.line, place.column, f"<node> '{name}' / args", text)
 
 
-def objects_of(launch: Launch, named: Callable[[Spawned], tuple[str, Path | None]]) -> Items:
-    """The objects of a launch file as a world's file says them.
-
-    Args:
-        launch: what starts them.
-        named: gives what the model of one is called, and the folder in which its path starts.
-    """
-    return Items.of((_object(one, *named(one)) for one in launch.objects), [one.place for one in launch.objects])
+def objects_of(launch: Launch) -> Items:
+    """The objects of a launch file as a world's file says them."""
+    return Items.of(map(_object, launch.objects), [one.place for one in launch.objects])
 
 
-def _beside(thing: Spawned) -> tuple[str, Path | None]:
-    """The model of an object by its folder and file, as a file beside the folder names it."""
-    if isinstance(thing.model, str):
-        return thing.model, None
-    folder = thing.model.absolute().parent
-    return f"./{folder.name}/{thing.model.name}", folder.parent
-
-
-def _object(thing: Spawned, model: str, folder: Path | None) -> Section:
-    """One object of a world's file."""
-    values = {"name": safe_name(thing.name), "model": model, "pose": list(thing.pose)}
-    found: Section = located(values, _in_folder(thing.place, folder))
+def _object(thing: Spawned) -> Section:
+    """One object of a world's file, whose model is named as a file beside the folder of the model names it."""
+    model, place = str(thing.model), thing.place
+    if isinstance(thing.model, Path):
+        folder = thing.model.absolute().parent
+        model, place = f"./{folder.name}/{thing.model.name}", _in_folder(place, folder.parent)
+    found: Section = located({"name": safe_name(thing.name), "model": model, "pose": list(thing.pose)}, place)
     return found
