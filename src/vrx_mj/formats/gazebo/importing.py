@@ -32,8 +32,8 @@ from vrx_mj.formats.gazebo.sdf_frames import safe_name
 from vrx_mj.formats.gazebo.sdf_objects import model_section
 from vrx_mj.formats.gazebo.worlds import gazebo_world, is_gazebo_world
 from vrx_mj.formats.series.worlds import section_text
+from vrx_mj.formats.urdf.expand import ExpandedText, check_library, declared, expand
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
-from vrx_mj.formats.urdf.expand import check_library, declared, expand
 from vrx_mj.formats.urdf.meshes import MeshFiles, with_mesh_names
 from vrx_mj.formats.urdf.xacro_files import own_packages
 from vrx_mj.formats.urdf.xml_document import read_bytes
@@ -252,6 +252,8 @@ class _Writer:
         self.made.texts[path] = with_mesh_names(text, files, partial(self.add_mesh, stem))
         place = Place(File(display(file), file.absolute().parent))
         self.made.notes.append(Note(place, "<robot>", "taken over", f"`{path}`, a boat"))
+        left_out = text.made.left_out if isinstance(text, ExpandedText) else ()
+        self.made.notes += [Note(place, "<robot>", "not read", one) for one in left_out]
         if section is not None:
             kept = {key: value for key, value in section.items() if key not in EXPANDED}
             self.made.texts[f"robots/{stem}.yaml"] = self.text(file, section.holding(kept))

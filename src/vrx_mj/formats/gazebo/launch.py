@@ -17,13 +17,13 @@ from vrx_mj.formats.gazebo.document import Element, Fate, Note, Report, home_pat
 from vrx_mj.formats.gazebo.erb_docks import is_template
 from vrx_mj.formats.gazebo.launched import ENDING, POSE, Launch, Spawned, checked_fleet, pose_of_words, spawn_options
 from vrx_mj.formats.gazebo.models import NO_MODEL, has_model, is_gazebo_model, model_element, model_file
-from vrx_mj.formats.gazebo.packages import LEFT_OUT, NOWHERE, named_world, object_named, package_left_out, robot_named
+from vrx_mj.formats.gazebo.packages import NOWHERE, named_world, object_named, package_left_out, robot_named
 from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat
 from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
 from vrx_mj.formats.gazebo.stock import STOCK_LAUNCHES, StockLaunch, instead_of, is_tool, stock_launch, unlocks, unused
 from vrx_mj.formats.gazebo.substitutions import Substitutions
 from vrx_mj.formats.urdf.elements import truth
-from vrx_mj.formats.urdf.expand import declared
+from vrx_mj.formats.urdf.expand import LEFT_OUT, declared
 from vrx_mj.formats.urdf.xacro_files import Files
 from vrx_mj.frames import Pose, compose
 
