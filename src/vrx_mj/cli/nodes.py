@@ -56,11 +56,8 @@ def _run(line: Words) -> None:
 
 def _serve(words: Sequence[str], folder: Path) -> list[Words]:
     """One of VRX's own launch files."""
-    from vrx_mj.formats.gazebo.stock import stock_launch
-
     name, given = words[0], _given(words[1:])
-    stock = stock_launch(Path(name).name, Path(name).parent.name)
-    options = _options(given) if stock is None or stock.boats else ["--fleet", "none", *_options(given)]
+    options = _options(given)
     for key in ("world", "urdf"):
         if key in given:
             given[key] = _absolute(given[key], folder)

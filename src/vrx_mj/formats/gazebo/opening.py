@@ -73,19 +73,15 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
     if is_launch(world):
         launch = launch_of(str(world), arguments)
         if launch.world is None:
-            name, file = Path(world).name, shell_word(shortened(world))
-            beside = f" and spawns no boat; start it beside one: vrx-mj serve WORLD --ros1, then roslaunch {file}"
-            sails = f"; its boats sail in one: vrx-mj run WORLD --fleet {file}"
-            text = f"opens no world of Gazebo{sails if launch.boats or launch.fleet else beside}"
-            text = instead_of(name, arguments) if is_tool(name) and not launch.boats else text
-            raise ConfigError([Problem(str(world), None, None, "", text)])
+            raise _no_world(world, launch, arguments)
         warn_of_losses(launch.report.notes, str(world), stacklevel=4)
         if fleet is None and launch.fleet is not None:
             text = (
                 f"{shortened(world)}: its <rosparam> loads a fleet, as --fleet {shell_word(display(launch.fleet))} does"
             )
             warnings.warn(text, VrxWarning, stacklevel=4)
-        fleet = fleet_of(launch) if fleet is None else fleet
+        if fleet is None:
+            fleet = fleet_of(launch) or (NO_BOATS if isinstance(launch.world, str) else None)
         if launch.objects or launch.unlocked:
             return joined(launch.world, launch, fleet)
         world, arguments = launch.world, {}
@@ -103,6 +99,16 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
         warn_of_losses(found.notes, str(world), stacklevel=4)
         world = _named(found.section, found.name)
     return world, fleet
+
+
+def _no_world(source: str | Path, launch: Launch, arguments: Mapping[str, str]) -> ConfigError:
+    """The error about a launch file that opens no world, and what to do with it."""
+    name, file = Path(source).name, shell_word(shortened(source))
+    beside = f" and spawns no boat; start it beside one: vrx-mj serve WORLD --ros1, then roslaunch {file}"
+    sails = f"; its boats sail in one: vrx-mj run WORLD --fleet {file}"
+    text = f"opens no world of Gazebo{sails if launch.boats or launch.fleet else beside}"
+    text = instead_of(name, arguments) if is_tool(name) and not launch.boats else text
+    return ConfigError([Problem(str(source), None, None, "", text)])
 
 
 def joined(world: Path | str, launch: Launch, fleet: Source | None) -> tuple[Section, Source | None]:
