@@ -30,7 +30,7 @@ from vrx_mj.formats.gazebo.opening import joined
 from vrx_mj.formats.gazebo.sdf_boats import is_boat, read_boat
 from vrx_mj.formats.gazebo.sdf_frames import safe_name
 from vrx_mj.formats.gazebo.sdf_objects import model_section
-from vrx_mj.formats.gazebo.worlds import NO_BOATS, gazebo_world, is_gazebo_world
+from vrx_mj.formats.gazebo.worlds import gazebo_world, is_gazebo_world
 from vrx_mj.formats.series.worlds import section_text
 from vrx_mj.formats.urdf.expand import ExpandedText, check_library, declared, expand
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
@@ -335,8 +335,8 @@ class _Writer:
             world = self.write("world", file, self.with_objects(own, None))
         fleet = fleet_of(launch)
         if fleet is None:
-            known, none = {name for name, _ in self.made.sails}, NO_BOATS if isinstance(launch.world, str) else None
-            self.made.sails += [(world, none)] if world is not None and world not in known else []
+            known = {name for name, _ in self.made.sails}
+            self.made.sails += [(world, launch.fleet_of_world)] if world is not None and world not in known else []
             return
         loaded = len(fleet.get("boats", ())) - len(launch.boats)
         robots = [*[None] * loaded, *map(self.add_spawned, launch.boats)]

@@ -62,6 +62,11 @@ class Launch:
     fleet: Path | None = None
     """A fleet's file among those that its parameters are loaded from."""
 
+    @property
+    def fleet_of_world(self) -> str | None:
+        """The fleet of the world where nothing is spawned: none in a world of ours; None: that of a world of Gazebo."""
+        return "none" if isinstance(self.world, str) else None
+
 
 def pose_of_words(values: Iterable[object]) -> Pose:
     """Six numbers. Raises ValueError: they are others."""

@@ -80,8 +80,7 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
                 f"{shortened(world)}: its <rosparam> loads a fleet, as --fleet {shell_word(display(launch.fleet))} does"
             )
             warnings.warn(text, VrxWarning, stacklevel=4)
-        if fleet is None:
-            fleet = fleet_of(launch) or (NO_BOATS if isinstance(launch.world, str) else None)
+        fleet = fleet_of(launch) or launch.fleet_of_world if fleet is None else fleet
         if launch.objects or launch.unlocked:
             return joined(launch.world, launch, fleet)
         world, arguments = launch.world, {}
