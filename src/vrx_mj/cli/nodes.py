@@ -56,11 +56,8 @@ def _run(line: Words) -> None:
 
 def _serve(words: Sequence[str], folder: Path) -> list[Words]:
     """One of VRX's own launch files."""
-    from vrx_mj.formats.gazebo.stock import stock_launch
-
     name, given = words[0], _given(words[1:])
-    stock = stock_launch(Path(name).name, Path(name).parent.name)
-    options = _options(given) if stock is None or stock.boats else ["--fleet", "none", *_options(given)]
+    options = _options(given)
     for key in ("world", "urdf"):
         if key in given:
             given[key] = _absolute(given[key], folder)
@@ -226,21 +223,15 @@ COMMANDS: Mapping[str, Callable[[Sequence[str], Path], list[Words]]] = {
 
 
 def _spawn_model(words: Sequence[str], folder: Path) -> int:
-    """A model that joins the world that is served."""
+    """A model that joins the world that is served, as gazebo_ros or VRX's `--urdf FILE --model NAME` spawn it."""
     from vrx_mj.cli.spawn_model import spawn_model
 
     return spawn_model(words, folder)
 
 
-def _spawn_wamv(words: Sequence[str], folder: Path) -> int:
-    """A boat that joins as VRX spawns it without services: `--urdf FILE --model NAME` and a pose."""
-    names = {"--urdf": "-file", "--model": "-model"}
-    return _spawn_model(["-urdf", *(names.get(word, word) for word in words)], folder)
-
-
 PROGRAMS: Mapping[str, Callable[[Sequence[str], Path], int]] = {
     "missing": _missing,
-    "spawn_wamv.bash": _spawn_wamv,
+    "spawn_wamv.bash": _spawn_model,
     "pinger_visualization.py": _idle,
     "key2thrust_angle.py": _idle,
     "spawn_model": _spawn_model,

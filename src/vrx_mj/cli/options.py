@@ -71,7 +71,9 @@ Allowed = Annotated[
 ]
 Ignored = Annotated[
     Missing | None,
-    typer.Option(help="Packages of a launch file that are missing: ignore leaves out what is in them; default: error."),
+    typer.Option(
+        help="Packages of a launch file or a xacro that are missing: ignore leaves out what is in them; default: error."
+    ),
 ]
 
 

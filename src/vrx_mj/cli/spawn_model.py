@@ -1,6 +1,5 @@
 """The node `spawn_model` of gazebo_ros: a model of a parameter or a file joins the world that is served."""
 
-import math
 import signal
 import sys
 import time
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape
 
 from vrx_mj.cli.screen import show
-from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
+from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.frames import quaternion
 
 if TYPE_CHECKING:
@@ -21,11 +20,6 @@ __all__ = ["await_end", "spawn_model"]
 
 ENDS = (signal.SIGINT, signal.SIGTERM)
 
-FLAGS = ("urdf", "sdf", "stdin", "unpause", "b", "gazebo", "package_to_model")
-"""Options without a value."""
-VALUED = ("file", "param", "database", "model", "x", "y", "z", "R", "P", "Y", "reference_frame", "gazebo_namespace",
-          "robot_namespace", "wait", "J")  # fmt: skip
-"""Options with a value; that of -J is two words."""
 SOURCES = ("file", "param", "stdin", "database")
 PATIENCE = 300.0
 """Wall time that a world may take until it is served [s]: the first on a machine compiles its kernels."""
@@ -67,21 +61,11 @@ def spawn_model(words: Sequence[str], folder: Path) -> int:
 
 def _options(words: Sequence[str]) -> dict[str, str]:
     """Options by name; those without a value are empty."""
-    found: dict[str, str] = {}
-    left = list(words)
-    while left:
-        word = left.pop(0)
-        name = word.lstrip("-")
-        if not word.startswith("-") or name not in {*FLAGS, *VALUED}:
-            raise UnknownNameError("option of spawn_model", word, [f"-{one}" for one in (*FLAGS, *VALUED)])
-        if name in FLAGS:
-            found[name] = ""
-            continue
-        if not left:
-            raise CommandError(f"-{name} needs a value")
-        found[name] = left.pop(0)
-        if name == "J":
-            show(f"-J {found.pop('J')} {left.pop(0) if left else ''} is ignored: joints begin at 0", "yellow")
+    from vrx_mj.formats.gazebo.launched import spawn_options
+
+    found = spawn_options(words)
+    if "J" in found:
+        show(f"-J {found['J']} is ignored: joints begin at 0", "yellow")
     if "model" not in found:
         raise CommandError("spawn_model needs -model NAME")
     sources = [name for name in SOURCES if name in found]
@@ -130,9 +114,13 @@ def _name(given: Mapping[str, str], text: str) -> str:
 
 def _request(given: Mapping[str, str], model: str, text: str) -> "Message":
     """The request of the service."""
+    from vrx_mj.formats.gazebo.launched import POSE, pose_of_words
     from vrx_mj.ros.messages import new
 
-    x, y, z, roll, pitch, yaw = (_number(given, name) for name in ("x", "y", "z", "R", "P", "Y"))
+    try:
+        x, y, z, roll, pitch, yaw = pose_of_words(given.get(key, "0") for key in POSE)
+    except ValueError as error:
+        raise CommandError(f"-x -y -z -R -P -Y: {error}") from None
     qw, qx, qy, qz = quaternion(roll, pitch, yaw)
     pose = new(
         "geometry_msgs/Pose",
@@ -147,17 +135,6 @@ def _request(given: Mapping[str, str], model: str, text: str) -> "Message":
         initial_pose=pose,
         reference_frame=given.get("reference_frame", ""),
     )
-
-
-def _number(given: Mapping[str, str], name: str) -> float:
-    """A number of the pose."""
-    try:
-        value = float(given.get(name, "0"))
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise CommandError(f"invalid -{name} '{given[name]}': a number is needed")
-    return value
 
 
 def await_end() -> None:

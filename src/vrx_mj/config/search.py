@@ -284,7 +284,7 @@ PACKAGE_PATH = "VRX_MJ_PACKAGE_PATH"
 OWN_PATH = "VRX_MJ_PATH"
 """Environment variable with the folders in which names are looked for, and files may lie that other files name."""
 MISSING = "VRX_MJ_MISSING"
-"""Environment variable that says `ignore` where launch files may name packages that are missing."""
+"""Environment variable that says `ignore` where launch files and xacro may name packages that are missing."""
 ALLOW = f"add its folder by --allow FOLDER or {OWN_PATH}"
 """What to do where a file lies in no folder that may be read."""
 

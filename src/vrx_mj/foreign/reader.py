@@ -21,7 +21,7 @@ from vrx_mj.foreign import child
 from vrx_mj.foreign.child import LENGTH, STATUS, block_from
 
 FORKS = hasattr(os, "fork") and sys.platform != "darwin"  # whose own libraries do not bear it
-TIME, TEXT, NOTES = "s of processor time", "MiB of text", "notes"
+TIME, TEXT, NOTES = "s of processor time", "MiB of text", "notes and elements"
 """What reading files comes to."""
 TICK = 0.05
 """Wall time between two looks at the memory of the process [s]."""

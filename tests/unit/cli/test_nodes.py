@@ -26,12 +26,6 @@ def test_paused_is_an_option(given, options):
     assert COMMANDS["vrx_mj_serve"](words, HOME) == [["serve", "vrx_gazebo/vrx.launch", *options]]
 
 
-def test_a_launch_file_without_boats_has_none():
-    assert COMMANDS["vrx_mj_serve"](["wave_gazebo/ocean_world.launch"], HOME) == [
-        ["serve", "wave_gazebo/ocean_world.launch", "--fleet", "none"]
-    ]
-
-
 def test_options_of_serve_pass_and_those_of_gzserver_are_left_out_in_one_line(capsys):
     extra = "extra_gazebo_args:=-r --record_path /tmp/log --ros1 --rosbridge 9091 --verbose --record=run.rrd"
     (line,) = COMMANDS["vrx_mj_serve"](["vrx_gazebo/vrx.launch", extra], HOME)

@@ -11,7 +11,7 @@ import pytest
 from ros1_served import Served, free_port, small_table
 from vrx_mj.cli.nodes import PROGRAMS
 from vrx_mj.cli.spawn_model import spawn_model
-from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
+from vrx_mj.errors import CommandError, NetworkError, UnknownNameError, VrxError
 from vrx_mj.ros.interface import Service
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.ros1.client import Client
@@ -118,14 +118,14 @@ WRONG = {
     "-model a -database b": "-database names a model of SDF: give -sdf too",
     "-urdf -model a -file none.urdf": "none.urdf: cannot be read: No such file or directory",
     "-urdf -model a -param /none": "no parameter /none at the master {uri}",
-    "-urdf -model a -param /fleet/robot_description -x east": "invalid -x 'east': a number is needed",
-    "-urdf -model a -param /fleet/robot_description -x nan": "invalid -x 'nan': a number is needed",
+    "-urdf -model a -param /fleet/robot_description -x east": "-x -y -z -R -P -Y: expected a number, got 'east'",
+    "-urdf -model a -param /fleet/robot_description -x nan": "-x -y -z -R -P -Y: must be finite, got 'nan'",
 }
 
 
 @pytest.mark.parametrize("line", WRONG)
 def test_wrong_options_are_errors(served, line):
-    with pytest.raises(CommandError) as caught:
+    with pytest.raises(VrxError) as caught:
         spawn_model(line.split(), HERE)
     assert str(caught.value) == WRONG[line].format(uri=served.uri)
 

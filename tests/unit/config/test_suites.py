@@ -69,4 +69,4 @@ def test_errors_of_no_part_are_refused(tmp_path):
     (tmp_path / "mine.yaml").write_text("extends: wamv\narguments: {sensor_errors: gps}\n", encoding="utf-8")
     with pytest.raises(VrxError) as refused:
         build_boat(Order("./mine.yaml", tmp_path, components=example_file("components")))
-    assert str(refused.value) == "argument sensor_errors: expected none or standalone or rtk, got 'gps'"
+    assert str(refused.value) == "argument sensor_errors: expected none, standalone or rtk, got 'gps'"

@@ -164,7 +164,7 @@ def test_a_package_that_nobody_has_is_told(folder):
     with pytest.raises(ConfigError) as caught:
         build("boat.xacro")
     assert "no package named 'our_boat'; known: " in str(caught.value)
-    assert str(caught.value).endswith("(or add its folder to the package paths)")
+    assert str(caught.value).endswith("(or add its folder to the package paths, or --missing ignore)")
 
 
 # Layouts, suites, sensors

@@ -77,8 +77,8 @@ def test_a_written_launch_file_starts_what_the_table_says(written, monkeypatch, 
     one = launch_of(str(written / package / "launch" / launch.name), {})
     other = launch_of(f"{launch.package}/{launch.name}", {})
     assert one.world == other.world == launch.world
-    spawned = [(boat.name, boat.pose, boat.robot, boat.arguments) for boat in one.boats]
-    assert spawned == [(boat.name, boat.pose, boat.robot, boat.arguments) for boat in other.boats]
+    spawned = [(boat.name, boat.pose, boat.model, boat.arguments) for boat in one.boats]
+    assert spawned == [(boat.name, boat.pose, boat.model, boat.arguments) for boat in other.boats]
     assert len(spawned) == len(launch.boats)
 
 
@@ -237,7 +237,7 @@ def test_a_launch_file_behind_a_link_starts_the_users_own_world_and_boat(workspa
     launch = launch_of(str(tmp_path / "packages/vrx_gazebo/launch/my.launch"), {})
     theirs = workspace / "src/vrx"
     assert launch.world == theirs / "vrx_gazebo/worlds/my_bay.world.xacro"
-    assert launch.boats[0].robot.resolve() == theirs / "wamv_gazebo/urdf/wamv_gazebo_my.urdf.xacro"
+    assert launch.boats[0].model.resolve() == theirs / "wamv_gazebo/urdf/wamv_gazebo_my.urdf.xacro"
     course = tmp_path / "packages/vrx_gazebo/launch/course.launch"
     assert launch_of(str(course), {}).world == theirs / "vrx_gazebo/worlds/example_course.world"
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "packages"))  # as roslaunch gives paths to vrx-mj serve

@@ -24,7 +24,7 @@ from vrx_mj.foreign import budget
 from vrx_mj.formats.gazebo.document import Fate, Note, Report, is_file
 from vrx_mj.formats.gazebo.folders import files_below, has_world, is_folder
 from vrx_mj.formats.gazebo.launch import launch_of
-from vrx_mj.formats.gazebo.launched import Launch, SpawnedBoat, SpawnedObject, fleet_of, objects_of
+from vrx_mj.formats.gazebo.launched import Launch, Spawned, fleet_of, objects_of
 from vrx_mj.formats.gazebo.models import is_gazebo_model, model_element, model_file
 from vrx_mj.formats.gazebo.opening import joined
 from vrx_mj.formats.gazebo.sdf_boats import is_boat, read_boat
@@ -32,8 +32,8 @@ from vrx_mj.formats.gazebo.sdf_frames import safe_name
 from vrx_mj.formats.gazebo.sdf_objects import model_section
 from vrx_mj.formats.gazebo.worlds import gazebo_world, is_gazebo_world
 from vrx_mj.formats.series.worlds import section_text
+from vrx_mj.formats.urdf.expand import ExpandedText, check_library, declared, expand
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
-from vrx_mj.formats.urdf.expand import check_library, declared, expand
 from vrx_mj.formats.urdf.meshes import MeshFiles, with_mesh_names
 from vrx_mj.formats.urdf.xacro_files import own_packages
 from vrx_mj.formats.urdf.xml_document import read_bytes
@@ -173,7 +173,7 @@ class _Writer:
         elif name.endswith(XML_SUFFIXES) and is_file(file):
             self.add_fleet_of(file, self.add_robot(_stem(file), file, arguments))
         elif is_gazebo_model(file.name) or name.endswith(".erb"):
-            self.add_object(_model_name(file), file, str(file))
+            self.add_object(_model_name(str(file)), file, str(file))
         else:
             if not os.path.lexists(file):
                 raise VrxError(f"no file or folder '{shortened(file)}'")
@@ -209,8 +209,7 @@ class _Writer:
 
     def add_boat(self, source: str, file: Path) -> str:
         """Write a boat as a URDF, with its meshes beside it, and return its path."""
-        name = safe_name(source.removeprefix(SCHEME) if source.startswith(SCHEME) else kind_name(source))
-        path = self.path_of("robots/", name, str(file.resolve()), ".urdf")
+        path = self.path_of("robots/", _model_name(source), str(file.resolve()), ".urdf")
         if path in self.made.texts:
             return path
         stem = path.removeprefix("robots/").removesuffix(".urdf")
@@ -227,8 +226,8 @@ class _Writer:
         text = boat.text
         for shape in (shape for link in boat.links.values() for shape in (*link.collisions, *link.visuals)):
             if shape.folder is not None:
-                source_file, own = shape.folder / str(shape.file), f"meshes/{stem}/{shape.file}"
-                self.made.copies[f"robots/{own}"] = source_file
+                source_file = shape.folder / str(shape.file)
+                own = self.copied("robots", stem, source_file, str(shape.file))
                 text = text.replace(quoteattr(source_file.resolve().as_uri()), quoteattr(own))
         self.made.texts[path] = text
         return path
@@ -253,6 +252,8 @@ class _Writer:
         self.made.texts[path] = with_mesh_names(text, files, partial(self.add_mesh, stem))
         place = Place(File(display(file), file.absolute().parent))
         self.made.notes.append(Note(place, "<robot>", "taken over", f"`{path}`, a boat"))
+        left_out = text.made.left_out if isinstance(text, ExpandedText) else ()
+        self.made.notes += [Note(place, "<robot>", "not read", one) for one in left_out]
         if section is not None:
             kept = {key: value for key, value in section.items() if key not in EXPANDED}
             self.made.texts[f"robots/{stem}.yaml"] = self.text(file, section.holding(kept))
@@ -272,8 +273,11 @@ class _Writer:
         copies[f"{area}/{own}"] = source
         return own
 
-    def with_objects(self, section: Section, folder: Path, here: str = "") -> Section:
-        """A section, to be written to a folder, whose models of Gazebo are objects of ours, which are written too."""
+    def with_objects(self, section: Section, folder: Path | None, here: str = "") -> Section:
+        """A section, to be written to `here`, whose models of Gazebo are objects of ours, which are written too.
+
+        Paths of models begin in the folder, by default in that of what names them.
+        """
         objects = section.get("objects")
         if not isinstance(objects, Items):
             return section
@@ -281,8 +285,7 @@ class _Writer:
         for thing in objects:
             model = str(thing["model"])
             if is_gazebo_model(model):
-                name = safe_name(model.removeprefix(SCHEME).partition("#")[2] or model.removeprefix(SCHEME))
-                path = self.add_object(name, model_file(model, folder), model)
+                path = self.add_object(_model_name(model), model_file(model, folder or thing.folder), model)
                 renamed.append(thing.holding({**thing, "model": f"./{path.removeprefix(here)}"}))
             else:
                 renamed.append(thing)
@@ -326,11 +329,14 @@ class _Writer:
             with warnings.catch_warnings(action="ignore", category=VrxWarning):
                 section, _ = joined(launch.world, launch, None)
                 validated(WorldConfig, read_source("worlds", section), Loading())
-            world = self.add_joined(file, launch, world)
+            items = objects_of(launch)
+            base = f"./{world}" if world in self.made.texts else world
+            own = Section({"extends": base, "objects": items}, items.places[0])
+            world = self.write("world", file, self.with_objects(own, None))
         fleet = fleet_of(launch)
         if fleet is None:
             known = {name for name, _ in self.made.sails}
-            self.made.sails += [(world, None)] if world is not None and world not in known else []
+            self.made.sails += [(world, launch.fleet_of_world)] if world is not None and world not in known else []
             return
         loaded = len(fleet.get("boats", ())) - len(launch.boats)
         robots = [*[None] * loaded, *map(self.add_spawned, launch.boats)]
@@ -338,25 +344,13 @@ class _Writer:
         if world is not None:
             self.made.sails.append((world, path))
 
-    def add_spawned(self, boat: SpawnedBoat) -> str | None:
+    def add_spawned(self, boat: Spawned) -> str | None:
         """Write a boat of a launch file, and return its path; None: it is one of ours."""
-        if not isinstance(boat.robot, Path):
+        if not isinstance(boat.model, Path):
             return None
-        if is_gazebo_model(boat.robot.name):
-            return self.add_boat(str(boat.robot.absolute()), boat.robot)
-        return self.add_robot(safe_name(boat.name), boat.robot, boat.arguments)
-
-    def add_joined(self, file: Path, launch: Launch, world: str) -> str:
-        """Write a world that has the objects of a launch file besides those of another, and return its path."""
-
-        def named(thing: SpawnedObject) -> tuple[str, Path | None]:
-            if isinstance(thing.model, str):
-                return thing.model, None
-            return f"./{self.add_object(_model_name(thing.model), thing.model, str(thing.model))}", None
-
-        items = objects_of(launch, named)
-        base = f"./{world}" if world in self.made.texts else world
-        return self.write("world", file, Section({"extends": base, "objects": items}, items.places[0]))
+        if is_gazebo_model(boat.model.name):
+            return self.add_boat(str(boat.model.absolute()), boat.model)
+        return self.add_robot(safe_name(boat.name), boat.model, boat.arguments)
 
     def write(self, kind: str, file: Path, section: Section, stem: str = "") -> str:
         """Write the fleet or the world of a file, and return its path."""
@@ -391,9 +385,9 @@ def _stem(file: Path) -> str:
     return safe_name(file.name.partition(".")[0])
 
 
-def _model_name(file: Path) -> str:
-    """The name of a model: that of its folder, or of its file."""
-    return safe_name(file.parent.name) if file.name.startswith("model.") else _stem(file)
+def _model_name(source: str) -> str:
+    """The name of a model, `model://NAME` or a path: its own, that of its folder, or of its file."""
+    return safe_name(source.removeprefix(SCHEME) if source.startswith(SCHEME) else kind_name(source))
 
 
 def _with_robots(fleet: Section, robots: Sequence[str | None]) -> Section:

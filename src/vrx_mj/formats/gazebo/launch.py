@@ -6,68 +6,41 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path, PurePosixPath
-from typing import Any, TypeGuard, TypeVar
+from typing import Any, TypeGuard
 
 from vrx_mj.config.search import SCHEME, catalogue, display, package_paths
 from vrx_mj.config.tree import File, Place
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, shortened
+from vrx_mj.foreign import budget, spend
 from vrx_mj.formats.gazebo.document import Element, Fate, Note, Report, home_path, is_file, read_document
 from vrx_mj.formats.gazebo.erb_docks import is_template
-from vrx_mj.formats.gazebo.launched import (
-    ENDING,
-    Launch,
-    SpawnedBoat,
-    SpawnedObject,
-    checked_fleet,
-    pose_of_words,
-    stock_boat,
-)
+from vrx_mj.formats.gazebo.launched import ENDING, POSE, Launch, Spawned, checked_fleet, pose_of_words, spawn_options
 from vrx_mj.formats.gazebo.models import NO_MODEL, has_model, is_gazebo_model, model_element, model_file
-from vrx_mj.formats.gazebo.packages import (
-    LEFT_OUT,
-    NOWHERE,
-    named_world,
-    object_named,
-    package_left_out,
-    robot_named,
-)
+from vrx_mj.formats.gazebo.packages import NOWHERE, named_world, object_named, package_left_out, robot_named
 from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat
 from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
-from vrx_mj.formats.gazebo.stock import (
-    POSE,
-    STOCK_LAUNCHES,
-    StockLaunch,
-    instead_of,
-    is_tool,
-    stock_launch,
-    unlocks,
-    unused,
-)
+from vrx_mj.formats.gazebo.stock import STOCK_LAUNCHES, StockLaunch, instead_of, is_tool, stock_launch, unlocks, unused
 from vrx_mj.formats.gazebo.substitutions import Substitutions
 from vrx_mj.formats.urdf.elements import truth
-from vrx_mj.formats.urdf.expand import declared
+from vrx_mj.formats.urdf.expand import LEFT_OUT, declared
 from vrx_mj.formats.urdf.xacro_files import Files
 from vrx_mj.frames import Pose, compose
 
 DEEPEST = 20
 """Launch files that may include each other."""
-MOST = 1000
-"""Models that launch files may spawn."""
-MOST_FILES, MOST_ELEMENTS = 200, 100_000
-"""Launch files that one includes altogether, and elements in all of them."""
-FLAGS = {"urdf", "sdf", "gazebo", "unpause", "wait", "b", "package_to_model", "h", "help"}
-"""Options of spawn_model without a value."""
+FILE = 100
+"""Notes and elements, which are counted, that reading a file counts as."""
 OWN_ARGUMENTS = {"namespace", "locked"}
 """Arguments of a boat's xacro that are the name of the boat and the lock of the task here."""
 SERVING = "vrx_mj_serve"
 """Type of the node that starts one of VRX's own launch files here."""
 _LAUNCHES_WORLDS = {"empty_world.launch", "willowgarage_world.launch"}
-T = TypeVar("T", SpawnedBoat, SpawnedObject)
 Description = tuple[Path | str, dict[str, str]]
 """The file of a robot's description or the name of one of ours, and the arguments of its xacro."""
 
 
+@budget()
 def launch_of(source: str, arguments: Mapping[str, str]) -> Launch:
     """The simulation of a launch file, or of one of VRX's own by its name where no such file is at hand.
 
@@ -95,6 +68,7 @@ def is_launch(source: object) -> TypeGuard[str | Path]:
     return isinstance(source, str | Path) and (str(source).lower().endswith(ENDING) or is_tool(Path(source).name))
 
 
+@budget()
 def read_launch(file: Path, arguments: Mapping[str, str], *, strict: bool = True) -> Launch:
     """The simulation that a launch file starts. Raises ConfigError, if `strict` also for arguments that it has not."""
     run = _Run(file)
@@ -124,10 +98,9 @@ class _Run:
         self.files = Files(file, {}, package_paths())
         self.report = Report()
         self.substitutions = Substitutions(self.files)
-        self.count = self.taken = 0
         self.world: Path | str | None = None
-        self.boats: list[SpawnedBoat] = []
-        self.objects: list[SpawnedObject] = []
+        self.boats: list[Spawned] = []
+        self.objects: list[Spawned] = []
         self.places: dict[str, Place] = {}
         self.descriptions: dict[str, Description] = {}
         self.open, self.included = list[Path](), list[Path]()
@@ -154,9 +127,7 @@ class _Run:
 
     def read(self, file: Path, scope: _Scope) -> set[str]:
         """Go through a file, and return the names of the arguments that it declares."""
-        self.count += 1
-        if self.count > MOST_FILES + 1 or self.taken > MOST_ELEMENTS:
-            return set(scope.given)
+        spend(display(file), FILE)
         if said := self.too_many(file):
             raise ConfigError([Problem(display(file), None, None, "", said)])
         if file not in self.documents:
@@ -176,18 +147,13 @@ class _Run:
         """What is wrong with the files that lead to this one, or nothing."""
         if file.resolve() in {other.resolve() for other in self.open}:
             return f"launch files include each other: {' > '.join(path.name for path in (*self.open, file))}"
-        if len(self.open) >= DEEPEST:
-            return f"launch files include each other deeper than {DEEPEST} levels"
-        return f"more than {MOST_FILES} launch files in one" if self.count > MOST_FILES else ""
+        deep = f"launch files include each other deeper than {DEEPEST} levels"
+        return deep if len(self.open) >= DEEPEST else ""
 
     def take(self, element: Element, scope: _Scope) -> None:
-        """Do what an element says, unless its `if` or `unless` says not to."""
-        self.taken += 1
-        if self.taken > MOST_ELEMENTS + 1:
-            return
+        """Do what an element says, unless its `if` or `unless` says not to. Elements count as notes."""
+        spend(element.place.file.name)
         try:
-            if self.taken > MOST_ELEMENTS:
-                raise element.fault(f"more than {MOST_ELEMENTS:,} elements, those of a file counted each time")
             if self.holds(element, scope):
                 _TAKE.get(element.tag, _Run.ignore)(self, element, scope)
         except ConfigError as error:
@@ -300,15 +266,14 @@ class _Run:
         own: dict[str, Any] = {}
         if urdf is not None:
             robot = self.robot_file(element, urdf) if element else robot_named(urdf) or home_path(urdf)
-            own = {"robot": robot, **({"arguments": {}} if isinstance(robot, Path) else {})}
+            own = {"model": robot, **({"arguments": {}} if isinstance(robot, Path) else {})}
         place = element.place if element else Place(File(stock.name, None))
         self.unlocked = self.unlocked or unlocks(stock, given)
         for name, value in given.items():
             if instead := unused(stock, name, value):
                 self.report.notes.append(Note(place, f"{name}:={shortened(value)}", "ignored", instead))
-        for boat in stock.boats:
-            found = replace(stock_boat(boat, given, place, alone=len(stock.boats) == 1), **own)
-            self.spawn(element, found, self.boats, "boats")
+        for boat in stock.started(given, place):
+            self.spawn(element, replace(boat, **own), self.boats)
         if element is not None:
             self.report.note(element, "taken over", f"VRX's {stock.name}")
 
@@ -365,13 +330,16 @@ class _Run:
 
     def spawn_model(self, element: Element, scope: _Scope) -> None:
         """Spawn what a node of gazebo_ros does: a boat or an object."""
-        text = self.value(element, "args", scope, "")
-        options = self.options(element, text)
+        words = self.words(element, self.value(element, "args", scope, ""))
+        try:
+            options = spawn_options(words)
+            pose = pose_of_words(options.get(key, "0") for key in POSE)
+        except (VrxError, ValueError) as error:
+            raise element.fault(str(error), "args") from None
         name = options.get("model") or options.get("entity")
         if not name:
             raise element.fault("a spawned model needs -model NAME", "args")
-        pose = self.pose(element, [options.get(key, "0") for key in POSE])
-        if "database" in options or "-sdf" in text.split():
+        if {"database", "sdf"} & options.keys():
             found = self.sdf_model(element, name, options, scope)
             if found is None:
                 return
@@ -382,12 +350,12 @@ class _Run:
             self.leave_out(element, robot, f"<node> '{name}'")
             return
         if robot in self.known_objects or (isinstance(robot, Path) and _is_object(robot)):
-            self.spawn_object(element, SpawnedObject(name, pose, element.place, robot))
+            self.spawn_object(element, Spawned(name, pose, element.place, robot))
             return
         if isinstance(robot, Path) and is_gazebo_model(robot.name):
             pose = _with_own(pose, robot)
-        boat = SpawnedBoat(name, pose, element.place, robot, self.known(element, name, robot, arguments))
-        self.spawn(element, boat, self.boats, "boats")
+        boat = Spawned(name, pose, element.place, robot, self.known(element, name, robot, arguments))
+        self.spawn(element, boat, self.boats)
         self.report.note(element, "taken over", "a boat of the fleet", f"<node> '{name}'")
 
     def claim_node(self, element: Element, scope: _Scope) -> _Scope:
@@ -423,11 +391,11 @@ class _Run:
             self.report.note(element, "ignored", f"arguments of the xacro of an SDF: {' '.join(arguments)}", what)
         return robot
 
-    def spawn_object(self, element: Element, thing: SpawnedObject) -> None:
+    def spawn_object(self, element: Element, thing: Spawned) -> None:
         """Add an object, whose name no other model has; a pose in its own file is in the frame of the spawned one."""
         if isinstance(thing.model, Path) and not is_template(thing.model):
             thing = replace(thing, pose=_with_own(thing.pose, thing.model))
-        self.spawn(element, thing, self.objects, "objects")
+        self.spawn(element, thing, self.objects)
 
     def known(self, element: Element, name: str, robot: Path | str, given: dict[str, str]) -> dict[str, str]:
         """The arguments that the xacro of a boat declares; xacro ignores others."""
@@ -449,7 +417,7 @@ class _Run:
         given = dict(word.split(":=", 1) for word in words if ":=" in word)
         self.open_stock(stock, {key: value for key, value in given.items() if value}, element)
 
-    def spawn(self, element: Element | None, thing: T, things: list[T], kind: str) -> None:
+    def spawn(self, element: Element | None, thing: Spawned, things: list[Spawned]) -> None:
         """Add a boat or an object, whose name no other model has."""
         if element is not None:
             if first := self.places.get(safe_name(thing.name)):
@@ -457,11 +425,7 @@ class _Run:
                 text = f"a model named '{thing.name}' is spawned on {here} already: each needs -model NAME of its own"
                 raise element.fault(text, "args")
             self.places[safe_name(thing.name)] = element.place
-            if len(things) == MOST:
-                things.append(thing)  # the next one says no second time that they are too many
-                raise element.fault(f"more than {MOST} {kind}")
-        if len(things) < MOST:
-            things.append(thing)
+        things.append(thing)
 
     def spawned(self, element: Element, options: Mapping[str, str], scope: _Scope) -> Description:
         """File and arguments of the description that a node spawns."""
@@ -473,37 +437,12 @@ class _Run:
             raise element.fault(f"-param: {UnknownNameError('parameter', name, sorted(self.descriptions))}", "args")
         return self.descriptions[name]
 
-    def options(self, element: Element, text: str) -> dict[str, str]:
-        """The options of spawn_model: each word with one dash has a value, but for those that say a format."""
-        words = self.words(element, text)
-        found: dict[str, str] = {}
-        index = 0
-        while index < len(words):
-            key = words[index].lstrip("-")
-            if key in FLAGS or not words[index].startswith("-"):
-                index += 1
-                continue
-            value = words[index + 1] if index + 1 < len(words) else ""
-            if not value or (value[0] == "-" and value[1:2] not in set("0123456789.i")):
-                raise element.fault(f"-{key} needs a value", "args")
-            found[key] = value
-            index += 2
-        return found
-
     def words(self, element: Element, text: str, key: str = "args") -> list[str]:
         """The words of a command line, which an attribute gives."""
         try:
             return shlex.split(text)
         except ValueError as error:
             raise element.fault(f"{shown(text)}: {error}", key) from None
-
-    def pose(self, element: Element, values: list[str]) -> Pose:
-        """Six numbers."""
-        pose = pose_of_words(values)
-        if pose is None:
-            message = f"expected numbers for -x -y -z -R -P -Y, got {shown(' '.join(values))}"
-            raise element.fault(message, "args")
-        return pose
 
     def namespace(self, element: Element, scope: _Scope) -> str:
         """The namespace that an element makes for what is in it."""

@@ -1,7 +1,6 @@
 """What a launch file starts, as a world's and a fleet's file of ours say it."""
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -11,21 +10,29 @@ from vrx_mj.config.kinds import MARKS
 from vrx_mj.config.loading import Loading, read_source, validated
 from vrx_mj.config.tree import Items, Place, Section, merged
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ConfigError, Problem, VrxError
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.document import Report
 from vrx_mj.formats.gazebo.sdf_frames import safe_name
-from vrx_mj.formats.gazebo.stock import POSE, StockBoat
 from vrx_mj.formats.series.pieces import At, located
-from vrx_mj.formats.urdf.elements import truth
+from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.frames import Pose
 
 ENDING = ".launch"
 """How the names of launch files end."""
 
 
+POSE = ("x", "y", "z", "R", "P", "Y")
+"""Names of arguments for a pose."""
+FLAGS = ("urdf", "sdf", "stdin", "unpause", "b", "gazebo", "package_to_model", "h", "help")
+"""Options of spawn_model without a value."""
+VALUED = ("file", "param", "database", "model", *POSE, "reference_frame", "gazebo_namespace", "robot_namespace",
+          "wait", "J", "entity", "topic", "timeout")  # fmt: skip
+"""Options with a value, those of ROS 2 among them; that of -J is two words."""
+
+
 @dataclass(frozen=True)
-class SpawnedBoat:
-    """A boat that a launch file spawns."""
+class Spawned:
+    """A boat, or an object of SDF, that a launch file spawns."""
 
     name: str
     """Its name in Gazebo."""
@@ -33,24 +40,10 @@ class SpawnedBoat:
     """Pose in the world [m, rad]."""
     place: Place
     """What spawns it."""
-    robot: Path | str = "wamv"
-    """File of its description, or the name of one of our robots."""
+    model: Path | str = "wamv"
+    """File of its description, or the name of a robot or an object of ours."""
     arguments: Mapping[str, str] = field(default_factory=dict)
     """Arguments of its xacro."""
-
-
-@dataclass(frozen=True)
-class SpawnedObject:
-    """An object of SDF that a launch file spawns into the world."""
-
-    name: str
-    """Its name in Gazebo."""
-    pose: Pose
-    """Pose in the world [m, rad]."""
-    place: Place
-    """What spawns it."""
-    model: Path | str
-    """File of its model, or its name in the catalogue."""
 
 
 @dataclass(frozen=True)
@@ -59,8 +52,8 @@ class Launch:
 
     world: Path | str | None
     """File of the world, or the name of one of ours; None: it opens none."""
-    boats: tuple[SpawnedBoat, ...]
-    objects: tuple[SpawnedObject, ...]
+    boats: tuple[Spawned, ...]
+    objects: tuple[Spawned, ...]
     report: Report
     unlocked: bool = False
     """Whether it frees the boat that a task would hold at the start."""
@@ -69,27 +62,39 @@ class Launch:
     fleet: Path | None = None
     """A fleet's file among those that its parameters are loaded from."""
 
-
-def stock_boat(boat: StockBoat, given: Mapping[str, str], place: Place, *, alone: bool) -> SpawnedBoat:
-    """A boat of one of VRX's launch files, started with arguments; several have names and places of their own."""
-    fixed = () if alone else (*POSE, "namespace", "thrust_config")
-    given = {key: value for key, value in given.items() if key not in fixed}
-    texts = [given.get(key, repr(value)) for key, value in zip(POSE, boat.pose, strict=True)]
-    pose = pose_of_words(texts)
-    if pose is None:
-        message = f"expected numbers, got {shown(' '.join(texts))}"
-        raise ConfigError([Problem(place.file.name, place.line, None, "x:= y:= z:= R:= P:= Y:=", message)])
-    arguments = {key: given.get(key, value) for key, value in boat.arguments.items()}
-    return SpawnedBoat(given.get("namespace", boat.name), pose, place, boat.robot, arguments)
+    @property
+    def fleet_of_world(self) -> str | None:
+        """The fleet of the world where nothing is spawned: none in a world of ours; None: that of a world of Gazebo."""
+        return "none" if isinstance(self.world, str) else None
 
 
-def pose_of_words(values: Sequence[str]) -> Pose | None:
-    """Six numbers; None: they are others."""
-    try:
-        x, y, z, roll, pitch, yaw = numbers = [float(value) for value in values]
-    except ValueError:
-        return None
-    return (x, y, z, roll, pitch, yaw) if all(map(math.isfinite, numbers)) else None
+def pose_of_words(values: Iterable[object]) -> Pose:
+    """Six numbers. Raises ValueError: they are others."""
+    x, y, z, roll, pitch, yaw = numbers_of(" ".join(map(str, values)), "x y z roll pitch yaw")
+    return x, y, z, roll, pitch, yaw
+
+
+def spawn_options(words: Iterable[str]) -> dict[str, str]:
+    """The options of spawn_model of gazebo_ros by name; those without a value are empty.
+
+    VRX's spawn_wamv.bash has `--urdf FILE` and `--model NAME`.
+
+    Raises:
+        VrxError: an option is unknown, or lacks its value.
+    """
+    known = [f"-{name}" for name in (*FLAGS, *VALUED)]
+    found, left = dict[str, str](), [word for word in words if ":=" not in word]  # those that roslaunch adds
+    while left:
+        word = left.pop(0)
+        option = "-file" if word == "--urdf" else word.replace("--", "-", 1)
+        if option not in known:
+            raise UnknownNameError("option of spawn_model", word, known)
+        count = 0 if option[1:] in FLAGS else 2 if option == "-J" else 1
+        if len(left) < count or (count and left[0].replace("--", "-", 1) in known):
+            raise VrxError(f"{option} needs a value")
+        found[option[1:]] = " ".join(left[:count])
+        del left[:count]
+    return found
 
 
 def fleet_of(launch: Launch) -> Section | None:
@@ -119,24 +124,24 @@ def _loaded(file: Path) -> Section:
     return found.holding({"name": file.stem, **found})
 
 
-def _boat(boat: SpawnedBoat) -> Section:
+def _boat(boat: Spawned) -> Section:
     """One boat of a fleet's file; the path of a robot begins where its file is."""
     values: dict[str, Any] = {"name": safe_name(boat.name), "pose": list(boat.pose)}
-    if isinstance(boat.robot, str):
-        values |= {"robot": boat.robot, **_wamv(boat)}
+    if isinstance(boat.model, str):
+        values |= {"robot": boat.model, **_wamv(boat)}
     else:
-        values["robot"] = At(boat.robot.name, _in_folder(boat.place, boat.robot.absolute().parent))
+        values["robot"] = At(boat.model.name, _in_folder(boat.place, boat.model.absolute().parent))
         values |= {"arguments": dict(boat.arguments)} if boat.arguments else {}
     found: Section = located(values, boat.place)
     return found
 
 
-def _in_folder(place: Place, folder: Path | None) -> Place:
+def _in_folder(place: Place, folder: Path) -> Place:
     """A place whose relative paths begin in a folder."""
-    return place._replace(file=replace(place.file, folder=folder or place.file.folder))
+    return place._replace(file=replace(place.file, folder=folder))
 
 
-def _wamv(boat: SpawnedBoat) -> dict[str, Any]:
+def _wamv(boat: Spawned) -> dict[str, Any]:
     """Thrusters and sensors of VRX's WAM-V, by the arguments of its description or of a launch file."""
     arguments = boat.arguments
     layout = arguments.get("thruster_config") or arguments.get("thrust_config")
@@ -145,7 +150,7 @@ def _wamv(boat: SpawnedBoat) -> dict[str, Any]:
     return {**({"thrusters": layout} if layout else {}), "sensors": suites or "none"}
 
 
-def _is_on(boat: SpawnedBoat, key: str, value: str) -> bool:
+def _is_on(boat: Spawned, key: str, value: str) -> bool:
     """Whether an argument switches sensors on. Raises ConfigError where it is neither true nor false."""
     found = truth(value)
     if found is None:
@@ -158,7 +163,7 @@ def _is_on(boat: SpawnedBoat, key: str, value: str) -> bool:
 def with_objects(world: Section, launch: Launch) -> Section:
     """A world with a launch file's lock and the objects that it spawns. Raises ConfigError for names that are taken."""
     world = _unlocked(world) if launch.unlocked else world
-    items = objects_of(launch, _beside)
+    items = objects_of(launch)
     if not items:
         return world
     there = [one for one in world.get("objects") or () if isinstance(one, Section) and "name" in one]
@@ -185,26 +190,16 @@ def _is_there(thing: Section, first: Place) -> Problem:
     return Problem(place.file.name, place.line, place.column, f"<node> '{name}' / args", text)
 
 
-def objects_of(launch: Launch, named: Callable[[SpawnedObject], tuple[str, Path | None]]) -> Items:
-    """The objects of a launch file as a world's file says them.
-
-    Args:
-        launch: what starts them.
-        named: gives what the model of one is called, and the folder in which its path starts.
-    """
-    return Items.of((_object(one, *named(one)) for one in launch.objects), [one.place for one in launch.objects])
+def objects_of(launch: Launch) -> Items:
+    """The objects of a launch file as a world's file says them."""
+    return Items.of(map(_object, launch.objects), [one.place for one in launch.objects])
 
 
-def _beside(thing: SpawnedObject) -> tuple[str, Path | None]:
-    """The model of an object by its folder and file, as a file beside the folder names it."""
-    if isinstance(thing.model, str):
-        return thing.model, None
-    folder = thing.model.absolute().parent
-    return f"./{folder.name}/{thing.model.name}", folder.parent
-
-
-def _object(thing: SpawnedObject, model: str, folder: Path | None) -> Section:
-    """One object of a world's file."""
-    values = {"name": safe_name(thing.name), "model": model, "pose": list(thing.pose)}
-    found: Section = located(values, _in_folder(thing.place, folder))
+def _object(thing: Spawned) -> Section:
+    """One object of a world's file, whose model is named as a file beside the folder of the model names it."""
+    model, place = str(thing.model), thing.place
+    if isinstance(thing.model, Path):
+        folder = thing.model.absolute().parent
+        model, place = f"./{folder.name}/{thing.model.name}", _in_folder(place, folder.parent)
+    found: Section = located({"name": safe_name(thing.name), "model": model, "pose": list(thing.pose)}, place)
     return found

@@ -40,8 +40,14 @@ from vrx_mj.formats.urdf.expand import arguments as declared_arguments
 from vrx_mj.packages import shell_word
 
 LAUNCH = (".launch",)
-ROS2 = (".launch.py", ".launch.xml")
-ROBOTS = (".urdf", ".urdf.xacro")
+MODELS = ("model.config", "model.sdf", "model.sdf.erb")
+INSTEAD: Mapping[tuple[str, ...], str] = {
+    (".urdf", ".urdf.xacro"): "no world, but boats: {}; sail one: vrx-mj run example_course --fleet FILE",
+    MODELS: "no world, but models: {}; a world names one in `objects` as model: model://NAME",
+    (".launch.py", ".launch.xml"): "no world; launch files of ROS 2 are programs, which are not run: {}",
+    (".yaml", ".yml"): "no launch file and no world of Gazebo; name one of its YAML files: {}",
+}
+"""What a folder may hold instead of worlds, by the ends of the files' names, and what to do with it."""
 MOST_LAUNCHES = 200
 """Launch files of a folder that are read to choose one."""
 NEWER = ("vrx_gz", "vrx_ros")
@@ -67,19 +73,14 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
     if is_launch(world):
         launch = launch_of(str(world), arguments)
         if launch.world is None:
-            name, file = Path(world).name, shell_word(shortened(world))
-            beside = f" and spawns no boat; start it beside one: vrx-mj serve WORLD --ros1, then roslaunch {file}"
-            sails = f"; its boats sail in one: vrx-mj run WORLD --fleet {file}"
-            text = f"opens no world of Gazebo{sails if launch.boats or launch.fleet else beside}"
-            text = instead_of(name, arguments) if is_tool(name) and not launch.boats else text
-            raise ConfigError([Problem(str(world), None, None, "", text)])
+            raise _no_world(world, launch, arguments)
         warn_of_losses(launch.report.notes, str(world), stacklevel=4)
         if fleet is None and launch.fleet is not None:
             text = (
                 f"{shortened(world)}: its <rosparam> loads a fleet, as --fleet {shell_word(display(launch.fleet))} does"
             )
             warnings.warn(text, VrxWarning, stacklevel=4)
-        fleet = fleet_of(launch) if fleet is None else fleet
+        fleet = fleet_of(launch) or launch.fleet_of_world if fleet is None else fleet
         if launch.objects or launch.unlocked:
             return joined(launch.world, launch, fleet)
         world, arguments = launch.world, {}
@@ -97,6 +98,16 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
         warn_of_losses(found.notes, str(world), stacklevel=4)
         world = _named(found.section, found.name)
     return world, fleet
+
+
+def _no_world(source: str | Path, launch: Launch, arguments: Mapping[str, str]) -> ConfigError:
+    """The error about a launch file that opens no world, and what to do with it."""
+    name, file = Path(source).name, shell_word(shortened(source))
+    beside = f" and spawns no boat; start it beside one: vrx-mj serve WORLD --ros1, then roslaunch {file}"
+    sails = f"; its boats sail in one: vrx-mj run WORLD --fleet {file}"
+    text = f"opens no world of Gazebo{sails if launch.boats or launch.fleet else beside}"
+    text = instead_of(name, arguments) if is_tool(name) and not launch.boats else text
+    return ConfigError([Problem(str(source), None, None, "", text)])
 
 
 def joined(world: Path | str, launch: Launch, fleet: Source | None) -> tuple[Section, Source | None]:
@@ -147,9 +158,6 @@ class _Found:
     """What the launch files of a folder start."""
 
     launches: dict[Path, Launch] = field(default_factory=dict)
-    """Those that start a world."""
-    others: list[Path] = field(default_factory=list)
-    """Those that start none."""
     failed: list[str] = field(default_factory=list)
     """Messages of those that cannot be read."""
 
@@ -164,7 +172,9 @@ def file_of_folder(folder: Path, arguments: Mapping[str, str] | None = None) -> 
         VrxError: the folder holds nothing that can be opened; the message says what it holds.
     """
     found = _launches(folder, arguments or {})
-    tops = {file: launch for file, launch in found.launches.items() if not _is_included(file, found)}
+    opening = {file: launch for file, launch in found.launches.items() if launch.world is not None}
+    included = {file for launch in opening.values() for file in launch.included}
+    tops = {file: launch for file, launch in opening.items() if file.resolve() not in included}
     if len(tops) == 1:
         (file,) = tops
         _warn_of_failures(folder, found)
@@ -235,21 +245,10 @@ def _launches(folder: Path, arguments: Mapping[str, str]) -> _Found:
     found = _Found()
     for file in files:
         try:
-            launch = read_launch(file, arguments, strict=False)
+            found.launches[file] = read_launch(file, arguments, strict=False)
         except VrxError as error:
             found.failed += str(error).splitlines()[:1]
-            continue
-        if launch.world is None:
-            found.others.append(file)
-        else:
-            found.launches[file] = launch
     return found
-
-
-def _is_included(file: Path, found: _Found) -> bool:
-    """Whether another launch file of the folder includes this one."""
-    path = file.resolve()
-    return any(path in launch.included for other, launch in found.launches.items() if other != file)
 
 
 def _about(launch: Launch) -> str:
@@ -289,22 +288,14 @@ def _nothing(folder: Path, found: _Found) -> str:
 
 def _reasons(folder: Path, found: _Found) -> Iterator[str]:
     """What there is instead of a launch file that opens a world."""
-    if found.others:
-        names = ", ".join(short_names(found.others, folder)[:LISTED])
-        yield f"its launch files open no world: {names}; give one to --fleet, with a world"
-    robots = short_names(list(files_below(folder, ROBOTS)), folder)
-    if robots:
-        yield f"no world, but boats: {', '.join(robots[:LISTED])}; sail one: vrx-mj run example_course --fleet FILE"
-    models = list(files_below(folder, ("model.config", "model.sdf", "model.sdf.erb")))
-    if models:
-        names = ", ".join(dict.fromkeys(file.parent.name for file in models[:LISTED]))
-        yield f"no world, but models: {names}; a world names one in `objects` as model: model://NAME"
-    newer = short_names(list(files_below(folder, ROS2)), folder)
-    if newer:
-        yield f"no world; launch files of ROS 2 are programs, which are not run: {', '.join(newer[:LISTED])}"
-    ours = short_names(list(files_below(folder, (".yaml", ".yml"))), folder)
-    if ours:
-        yield f"no launch file and no world of Gazebo; name one of its YAML files: {', '.join(ours[:LISTED])}"
+    if found.launches:
+        listed = ", ".join(short_names([*found.launches], folder)[:LISTED])
+        yield f"its launch files open no world: {listed}; give one to --fleet, with a world"
+    for kinds, text in INSTEAD.items():
+        files = list(files_below(folder, kinds))
+        names = [file.parent.name for file in files] if kinds == MODELS else short_names(files, folder)
+        if files:
+            yield text.format(", ".join(list(dict.fromkeys(names))[:LISTED]))
     links = links_below(folder)
     if links:
         yield f"no world; links are not followed: name the folder that {shown(display(links[0]))} leads to"

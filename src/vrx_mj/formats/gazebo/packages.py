@@ -7,6 +7,7 @@ from vrx_mj.config.search import catalogue, is_built_in
 from vrx_mj.errors import UnknownNameError, shortened
 from vrx_mj.formats.gazebo.document import LIBRARIES, home_path, is_file
 from vrx_mj.formats.gazebo.stock import PLACES
+from vrx_mj.formats.urdf.expand import LEFT_OUT
 
 PACKAGES = LIBRARIES | {
     "gazebo_ros",
@@ -20,8 +21,6 @@ PACKAGES = LIBRARIES | {
 """Packages of ROS and VRX that need not be there: what they hold is known here, or not needed."""
 NOWHERE = "/package:/"
 """Beginning of a path in such a package that is missing."""
-LEFT_OUT = "/missing:/"
-"""Beginning of a path in any other package that is missing, where such are ignored."""
 OURS = {"wamv_gazebo": "wamv", "cora_gazebo": "cora"}
 """How the names of VRX's descriptions begin, and our robots."""
 DEEPEST = 5

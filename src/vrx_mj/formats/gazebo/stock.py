@@ -1,12 +1,15 @@
 """VRX's own launch files: which world each opens, with which boats, and what does the work of those that open none."""
 
+import json
 import re
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
+from vrx_mj.config.tree import File, Place
+from vrx_mj.errors import ConfigError, Problem
+from vrx_mj.formats.gazebo.launched import POSE, Spawned, pose_of_words
 from vrx_mj.formats.urdf.elements import truth
-from vrx_mj.frames import Pose
 from vrx_mj.packages import shell_word
 from vrx_mj.resources import root
 
@@ -15,49 +18,13 @@ CLASSIC, OLDER, WAVES, MARITIME = PACKAGES = ("vrx_gazebo", "vrx_2019", "wave_ga
 
 FOLDER = root() / "assets" / "launch"
 """Launch files of ours by VRX's names, in folders of their packages: arguments with VRX's defaults, and our node."""
-SEVERAL: Mapping[str, Sequence[tuple[str, str, Pose]]] = {
-    "demo_thrusterconfigs.launch": (
-        ("wamvH", "H", (-552.0, 166.0, 0.0, 0.0, 0.0, 1.0)),
-        ("wamvT", "T", (-542.0, 164.0, 0.0, 0.0, 0.0, 1.0)),
-        ("wamvX", "X", (-532.0, 162.0, 0.0, 0.0, 0.0, 1.0)),
-    ),
-    "wave_wamv.launch": (
-        ("wamv0", "H", (0.0, 0.0, 0.1, 0.0, 0.0, 0.0)), ("wamv1", "H", (0.0, 6.0, 0.1, 0.0, 0.0, 1.57)),
-    ),
-}  # fmt: skip
-"""Name, thrusters and pose [m, rad] of each boat of those launch files that have several."""
-POSE = ("x", "y", "z", "R", "P", "Y")
-"""Names of arguments for a pose."""
-UNUSED: Mapping[str, str] = {
-    "paused": "`vrx-mj serve --paused` starts paused",
-    "joy": "`vrx-mj teleop --web` beside `vrx-mj serve` has a joystick",
-    "non_competition_mode": "VRX_DEBUG=false hides the topics of wind and contacts",
-    "extra_gazebo_args": "no Gazebo runs; type options of `vrx-mj` instead",
-    "extra_gz_args": "no Gazebo runs; type options of `vrx-mj` instead",
-    "recording": "`--record run.rrd` records",
-    "debug": "no Gazebo runs that a debugger could take",
-    "use_sim_time": "time is always that of the simulation",
-    "enable_ros_network": "`vrx-mj serve` opens the wires that its options name",
-    "pinger_params": "VRX's launch files do not read it; `task: {pinger: [x, y, z]}` of the world does",
-}
-"""What to do instead of arguments that have no effect here; nothing is lost where the value is the default."""
+_TABLE = json.loads(Path(__file__).with_suffix(".json").read_bytes())
+"""Of VRX's launch files: the boats of those that have several, what to do instead of arguments that have no effect here
+(nothing is lost where the value is the default), and those that open no world."""
 USUAL = {"paused": "false"}
 """Defaults that are others than those of all launch files."""
 LOCKS = ("wamv_locked", "robot_locked")
 """Arguments that hold a boat in its place."""
-
-
-@dataclass(frozen=True)
-class StockBoat:
-    """A boat of a launch file of VRX."""
-
-    name: str
-    pose: Pose
-    """Pose in the world [m, rad]."""
-    robot: str
-    """Kind of boat, here."""
-    arguments: Mapping[str, str]
-    """Arguments of the launch file that its description takes, with their defaults."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +34,7 @@ class StockLaunch:
     name: str
     world: str
     """Name of the world, here."""
-    boats: tuple[StockBoat, ...]
+    boats: tuple[Spawned, ...]
     arguments: Mapping[str, str]
     """What it can be given, with the defaults."""
     package: str
@@ -80,6 +47,20 @@ class StockLaunch:
         """Arguments that its boats' descriptions take, with their defaults."""
         return self.boats[0].arguments if self.boats else {}
 
+    def started(self, given: Mapping[str, str], place: Place) -> Iterator[Spawned]:
+        """Its boats, started with arguments; several have names and places of their own. Raises ConfigError."""
+        fixed = {*POSE, "namespace", "thrust_config"} if len(self.boats) > 1 else set()
+        given = {key: value for key, value in given.items() if key not in fixed}
+        for boat in self.boats:
+            texts = [given.get(key, repr(value)) for key, value in zip(POSE, boat.pose, strict=True)]
+            try:
+                pose = pose_of_words(texts)
+            except ValueError as error:
+                told = Problem(place.file.name, place.line, None, "x:= y:= z:= R:= P:= Y:=", str(error))
+                raise ConfigError([told]) from None
+            arguments = {key: given.get(key, value) for key, value in boat.arguments.items()}
+            yield Spawned(given.get("namespace", boat.name), pose, place, boat.model, arguments)
+
 
 def _read(file: Path) -> StockLaunch:
     """The launch file of VRX that a file of ours is."""
@@ -87,16 +68,15 @@ def _read(file: Path) -> StockLaunch:
     given = dict(re.findall(r'<arg name="(\w+)" default="(.*?)"/>', text))
     world = PurePosixPath(given["world"]).stem
     own = {key: value for key, value in given.items() if key in {"thrust_config", *LOCKS} or key.endswith("_enabled")}
-    x, y, z, roll, pitch, yaw = (float(given[key]) for key in POSE)
-    several = SEVERAL.get(file.name) or [(given["namespace"], given["thrust_config"], (x, y, z, roll, pitch, yaw))]
-    robot = "wamv" if given["urdf"] else "cora"
+    alone = {"name": given["namespace"], "thrust_config": given["thrust_config"], "pose": [given[key] for key in POSE]}
+    place, robot = Place(File(file.name, None)), "wamv" if given["urdf"] else "cora"
     boats = tuple(
-        StockBoat(
-            name, pose, robot, {key: value for key, value in {**own, "thrust_config": thrusters}.items() if value}
-        )
-        for name, thrusters, pose in several
+        Spawned(boat["name"], pose_of_words(boat["pose"]), place, robot, {
+            key: value for key, value in {**own, "thrust_config": boat["thrust_config"]}.items() if value
+        })
+        for boat in _TABLE["boats"].get(file.name, [alone])
         if len(own) > 1
-    )
+    )  # fmt: skip
     return StockLaunch(file.name, f"vrx2019/{world}" if package == OLDER else world, boats, given, package, file)
 
 
@@ -154,7 +134,7 @@ def unused(launch: StockLaunch, name: str, value: str) -> str:
         return "a boat is held by a task, until it is ready" if held else ""
     usual = USUAL.get(name, launch.arguments[name])
     same = value.lower() == usual or (truth(value) is not None and truth(value) == truth(usual))
-    return "" if same else UNUSED.get(name, "")
+    return "" if same else _TABLE["unused"].get(name, "")
 
 
 def unlocks(launch: StockLaunch, given: Mapping[str, str]) -> bool:
@@ -166,47 +146,14 @@ def unlocks(launch: StockLaunch, given: Mapping[str, str]) -> bool:
 class _Tool:
     """A launch file of VRX that opens no world, and the command that does its work."""
 
-    command: str
-    options: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    command: str = ""
+    options: Mapping[str, Sequence[str]] = field(default_factory=dict)
     """Options by the names of arguments, each with what to type where it is not given; empty: nothing."""
     reason: str = ""
     """What to know before."""
 
 
-_TELEOP = {"namespace": ("--boat", "")}
-_BESIDE = _Tool("", reason="start it with `roslaunch`, beside `vrx-mj serve`")
-_PROGRAM = _Tool(
-    "vrx-mj serve --ros2",
-    {"world": ("vrx2023/", "sydney_regatta")},
-    "launch files of ROS 2 are programs, which are not run",
-)
-_TOOLS: Mapping[str, _Tool] = {
-    "generate_wamv.launch": _Tool(
-        "vrx-mj robot build",
-        {
-            "thruster_yaml": ("--thrusters", ""),
-            "component_yaml": ("--components", ""),
-            "sensor_yaml": ("--sensor-yaml", ""),
-            "wamv_locked": ("--locked", ""),
-            "wamv_target": ("-o", "my_wamv.urdf"),
-        },
-    ),
-    "generate_worlds.launch": _Tool(
-        "vrx-mj worlds generate", {"requested": ("", "axes.yaml"), "world_target": ("-o", "my_worlds")}
-    ),
-    "usv_keydrive.launch": _Tool("vrx-mj teleop", _TELEOP, "keys are for a second terminal, beside `vrx-mj serve`"),
-    "usv_joydrive.launch": _Tool("vrx-mj teleop --web", _TELEOP, "a joystick is on a page, beside `vrx-mj serve`"),
-    "playback.launch": _Tool("vrx-mj replay run.rrd", reason="logs of Gazebo are not read; `--record run.rrd` records"),
-    "pinger.launch": _Tool(
-        "", reason="publish places of the beacon yourself, to /wamv/sensors/pingers/pinger/set_pinger_position"
-    ),
-    "localization_example.launch": _BESIDE,
-    "rviz_vrx.launch": _BESIDE,
-    "rviz.launch": _BESIDE,
-    "competition.launch.py": _PROGRAM,
-    "spawn.launch.py": _PROGRAM,
-    "vrx_environment.launch.py": _PROGRAM,
-}
+_TOOLS: Mapping[str, _Tool] = {name: _Tool(**row) for name, row in _TABLE["tools"].items()}
 """VRX's launch files that open no world here."""
 
 
@@ -222,7 +169,7 @@ def instead_of(name: str, given: Mapping[str, str]) -> str:
     return "; ".join(filter(None, ("opens no world here", tool.reason, tool.command and f"type: {command}")))
 
 
-def _words(options: Mapping[str, tuple[str, str]], given: Mapping[str, str]) -> Iterator[str]:
+def _words(options: Mapping[str, Sequence[str]], given: Mapping[str, str]) -> Iterator[str]:
     """The options of a command."""
     for name, (option, usual) in options.items():
         value = given.get(name, usual)

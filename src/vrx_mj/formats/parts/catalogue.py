@@ -28,11 +28,6 @@ class Instance:
     """
     place: Place
 
-    @property
-    def name(self) -> str:
-        """What it is called."""
-        return str(self.parameters.get("name", self.parameters.get("prefix", self.parameters.get("sensor_name", ""))))
-
 
 @dataclass(frozen=True)
 class PartsFile:

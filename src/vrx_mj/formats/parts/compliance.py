@@ -8,8 +8,9 @@ vrx_gazebo/src/vrx_gazebo/{configure_wamv,utils,compliance}.py.
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from pathlib import Path
 from typing import Annotated, Literal, NamedTuple
 
@@ -62,15 +63,15 @@ class Box(Config):
 
     def contains(self, point: Point) -> bool:
         """Whether a point is inside or on a face."""
-        return all(low - FACE <= x <= high + FACE for x, low, high in zip(point, self.low, self.high, strict=True))
+        return all(abs(x - near) <= FACE for x, near in zip(point, self.nearest(point).point, strict=True))
 
-    def nearest(self, point: Point, inset: float = 0.0) -> Point:
+    def nearest(self, point: Point, inset: float = 0.0) -> "Spot":
         """The place nearest to a point that is at least `inset` [m], or half an edge, inside."""
         x, y, z = (
             min(max(x, low + min(inset, edge / 2.0)), high - min(inset, edge / 2.0))
             for x, low, high, edge in zip(point, self.low, self.high, self.size, strict=True)
         )
-        return x, y, z
+        return Spot((x, y, z), self, math.dist((x, y, z), point))
 
 
 class Spot(NamedTuple):
@@ -97,7 +98,7 @@ def assigned(points: Sequence[Point], boxes: Sequence[Box]) -> list[Box | None]:
 
 def nearest_box(point: Point, boxes: Sequence[Box]) -> Spot | None:
     """The box nearest to a point, whether it has room or not, and its nearest place."""
-    return min((_spot(box.nearest(point), box, point) for box in boxes), key=_distance, default=None)
+    return min((box.nearest(point) for box in boxes), key=attrgetter("distance"), default=None)
 
 
 def nearest_place(points: Sequence[Point], index: int, boxes: Sequence[Box]) -> Spot | None:
@@ -106,22 +107,14 @@ def nearest_place(points: Sequence[Point], index: int, boxes: Sequence[Box]) -> 
     None if no box has room. Exact but for places on a face that two boxes share: there it may be `INSET` off.
     """
     point, had = points[index], assigned(points, boxes)
-    near = [_spot(box.nearest(point, inset), box, point) for box in boxes for inset in (0.0, INSET)]
-    for spot in sorted(near, key=_distance):
+    near = [box.nearest(point, inset) for box in boxes for inset in (0.0, INSET)]
+    for spot in sorted(near, key=attrgetter("distance")):
         moved = [*points[:index], spot.point, *points[index + 1 :]]
         gets = assigned(moved, boxes)
         box = gets[index]
         if box is not None and all(gets[i] or not had[i] for i in range(len(points)) if i != index):
-            return Spot(spot.point, box, spot.distance)
+            return spot._replace(box=box)
     return None
-
-
-def _spot(place: Point, box: Box, point: Point) -> Spot:
-    return Spot(place, box, math.dist(place, point))
-
-
-def _distance(spot: Spot) -> float:
-    return spot.distance
 
 
 class TypeRules(Config):
@@ -190,32 +183,24 @@ class GeneratorResult:
     """What it would stop at."""
 
 
-def generator_result(files: Sequence[PartsFile], book: Rules) -> GeneratorResult:
-    """How VRX's generator would end for these files, by a set of rules."""
-    stops = tuple(stop for file in files for stop in (*file.stops, *_unknown(file, book)))
-    ends = [_end(file, book) for file in files]
+def _generator_result(
+    files: Sequence[PartsFile], judged: Mapping[Kind, Sequence["PartVerdict"]], book: Rules
+) -> GeneratorResult:
+    """How VRX's generator would end for these files, whose parts are judged by a set of rules."""
+    unknown = {
+        kind: [f"type {one.instance.type}" for one in parts if one.breaks("type")] for kind, parts in judged.items()
+    }
+    stops = tuple(stop for file in files for stop in (*file.stops, *dict.fromkeys(unknown[file.kind])))
+    ends = [_end(parts, book) for parts in judged.values()]
     passes = None if stops else all(passed for passed, _ in ends)
     return GeneratorResult(passes, bool(stops) or not passes or any(logged for _, logged in ends), stops)
 
 
-def _unknown(file: PartsFile, book: Rules) -> Iterator[str]:
-    """Types of which its rules have no count."""
-    names = dict.fromkeys(part.type for part in file.instances)
-    yield from (f"type {name}" for name in names if name not in book.of(file.kind).types)
-
-
-def _end(file: PartsFile, book: Rules) -> tuple[bool, bool]:
+def _end(parts: Sequence["PartVerdict"], book: Rules) -> tuple[bool, bool]:
     """The result of a file, which is that of its last part, and whether an error is logged on the way."""
-    if not file.instances:
-        return book.empty_passes, False
-    rules = book.of(file.kind)
-    places = [place_of(part) for part in file.instances]
-    boxes = iter(assigned([place for place in places if place is not None], rules.boxes))
-    inside = [place is None or next(boxes) is not None for place in places]
-    counts = Counter(part.type for part in file.instances)
-    too_many = any(name in rules.types and count > rules.types[name].most for name, count in counts.items())
-    odd = any(not _permitted(part, book) for part in file.instances)
-    return inside[-1], too_many or odd or not all(inside)
+    inside = [part.point is None or part.box is not None for part in parts]
+    logged = any(part.breaks("count") or not _permitted(part.instance, book) for part in parts)
+    return inside[-1] if parts else book.empty_passes, logged or not all(inside)
 
 
 def _permitted(instance: Instance, book: Rules) -> bool:
@@ -224,11 +209,7 @@ def _permitted(instance: Instance, book: Rules) -> bool:
     return rules is None or all(key in " ".join(rules.parameters) for key in instance.parameters)
 
 
-WAYS = (
-    ("too far aft", "too far forward"),
-    ("too far to starboard", "too far to port"),
-    ("too low", "too high"),
-)
+WAYS = (("too far aft", "too far forward"), ("too far to starboard", "too far to port"), ("too low", "too high"))
 """Which way a part misses a box along x, y and z: below its least, above its greatest."""
 
 
@@ -263,6 +244,10 @@ class PartVerdict:
     def compliant(self) -> bool:
         """Whether it breaks no rule."""
         return not self.breaches
+
+    def breaks(self, rule: str) -> bool:
+        """Whether it breaks a rule of this kind."""
+        return any(breach.rule == rule for breach in self.breaches)
 
     @property
     def warning(self) -> str:
@@ -299,7 +284,7 @@ def judge(components: PartsFile | None, thrusters: PartsFile | None, rules: str 
     judged = {file.kind: tuple(_judged(file, book)) for file in files}
     reasons = dict.fromkeys(reason for kind, parts in judged.items() for reason in _reasons(parts, book.of(kind)))
     parts = tuple(part for each in judged.values() for part in each)
-    return Verdict(book, parts, tuple(reasons), generator_result(files, book))
+    return Verdict(book, parts, tuple(reasons), _generator_result(files, judged, book))
 
 
 def _judged(file: PartsFile, book: Rules) -> Iterator[PartVerdict]:

@@ -13,12 +13,14 @@ from xml.sax.saxutils import quoteattr
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import choice, shown
 from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.formats.parts.catalogue import Kind, PartsFile
 from vrx_mj.formats.urdf.expand import expand
 from vrx_mj.resources import root
 
+FOLDER = root() / "assets" / "robots" / "wamv"
+MAIN = FOLDER / "wamv_gazebo" / "urdf" / "wamv_gazebo.urdf.xacro"
 LAYOUTS = ("H", "T", "X")
 """Thruster layouts that need no file."""
 
@@ -35,13 +37,13 @@ _NAMESPACE = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}", re.ASCII)
 @cache
 def arguments_of_wamv() -> Mapping[str, str]:
     """Arguments of our `wamv_gazebo.urdf.xacro` that are free to set, with their defaults."""
-    found = _ARGUMENT.findall(_main_file().read_text(encoding="utf-8"))
+    found = _ARGUMENT.findall(MAIN.read_text(encoding="utf-8"))
     return {name: default for name, default in found if not _OTHERS.fullmatch(name)}
 
 
 def example_file(kind: Kind) -> Path:
     """VRX's example of a thruster or component file, which is what a boat has that names no file."""
-    return _folder() / "config" / f"{kind.removesuffix('s')}_config.yaml"
+    return FOLDER / "config" / f"{kind.removesuffix('s')}_config.yaml"
 
 
 def xacro_text(parts: PartsFile) -> str:
@@ -88,16 +90,8 @@ def wamv_urdf(
         folder = Path(name).resolve()
         for parts in filter(None, (thrusters, components)):
             given |= _file_arguments(parts, folder)
-        made = expand(file or _main_file(), arguments=given, package_paths=(folder, *package_paths))
+        made = expand(file or MAIN, arguments=given, package_paths=(folder, *package_paths))
     return str(made)  # without places in files that have gone
-
-
-def _folder() -> Path:
-    return root() / "assets" / "robots" / "wamv"
-
-
-def _main_file() -> Path:
-    return _folder() / "wamv_gazebo" / "urdf" / "wamv_gazebo.urdf.xacro"
 
 
 def _check(arguments: Mapping[str, str], namespace: str) -> None:
@@ -105,11 +99,9 @@ def _check(arguments: Mapping[str, str], namespace: str) -> None:
     for name, value in arguments.items():
         if name not in known:
             raise UnknownNameError("argument of the WAM-V", name, known)
-        if known[name] in _SWITCHED and value not in _SWITCHED:
-            raise VrxError(f"argument {name}: expected true or false, got {shown(value)}")
-    for name, values in CHOICES.items():
-        if arguments.get(name, values[0]) not in values:
-            raise VrxError(f"argument {name}: expected {' or '.join(values)}, got {shown(arguments[name])}")
+        switched = _SWITCHED if known[name] in _SWITCHED else (value,)
+        if value not in (values := CHOICES.get(name, switched)):
+            raise VrxError(f"argument {name}: {choice(value, values)}")
     layout = arguments.get("thruster_config", "H")
     if layout not in LAYOUTS:
         raise UnknownNameError("thruster layout", layout, LAYOUTS)

@@ -26,17 +26,16 @@ from vrx_mj.formats.parts.catalogue import (
     catalogue,
     part_types,
 )
-from vrx_mj.formats.urdf.elements import truth
+from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.formats.urdf.expressions import Result, evaluated
 
-_NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_-]{0,63}")
 _WORD = re.compile(r"[A-Za-z0-9_./-]{1,64}")
 _EXPRESSION = re.compile(r"\$\{([^}]*)\}")
 LONGEST = 2000
 """Characters of a text with an expression in it."""
-LARGEST = {"Hz": 10_000.0}
-"""Largest value by unit; any other number is a coordinate or an angle."""
+MOST_HZ = 10_000.0
+"""Largest rate [Hz]; any other number is a coordinate or an angle."""
 
 
 def meant(parameter: Parameter, value: object) -> str | float | bool:
@@ -58,17 +57,12 @@ def number(value: Any, unit: str = "") -> float:
     """A finite number, as YAML has it, in quotes, or as an expression."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueError(f"expected a number, got {shown(value)}")  # noqa: TRY004
-    text = _substituted(value).strip() if isinstance(value, str) else repr(value)
-    if isinstance(value, str) and not _NUMBER.fullmatch(text):
-        raise ValueError(f"expected a number, got {shown(value)}{_result(value, text)}")
-    found, most = float(text), LARGEST.get(unit, MAX_COORDINATE)
-    if not math.isfinite(found):
-        raise ValueError(f"must be finite, got {shown(value)}")
-    if unit == "Hz" and not 0.0 < found <= most:
-        raise ValueError(f"must be above 0 and at most {most:g} Hz, got {shown(value)}")
-    if abs(found) > most:
-        raise ValueError(f"must lie between -{most:g} and {most:g}, got {shown(value)}")
-    return found
+    text = _substituted(value) if isinstance(value, str) else repr(value)
+    limits = {"above": 0.0, "high": MOST_HZ} if unit == "Hz" else {"largest": MAX_COORDINATE}
+    try:
+        return numbers_of(text, unit or "value", **limits)[0]
+    except ValueError as error:
+        raise ValueError(f"{error}{_result(value)}") from None
 
 
 def switch(value: object) -> bool:
@@ -76,21 +70,20 @@ def switch(value: object) -> bool:
     text = _substituted(value) if isinstance(value, str) else repr(value)
     found = truth(str(switched(text.strip())))
     if found is None:
-        raise ValueError(f"expected true or false, got {shown(value)}{_result(value, text)}")
+        raise ValueError(f"expected true or false, got {shown(text)}{_result(value)}")
     return found
 
 
 def triple(value: object) -> str:
     """Three numbers with blanks between, from such a text or from a list."""
-    text = _substituted(value) if isinstance(value, str) else ""
-    words = text.split() if isinstance(value, str) else value
-    if not isinstance(words, list | tuple) or len(words) != 3:
-        raise ValueError(f"expected three numbers as in '1.0 0 -1.0', got {shown(value)}{_result(value, text)}")
+    words = _substituted(value).split() if isinstance(value, str) else value
     try:
-        numbers = [number(word) for word in words]
+        if not isinstance(words, list | tuple) or len(words) != 3:
+            raise ValueError
+        return " ".join(repr(number(word)).removesuffix(".0") for word in words)
     except ValueError as error:
-        raise ValueError(f"expected three numbers as in '1.0 0 -1.0', got {shown(value)}: {error}") from None
-    return " ".join(map(_written, numbers))
+        why = f": {error}" if error.args else ""
+        raise ValueError(f"expected three numbers as in '1.0 0 -1.0', got {shown(value)}{why}") from None
 
 
 def triple_of(text: str) -> tuple[float, float, float]:
@@ -136,13 +129,9 @@ def _substituted(text: str) -> str:
     return str(text.result.value)
 
 
-def _result(value: object, text: str) -> str:
-    """What an expression came to, where a message needs it."""
-    return f", which is {shown(text)}" if has_expression(value) else ""
-
-
-def _written(value: float) -> str:
-    return repr(value).removesuffix(".0")
+def _result(value: object) -> str:
+    """The expression that a value in a message is of, if there is one."""
+    return f", of {shown(value)}" if has_expression(value) else ""
 
 
 def name_key(instance: Instance) -> str:
@@ -294,20 +283,20 @@ def _evaluated(section: Section) -> Section:
 def _read_type(reading: _Reading, section: Section, key: str) -> None:
     """The instances of one key, whose stars at either end only tell it from others of the same type."""
     name, place = key.strip("*"), section.entries[key].key
-    meaning = catalogue().misnamed.get(name, name)
-    if name not in part_types() or part_types()[name].kind != reading.kind:
+    known = {one: part for one, part in part_types().items() if part.kind == reading.kind}
+    part = known.get(catalogue().misnamed.get(name, name))
+    if name not in known:
         reading.wrong(place, (key,), _unknown_type(name, reading.kind))
-    if meaning not in part_types() or part_types()[meaning].kind != reading.kind:
+    if part is None:
         return
     if name != key:
         reading.stop(place, (key,), "a key with '*'")
     for loc, value, where in _instances(reading, section, key):
         if isinstance(value, Section):
-            _read_instance(reading, part_types()[meaning], value, loc)
+            _read_instance(reading, part, value, loc)
         else:
-            message = f"expected parameters, got {shown(value)}"
             hint = "; {} takes every default" if value is None else ""
-            reading.wrong(where, loc, message + hint)
+            reading.wrong(where, loc, f"expected parameters, got {shown(value)}{hint}")
 
 
 def _instances(reading: _Reading, section: Section, key: str) -> Iterator[tuple[Loc, Any, Place]]:

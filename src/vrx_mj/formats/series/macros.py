@@ -1,20 +1,23 @@
 """The macros of VRX's worlds (vrx_gazebo/worlds/xacros, gazebo_classic), which are a xacro file of ours."""
 
 import functools
+import json
 import re
 import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from vrx_mj.config.search import SCHEME
 from vrx_mj.config.tree import File, Place
+from vrx_mj.config.values import switched
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning
 from vrx_mj.formats.gazebo.document import Element, parsed
 from vrx_mj.formats.series.calls import BLOCK, Call
-from vrx_mj.formats.urdf.elements import LARGEST
+from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.formats.urdf.expand import MACROS
 from vrx_mj.formats.urdf.xml_document import read_text
 
@@ -24,23 +27,8 @@ PLACES = {f"{name}{end}" for name in ("sydneyregatta", "sandisland", "marina") f
 """Macros that make a place."""
 PARTS = {"ocean_waves": "sea", "usv_wind_gazebo": "wind", "scene_macro": "scene", "insert_model": "objects"}
 """What other macros make; of those that are not here it is the task."""
-OPTIONAL = {"wind_objs": "wind_obj", "wp_markers": "markers", "gates": "gate", "fog": "fog", "ambient": ""}
-"""Blocks that a call may leave out, and the elements in each."""
-NEEDED = {
-    "waypoints": "waypoint", "model_includes": "include", "object_sequence": "object", "animal_includes": "include",
-    "animal_buoys": "buoy",
-}  # fmt: skip
-"""Blocks that a call has, and the elements in each."""
-ELEMENTS = {
-    "wind_obj": ["name", "link_name", "coeff_vector"], "markers": ["scaling", "height", "material", "initial_id"],
-    "gate": ["left_marker", "right_marker"], "fog": ["type", "color", "start", "end", "density"],
-    "waypoint": ["pose"], "include": ["name", "uri", "pose", "plugin"],
-    "object": ["time", "duration", "type", "name", "pose"], "buoy": ["model_name", "link_name", "name", "goal"],
-}  # fmt: skip
-"""What is in each element of a block."""
-SWITCHES = {"true": True, "1": True, "yes": True, "on": True, "false": False, "0": False, "no": False, "off": False}
-LONGEST = 40
-"""Characters of a number."""
+BLOCKS: Mapping[str, Mapping[str, Any]] = json.loads(Path(__file__).with_name("blocks.json").read_bytes())
+"""Blocks of macros: the `element` in each, what is `inside` of it, and whether a call `needs` the block."""
 Line = tuple[str, Place]
 """A line of a xacro file, and where the axes file says it."""
 _PARAMETER = re.compile(r"(\*\*)?(\w+)(?::=('[^']*'|\S+))?")
@@ -72,8 +60,8 @@ def macros() -> Mapping[str, Macro]:
 
 
 def _default(text: str) -> Any:
-    number = _number(text)
-    return REQUIRED if not text else SWITCHES.get(text, text.strip("'")) if number is None else number
+    number, switch = _number(text), truth(text)
+    return REQUIRED if not text else number if number is not None else text.strip("'") if switch is None else switch
 
 
 def lines_of(call: Call) -> list[Line]:
@@ -90,7 +78,7 @@ def lines_of(call: Call) -> list[Line]:
         if key not in known:
             raise call.fault(key, str(UnknownNameError(f"parameter of {call.macro}", key, known)))
     required = [key for key, value in macro.defaults.items() if value is REQUIRED]
-    for key in (*required, *(BLOCK + name for name in macro.blocks if name in NEEDED)):
+    for key in (*required, *(BLOCK + name for name in macro.blocks if BLOCKS[name]["needs"])):
         if key not in call.parameters:
             raise call.fault(None, f"{call.macro} needs the parameter {key!r}")
     given = ((key, _text(call, key, value)) for key, value in macro.defaults.items() if key in call.parameters)
@@ -103,7 +91,7 @@ def _text(call: Call, key: str, default: object) -> str:
     """The argument of a parameter: of the kind of its default."""
     value = call.parameters[key]
     if isinstance(default, bool):
-        switch = value if isinstance(value, bool) else SWITCHES.get(str(value).strip().lower())
+        switch = truth(str(switched(str(value).strip())))
         if switch is None:
             raise call.fault(key, f"expected true or false, got {shown(value)}")
         return str(switch).lower()
@@ -123,13 +111,9 @@ def _literal(text: str) -> str:
     return _DOLLARS.sub(r"$\g<0>", text)
 
 
-def _number(value: object) -> float | int | None:
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return value if abs(value) <= LARGEST else None
-    if not isinstance(value, str) or len(value) > LONGEST:
-        return None
+def _number(value: object) -> float | None:
     try:
-        return float(value)
+        return numbers_of(str(value), "value")[0]
     except ValueError:
         return None
 
@@ -162,7 +146,7 @@ def _parsed(text: str, name: str) -> Element:
 
 def _odd_elements(block: str, element: Element) -> Iterator[str]:
     """What is wrong with the elements of a block."""
-    name = (OPTIONAL | NEEDED)[block]
+    name, known = BLOCKS[block]["element"], BLOCKS[block]["inside"]
     if name and element.own_text and not element.children:
         yield f"expected elements <{name}>, got {shown(element.own_text)}"
     whole = block == name and element.child(name) is None  # of a fog the block may have what is in it
@@ -170,5 +154,5 @@ def _odd_elements(block: str, element: Element) -> Iterator[str]:
         if name and child.tag != name:
             yield str(UnknownNameError("element of this block", child.tag, [name]))
         for inner in child.children if name else ():
-            if inner.tag not in ELEMENTS[name]:
-                yield str(UnknownNameError(f"element of <{name}>", inner.tag, ELEMENTS[name]))
+            if inner.tag not in known:
+                yield str(UnknownNameError(f"element of <{name}>", inner.tag, known))

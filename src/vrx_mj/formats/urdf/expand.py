@@ -4,13 +4,14 @@ A xacro file is a program: its expressions are Python. `expansion` runs it; here
 are one `ConfigError` with the file, line and element.
 """
 
+import os
 import re
 import warnings
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from vrx_mj.config.search import display, is_built_in
+from vrx_mj.config.search import MISSING, display, is_built_in
 from vrx_mj.config.tree import Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning, first_lines, first_names
 from vrx_mj.foreign import ReaderError, ask
@@ -26,6 +27,8 @@ _MOST_PACKAGES = 100
 _MACRO = re.compile(r"<xacro:macro\s[^<>]{0,500}?\bname\s*=\s*[\"']([^\"'<>]{1,100})[\"']")
 MACROS = root() / "assets" / "robots" / "wamv" / "vrx_gazebo" / "worlds" / "xacros" / "include_all_xacros.xacro"
 """The macros of VRX's worlds."""
+LEFT_OUT = "/missing:/"
+"""Beginning of a path in a package that is missing, where such are ignored."""
 _FOUND = re.compile(r"\$\(find ([\w.-]{1,200})\)")
 
 
@@ -43,6 +46,8 @@ class Expanded:
     declared: tuple[str, ...] = ()
     """Arguments that the files declare."""
     warnings: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
+    """What packages that are missing would have, each with its place, where such are ignored."""
     missing: str | None = None
     """A package that the files name, and whose folder is needed: there is nothing else then."""
 
@@ -67,7 +72,8 @@ def expand(
 
     `arguments` are the file's `$(arg NAME)`, of which it or the files in it must declare those that are `needed`.
     `$(find NAME)` looks in `packages`, in `package_paths` and beside the file; without `packages`, our own come last,
-    and in our own files, whoever includes them, first. A file may read only what lies there or in its own folder. Our
+    and in our own files, whoever includes them, first. Where missing packages are ignored, what files include from one
+    and the macros that are unknown then are left out. A file may read only what lies there or in its own folder. Our
     own macros of worlds stand for those of `libraries`, packages of VRX. Warnings of xacro come as one VrxWarning.
     Raises ConfigError, or UnknownNameError for an argument.
     """
@@ -153,9 +159,9 @@ def _expanded(
         folder = files.package(name) if name else None
         if name is None:
             return made
-        if folder is None:
+        if folder is None and os.environ.get(MISSING) != "ignore":
             break
-        found[name] = str(folder)
+        found[name] = str(folder or f"{LEFT_OUT}{name}")
     return made_with(files.known())
 
 
@@ -168,7 +174,8 @@ def _made(file: Path, *told: object, reads: Sequence[Path]) -> Expanded:
 
 
 def _warn(file: Path, made: Expanded) -> None:
-    """One warning of all that xacro warns of."""
-    if made.warnings:
-        text = "\n".join([f"{display(file)}: xacro warns", *first_lines(made.warnings, _SHOWN_WARNINGS)])
-        warnings.warn(text, VrxWarning, stacklevel=3)
+    """One warning of all that xacro warns of, and one of what is left out."""
+    for what, lines in (("xacro warns", made.warnings), ("not read, as packages are missing", made.left_out)):
+        if lines:
+            text = "\n".join([f"{display(file)}: {what}", *first_lines(lines, _SHOWN_WARNINGS)])
+            warnings.warn(text, VrxWarning, stacklevel=3)

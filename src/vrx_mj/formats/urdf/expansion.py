@@ -22,7 +22,7 @@ from xacro import substitution_args
 from vrx_mj.config.search import ReadingError, display, near_names, read_limited
 from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, nearest
-from vrx_mj.formats.urdf.expand import Expanded
+from vrx_mj.formats.urdf.expand import LEFT_OUT, Expanded
 from vrx_mj.formats.urdf.expressions import Result
 from vrx_mj.formats.urdf.xacro_files import OUTSIDE
 from vrx_mj.formats.urdf.xml_document import MAX_BYTES, Table, decoded, markup, parse_xml, table_of
@@ -208,6 +208,7 @@ class _Expansion:
         self.calls: list[Place] = []
         """Where the macros being expanded are called."""
         self.warnings: dict[str, None] = {}
+        self.left_out: dict[str, None] = {}
         self.include, self.call = xacro.process_include, xacro.handle_macro_call
         package: Any = xacro
         package.parse, package.open = self._parse, self._open
@@ -245,9 +246,16 @@ class _Expansion:
         spots = tuple((files[place.file], place.line or 1, place.column or 1) for place in places)
         paths = tuple(str((file.folder or Path()) / Path(file.name).name) for file in files)
         table = Table(tuple((row[0], *spot, *row[4:]) for row, spot in zip(rows, spots, strict=True)) if rows else ())
-        return Expanded(text, paths, spots, table, tuple(self.arguments.declared), tuple(self.warnings))
+        return Expanded(
+            text, paths, spots, table, tuple(self.arguments.declared), tuple(self.warnings), tuple(self.left_out)
+        )
 
     def _parse(self, _: object, filename: str) -> Any:
+        if filename.startswith(LEFT_OUT):
+            self.left_out.setdefault(
+                f"{_where()}no package named '{filename.removeprefix(LEFT_OUT).partition('/')[0]}'"
+            )
+            return parse_xml("<robot/>", filename, partial(_Dom, File(filename, None)), strict=True).document
         try:
             given = self.text.encode() if filename == self.file else b""
             data = given or read_limited(Path(filename), MAX_BYTES)
@@ -311,16 +319,26 @@ class _Expansion:
         self.calls.append(place_of(node))
         try:
             return bool(self.call(node, macros, symbols))
+        except xacro.XacroException as error:
+            if not self.left_out or str(error) != f"unknown macro name: {node.tagName}":
+                raise
+            self.left_out.setdefault(f"{_where()}no macro named '{node.tagName.removeprefix('xacro:')}'")
+            xacro.replace_node(node, by=None)
+            return True
         finally:
             self.calls.pop()
 
     def _warn(self, *words: object, **_: object) -> None:
-        frame: FrameType | None = sys._getframe(1)
-        while frame is not None and _element(frame) is None:
-            frame = frame.f_back
-        place = place_of(_element(frame)) if frame is not None else None
-        where = f"{place.file.name}:{place.line}: " if place else ""
-        self.warnings.setdefault(where + " ".join(map(str, words)))
+        self.warnings.setdefault(_where() + " ".join(map(str, words)))
+
+
+def _where() -> str:
+    """File and line of the element that the package is at."""
+    frame: FrameType | None = sys._getframe(1)
+    while frame is not None and _element(frame) is None:
+        frame = frame.f_back
+    place = place_of(_element(frame)) if frame is not None else None
+    return f"{place.file.name}:{place.line}: " if place else ""
 
 
 def _symbols() -> Any:
@@ -376,9 +394,9 @@ def _problem(error: Exception, cause: BaseException, made: _Expansion, known: Se
     trail = _Trail(error, display(Path(made.macros)))
     if isinstance(cause, UnknownPackageError):
         words = UnknownNameError("package", str(cause), known or ())
-        message = f"{words} (or add its folder to the package paths)"
+        message = f"{words} (or add its folder to the package paths, or --missing ignore)"
     else:
-        message = _message(cause, trail) + _beside(cause)
+        message = "; not read: ".join([_message(cause, trail) + _beside(cause), *made.left_out])
     if trail.expression:
         message = f"{trail.expression[:_LONGEST]}: {message}"
     if trail.place is None:

@@ -86,7 +86,7 @@ def test_the_home_of_a_user_that_does_not_exist_is_no_folder(monkeypatch):
     monkeypatch.setenv("HOME", "/home/somebody")
     launch = launch_of("vrx.launch", {"world": "~nobody-here/bay.world", "urdf": "~/boat.urdf"})
     assert launch.world == Path("~nobody-here/bay.world")
-    assert launch.boats[0].robot == Path("/home/somebody/boat.urdf")
+    assert launch.boats[0].model == Path("/home/somebody/boat.urdf")
 
 
 def test_boats_of_one_launch_file_keep_their_own_names_places_and_thrusters():
@@ -99,7 +99,7 @@ def test_boats_of_one_launch_file_keep_their_own_names_places_and_thrusters():
 
 def test_one_boat_is_described_by_vrx():
     (found,) = launched(boat("defender_a", x=-520)).boats
-    assert (found.name, found.robot, found.pose) == ("defender_a", "wamv", (-520.0, 2.0, 0.1, 0.0, 0.0, -1.5))
+    assert (found.name, found.model, found.pose) == ("defender_a", "wamv", (-520.0, 2.0, 0.1, 0.0, 0.0, -1.5))
 
 
 @pytest.mark.parametrize("count", [2, 3])
@@ -150,7 +150,25 @@ def test_a_node_takes_its_parameter_from_its_own_namespace(ns, param):
         Path(f"{name}.urdf").write_text("<robot name='boat'/>", encoding="utf-8")
     node = f'<node type="spawn_model" name="s" ns="{ns}" args="-param {param} -model cat"/>'
     (found,) = launched(texts + node).boats
-    assert found.robot.name == "x.urdf"
+    assert found.model.name == "x.urdf"
+
+
+@pytest.mark.parametrize(
+    ("kind", "more"),
+    [
+        ("spawn_model", "-urdf -file boat.urdf -model cat -J post -0.5 -wait dock -unpause __log:=/tmp/x"),
+        ("spawn_wamv.bash", "--urdf boat.urdf --model cat"),
+    ],
+)
+def test_options_are_those_of_the_programs(kind, more):
+    Path("boat.urdf").write_text("<robot name='boat'/>", encoding="utf-8")
+    (found,) = launched(f'<node type="{kind}" name="s" args="-x -3 {more}"/>').boats
+    assert (found.name, found.pose[0], found.model.name) == ("cat", -3.0, "boat.urdf")
+
+
+def test_an_unknown_option_is_an_error():
+    with pytest.raises(ConfigError, match=r"no option of spawn_model named '-modle'; did you mean '-model'\?"):
+        launched('<node type="spawn_model" name="s" args="-modle cat"/>')
 
 
 def test_arguments_of_a_group_are_its_own():
@@ -252,7 +270,7 @@ def test_a_description_of_ones_own(how, tmp_path):
     source = "-file $(dirname)/boat.urdf" if how == "-file" else "-param robot_description"
     node = f'<node pkg="gazebo_ros" type="spawn_model" name="s" args="-urdf {source} -model boat"/>'
     (found,) = launched(param + node).boats
-    assert found.robot == (tmp_path / "boat.urdf").resolve()
+    assert found.model == (tmp_path / "boat.urdf").resolve()
 
 
 def test_what_is_no_simulation_is_ignored():

@@ -217,14 +217,15 @@ def test_what_is_imported_compiles_and_sails_alike():
     buoy = node("-database mb_marker_buoy_red -model b -y 5")
     write(node("-sdf -file crate/model.sdf -model a -x 3 -z 1 -Y 1"), buoy)
     made = import_files(Path("bay.launch"))
-    assert made.sails == [("bay_world.yaml", None)]
+    assert made.sails == [("bay_world.yaml", "none")]
     for path, text in made.texts.items():
         file = Path("out") / path
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text, encoding="utf-8")
     ends = []
-    for source in ("bay.launch", "out/bay_world.yaml"):
-        simulation = Simulation(compile_world(source))
+    for source, fleet in (("bay.launch", None), ("out/bay_world.yaml", "none")):
+        simulation = Simulation(compile_world(source, fleet=fleet))
+        assert simulation.world.boats == ()
         simulation.reset(seed=3)
         simulation.step({}, duration=2.0)
         ends.append(simulation.data.qpos.tobytes())

@@ -192,7 +192,7 @@ def test_packages_of_the_workspace_are_found_from_a_launch_file(given):
     write_workspace(Path("ws"))
     launch = launch_of(given, {})
     robot = Path("ws/src/team_description/urdf/team_boat.urdf.xacro").resolve()
-    assert launch.boats[0].robot == robot
+    assert launch.boats[0].model == robot
     assert launch.included == (Path("ws/src/team_control/launch/follow.launch").resolve(),)
 
 

@@ -37,6 +37,11 @@ def test_every_argument_of_every_launch_file_is_taken(name, package, file):
     assert name in stock_launch(file, package).arguments
 
 
+def test_a_launch_file_without_boats_opens_its_world_without():
+    assert opened("ocean_world.launch", None, {}) == ("ocean", "none")
+    assert opened("ocean_world.launch", "trio", {}) == ("ocean", "trio")
+
+
 @pytest.mark.parametrize("launch", sorted(STOCK_LAUNCHES))
 def test_arguments_as_they_are_by_default_lose_nothing(launch):
     usual = {"gui": "true", "verbose": "True", "paused": "false", "joy": "0", "non_competition_mode": "1"}

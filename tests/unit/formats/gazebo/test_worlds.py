@@ -588,5 +588,5 @@ def test_models_of_a_world_are_parsed_by_one_question(monkeypatch):
 
 def test_too_many_notes_on_a_world_are_refused(monkeypatch):
     monkeypatch.setitem(asking.TOGETHER, reader.NOTES, 20)
-    with budget(), pytest.raises(VrxError, match="the files of this command come to more than 20 notes"):
+    with budget(), pytest.raises(VrxError, match="the files of this command come to more than 20 notes and elements"):
         said("<include><uri>model://nothing</uri></include>" * 30)

@@ -348,8 +348,44 @@ def test_ros_is_not_asked_for_packages(tmp_path, monkeypatch):
         found(Path(), packages={"wamv": boat})
     assert str(caught.value) == (
         "boat.urdf.xacro:2:26: <xacro:include>: $(find pkg): no package named 'pkg'; known: wamv "
-        "(or add its folder to the package paths)"
+        "(or add its folder to the package paths, or --missing ignore)"
     )
+
+
+LIDAR = '<xacro:include filename="$(find lidar)/urdf/lidar.xacro"/>'
+
+
+@pytest.mark.parametrize("include", [LIDAR, LIDAR.replace("$(find lidar)", "${xacro.arg('place')}")])
+def test_missing_packages_may_be_ignored(folder, monkeypatch, include):
+    monkeypatch.setenv("VRX_MJ_MISSING", "ignore")
+    monkeypatch.chdir(folder)
+    body = (
+        f'<xacro:arg name="place" default="$(find lidar)"/>{include}<xacro:lidar at="0"><origin/></xacro:lidar><link/>'
+    )
+    with pytest.warns(VrxWarning) as told:
+        text = expand(write(Path(), body))
+    assert "lidar" not in text
+    assert "<link/>" in text
+    assert str(told[0].message).splitlines() == [
+        "boat.urdf.xacro: not read, as packages are missing",
+        "boat.urdf.xacro:2: no package named 'lidar'",
+        "boat.urdf.xacro:2: no macro named 'lidar'",
+    ]
+
+
+def test_what_needs_a_value_of_a_missing_package_says_what_was_not_read(folder, monkeypatch):
+    monkeypatch.setenv("VRX_MJ_MISSING", "ignore")
+    monkeypatch.chdir(folder)
+    with pytest.raises(ConfigError) as caught:
+        expand(write(Path(), f'{LIDAR}<link name="${{lidar_mass}}"/>'))
+    said = "name 'lidar_mass' is not defined; not read: boat.urdf.xacro:2: no package named 'lidar'"
+    assert str(caught.value).endswith(said)
+
+
+def test_without_a_missing_package_an_unknown_macro_is_an_error(folder, monkeypatch):
+    monkeypatch.setenv("VRX_MJ_MISSING", "ignore")
+    with pytest.raises(ConfigError, match="unknown macro name: xacro:lidar"):
+        expand(write(folder, "<xacro:lidar/>"))
 
 
 def test_own_packages_are_the_robots_with_a_package_file():
