@@ -120,12 +120,12 @@ def _checked_root(links: Mapping[str, Link], joints: Mapping[str, Joint], root: 
 def check_masses(links: Mapping[str, Link], around: Surroundings, root: Node) -> None:
     """A robot has a mass; the inertia of a link that is no small part of it can exist."""
     inertials = [link.inertial for link in links.values() if link.inertial]
-    total, moment = sum(one.mass for one in inertials), sum(max(one.tensor[:3]) for one in inertials)
+    total, moment = sum(one.mass for one in inertials), sum(max(map(abs, one.tensor)) for one in inertials)
     if links and total == 0 and not around.findings.problems:
         root.fault("no link has a mass", root.tag)
     for node, name, far, words in around.impossible:
         inertial = links[name].inertial
-        if far and inertial and (inertial.mass > LIGHT * total or max(inertial.tensor[:3]) > SLENDER * moment):
+        if far and inertial and (inertial.mass > LIGHT * total or max(map(abs, inertial.tensor)) > SLENDER * moment):
             node.fault(f"impossible moments of inertia: about the principal axes they are {words}")
         else:
             around.findings.note("inertia", name)
