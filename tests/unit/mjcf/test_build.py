@@ -281,13 +281,13 @@ SINGLE = '<link name="base_link"><inertial><mass value="{}"/><inertia ixx="{}" i
 @pytest.mark.parametrize(
     ("mass", "moment", "says"),
     [
-        ("5e-324", 1, "no link has a mass of 1e-12 kg or more"),
+        ("5e-324", 1, ": no link has a mass of 1e-12 kg or more"),
         (2, 0, " has moments of inertia of 0, 1, 1 kg m2; each must be at least 1e-12"),
     ],
 )
 def test_a_robot_without_the_mass_or_inertia_of_a_body_is_refused_by_its_file(folder, mass, moment, says):
     write(folder, boat_urdf=robot(WATER, hull=SINGLE.format(mass, moment)))
-    with warnings.catch_warnings(action="ignore"), pytest.raises(CompileError, match=f"robot boat.urdf:?{says}"):
+    with warnings.catch_warnings(action="ignore"), pytest.raises(CompileError, match=f"robot boat.urdf{says}"):
         vrx_mj.compile_world("ocean", fleet="boat.urdf")
 
 
