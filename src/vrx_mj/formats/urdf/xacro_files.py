@@ -11,12 +11,13 @@ from vrx_mj.config.search import (
     display,
     enclosing_packages,
     is_built_in,
+    near_names,
     package_above,
     package_name,
     packages_named,
     workspace_packages,
 )
-from vrx_mj.errors import VrxError, nearest, shortened
+from vrx_mj.errors import VrxError
 from vrx_mj.resources import root
 
 OUTSIDE = f"it is neither in the folder of the first file nor in a package; {ALLOW}"
@@ -55,7 +56,7 @@ class Files:
 
     def package(self, name: str) -> Path | None:
         """The folder of a package, which may be read from then on; None: there is none of this name."""
-        if not _is_name(name):
+        if not re.fullmatch(r"\w[\w.-]{0,199}", name):
             return None
         found = packages_named(name, self.folder, (self.packages,), self.paths)
         folder = next((each for each in found if each.is_dir() and not is_built_in(each)), None)
@@ -70,35 +71,15 @@ class Files:
             found = Path(path).resolve()
         except (OSError, ValueError, RuntimeError):
             raise VrxError(f"'{path[:200]}' is not a path") from None
+        shown = display(Path(path))[:200]
         if not any(found.is_relative_to(folder) for folder in self.roots):
-            raise VrxError(f"may not read '{_shown(path)}': {OUTSIDE}")
-        if not os.path.isfile(found):  # noqa: PTH113 - Path.is_file raises an OSError for a name that is too long
-            raise VrxError(_missing(path))
-        return found
+            raise VrxError(f"may not read '{shown}': {OUTSIDE}")
+        if os.path.isfile(found):  # noqa: PTH113 - Path.is_file raises an OSError for a name that is too long
+            return found
+        there = os.path.lexists(path)
+        raise VrxError(f"'{shown}' is not a file" if there else f"no file '{shown}'{near_names(Path(path))}")
 
     def known(self) -> list[str]:
         """Names of packages that can be found."""
         beside = {folder.name for path in self.paths if path.is_dir() for folder in path.iterdir() if folder.is_dir()}
         return sorted({*self.packages, *beside, *workspace_packages(self.folder), *self.spare})
-
-
-def _is_name(name: str) -> bool:
-    return re.fullmatch(r"\w[\w.-]{0,199}", name) is not None
-
-
-def _missing(path: str) -> str:
-    if os.path.lexists(path):
-        return f"'{_shown(path)}' is not a file"
-    folder = Path(path).parent
-    try:
-        names = [entry.name for entry in folder.iterdir()][:1000]
-    except (OSError, ValueError):
-        return f"no file '{_shown(path)}': no such folder {display(folder)}"
-    close = nearest(Path(path).name, names)
-    return f"no file '{shortened(Path(path).name)}' in {display(folder)}" + (
-        f"; did you mean '{close}'?" if close else ""
-    )
-
-
-def _shown(path: str) -> str:
-    return display(Path(path))[:200]
