@@ -138,14 +138,14 @@ def _expanded(
         map(is_built_in, file.resolve().parents)
     )
     first = ours if of_ours else packages or {}
-    files = Files(file, first, paths, spare=ours)
+    files = Files(file, dict(first), paths, spare=ours)
     names = _FOUND.findall(read_bytes(file).decode("utf-8", errors="replace"))
     found = {name: str(folder) for name in names[:_MOST_PACKAGES] if (folder := files.package(name)) is not None}
     macros, own = [MACROS] if libraries else [], {name: str(folder) for name, folder in files.spare.items()}
 
     def made_with(known: Sequence[str] | None) -> Expanded:
         told = (given, found, own, sorted(libraries), *macros)
-        return _made(known, file.absolute(), *told, reads=[*files.roots, *macros])
+        return _made(known, file.absolute(), *told, reads=[*files.bases, *macros])
 
     for _ in range(_MOST_PACKAGES):
         made = made_with(None)
