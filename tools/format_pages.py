@@ -367,8 +367,7 @@ def gazebo_page() -> str:
     }
     text += "## Which are sensors\n\n| plugin or sensor | here | topic without one |\n|---|---|---|\n"
     for name, kind in kinds.items():
-        made = str(kind.config.model_fields["type"].default)
-        text += row((f"`{name}`", f"`{made}`", f"`{kind.instead.format(kind.own or 'NAME')}`"))
+        text += row((f"`{name}`", f"`{kind.type}`", f"`{kind.topic.format(kind.own or 'NAME')}`"))
     quiet = ", ".join(f"`{name}`" for name in sorted(gazebo.QUIET_PLUGINS))
     text += f"\n## Read without a word\n\n{quiet}\n\n## Not simulated\n\n| tag | warning |\n|---|---|\n"
     text += "".join(row((f"`{tag.path}`", words.format(tag.path))) for tag, words in NOT_DONE)

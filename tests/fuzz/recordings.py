@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from vrx_mj.errors import RecordError
 from vrx_mj.recording.packing import pack_rows, unpack_rows
 from vrx_mj.recording.parts import block_of
 from vrx_mj.recording.raw_file import FRAME, HEAD, MAGIC, VERSION
@@ -172,6 +173,10 @@ def flipped(cell: bytes, chance: random.Random) -> bytes:
 
 def mutated_rows(cell: bytes, chance: random.Random) -> bytes:
     """A block of rows with another shape, another number, or other bytes."""
+    try:
+        unpack_rows(cell)
+    except RecordError:  # changed before
+        return flipped(cell, chance)
     match chance.randrange(4):
         case 0:
             count, width = struct.unpack_from("<II", cell)

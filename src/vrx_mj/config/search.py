@@ -91,7 +91,7 @@ def near_names(file: Path) -> str:
             return f"; it is a link to '{shortened(file.readlink())}'"
         names = [entry.name for entry in sorted(file.parent.iterdir())[:MOST_NAMES]]
     except (OSError, ValueError):
-        return f"; there is no folder '{display(file.parent)}'" if file.parent != Path() else ""
+        return "" if file.parent.is_dir() else f"; there is no folder '{display(file.parent)}'"
     close = nearest(file.name, names) or next((name for name in names if Path(name).stem == file.name), None)
     return f"; did you mean '{display(file.with_name(close))}'?" if close else ""
 

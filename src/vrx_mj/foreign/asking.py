@@ -116,26 +116,19 @@ def spend(about: str, notes: int = 1) -> None:
 def _request(job: str, arguments: Sequence[object], reads: Iterable[Path | str] = ()) -> dict[str, Any]:
     module, _, function = job.partition(":")
     return {
-        "module": f"{PACKAGE}.{module}", "function": function, "arguments": _plain(arguments),
+        "module": f"{PACKAGE}.{module}", "function": function, "arguments": arguments,
         "reads": sorted({str(Path(each).absolute()) for each in reads}), "folder": str(Path.cwd()),
         "limits": {"memory": MEMORY, "seconds": SECONDS, "answer": ANSWER, "threads": 0},
     }  # fmt: skip
-
-
-def _plain(value: Any) -> Any:
-    """Arguments with texts for paths."""
-    if isinstance(value, Path):
-        return str(value)
-    if isinstance(value, dict):
-        return {key: _plain(each) for key, each in value.items()}
-    return [_plain(each) for each in value] if isinstance(value, list | tuple) else value
 
 
 def _key(request: dict[str, Any]) -> str:
     """Of all that an answer depends on but files; the current folder counts where paths are shown relative to it."""
     here = request["folder"]
     near = any(os.path.commonpath([here, each]) in {here, each} for each in request["reads"])
-    text = json.dumps([{**request, "folder": here if near else "", "limits": ""}, _versions()], sort_keys=True)
+    text = json.dumps(
+        [{**request, "folder": here if near else "", "limits": ""}, _versions()], sort_keys=True, default=os.fspath
+    )
     return hashlib.sha256(text.encode()).hexdigest()
 
 

@@ -9,7 +9,6 @@ import struct
 import sys
 from collections.abc import Mapping
 from collections.abc import Set as AbstractSet
-from enum import Enum
 from functools import lru_cache
 from pathlib import PurePath
 from typing import Any, TypeVar
@@ -29,32 +28,28 @@ def packed(value: object) -> bytes:
         TypeError: there is something else in it.
     """
     blobs: list[bytes] = []
-    text = json.dumps(_plain(value, blobs)).encode()
+    text = json.dumps(value, default=lambda other: _plain(other, blobs)).encode()
     return b"".join([LENGTH.pack(len(text)), text, *blobs])
 
 
 def _plain(value: Any, blobs: list[bytes]) -> Any:
-    if isinstance(value, Enum):
-        value = value.value
-    if value is None or isinstance(value, str | bool | int | float):
-        return value
-    if isinstance(value, Mapping):
-        return {str(key): _plain(each, blobs) for key, each in value.items()}
-    if isinstance(value, list | tuple | AbstractSet):
-        return [_plain(each, blobs) for each in value]
+    """What JSON does not know as what it knows."""
     if dataclasses.is_dataclass(value):
-        fields = dataclasses.fields(value)
-        return {field.name: _plain(getattr(value, field.name), blobs) for field in fields if field.init}
+        return {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.init}
     if hasattr(value, "model_fields_set"):
-        return {name: _plain(getattr(value, name), blobs) for name in sorted(value.model_fields_set)}
+        return {name: getattr(value, name) for name in sorted(value.model_fields_set)}
+    if isinstance(value, Mapping):
+        return dict(value)
+    if isinstance(value, AbstractSet):
+        return list(value)
+    if isinstance(value, PurePath):
+        return str(value)
     return _blob(value, blobs)
 
 
 def _blob(value: Any, blobs: list[bytes]) -> Any:
     """Bytes, or a number or an array of numpy's, which need not be imported."""
     numpy = sys.modules.get("numpy")
-    if isinstance(value, PurePath):
-        return str(value)
     if isinstance(value, bytes | bytearray | memoryview):
         return {BYTES: _place(bytes(value), blobs)}
     if numpy is not None and isinstance(value, numpy.generic):

@@ -68,7 +68,7 @@ class Reader:
         """
         with self._lock:
             try:
-                block = json.dumps(job).encode()
+                block = json.dumps(job, default=os.fspath).encode()
                 process = self._with_job(LENGTH.pack(len(block)) + block)
                 with self._watched(process, job["limits"]) as reasons:
                     pieces, status, seconds = received(process, job["limits"]["answer"], reasons)

@@ -89,7 +89,8 @@ def _described(order: Order, config: RobotConfig) -> tuple[Urdf, str]:
         return _sdf_boat(order, config)
     text, file = robot_urdf(config, order, arguments=_equipment(order, config)[0]), config.description_file
     known = isinstance(text, ExpandedText) or text == _plain_urdf(file)
-    label = display(file) if known else f"{display(file)} (expanded)"
+    parts = " and ".join(display(part) for part in (order.thrusters, order.components) if part)
+    label = display(file) if known else f"{display(file)} (expanded with {parts})"
     urdf = read_urdf(text, file, packages=own_packages(), package_paths=package_paths(), label=label)
     return urdf, _with_meshes(text, file)
 

@@ -16,7 +16,7 @@ from vrx_mj.config.loading import fault_text, problem_at
 from vrx_mj.config.readers import opener
 from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import WorldConfig, load_world
-from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError, VrxWarning
+from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError, VrxWarning, first_names
 from vrx_mj.exits import awaited
 from vrx_mj.foreign import budget
 from vrx_mj.frames import Pose
@@ -134,11 +134,16 @@ class _Assembly:
             try:
                 pieces.spec().compile()
             except ValueError as error:
-                raise CompileError(f"MuJoCo cannot compile the world {self.config.name}: {error}") from error
+                raise CompileError(f"MuJoCo cannot compile the {self._name()}: {error}") from error
         try:
             return joined_world(pieces, checked_parameters(self._parameters(seed)))
         except ValidationError as error:
-            raise CompileError(f"invalid world {self.config.name}: {fault_text(error)}") from None
+            raise CompileError(f"invalid {self._name()}: {fault_text(error)}") from None
+
+    def _name(self) -> str:
+        """The world with its robots: what is wrong with the whole may be in one of these."""
+        robots = first_names(dict.fromkeys(boat.robot for boat in self.boats), 4)
+        return f"world {self.config.name}" + (f" with {robots}" if robots else "")
 
     def _pieces(self) -> Pieces:
         config = self.config

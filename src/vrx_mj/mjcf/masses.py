@@ -73,6 +73,8 @@ def axis_inertia(part: MassProperties) -> float:
     return float(part.inertia[2, 2] + part.mass * (x * x + y * y))
 
 
+LEAST = 1e-12
+"""Mass [kg] and moment of inertia [kg m2] below which MuJoCo takes no body; its own limits are 1e-15 and 1e-14."""
 LIGHTEST = 1e-6
 """Least inertia [kg m2] that a servo is given to turn: a URDF may leave its engine's out."""
 NOTHING = rigid(LIGHTEST, (0.0, 0.0, 0.0), (LIGHTEST,) * 3)
@@ -97,29 +99,40 @@ def boat_mass(boat: Boat) -> MassProperties:
     """The whole boat with everything at zero, in its base link.
 
     Raises:
-        CompileError: nothing of it has a mass.
+        CompileError: nothing of it has a mass, or no body has its mass and moments of inertia.
     """
     turning = [
         posed(mass, thruster.pose) for thruster in boat.thrusters if (mass := turning_mass(thruster)) is not None
     ]
     parts = [*_masses(boat.parts), *turning]
     if not parts:
-        raise CompileError(f"robot {boat.name}: no link has a mass")
-    return joined(parts)
+        raise CompileError(f"robot {boat.name}: no link has a mass of {LEAST:g} kg or more")
+    return _checked(joined(parts), f"robot {boat.name}")
 
 
 def body_mass(boat: Boat, engines: Engines) -> MassProperties:
-    """What belongs to the MuJoCo body of the base link."""
+    """What belongs to the MuJoCo body of the base link. The same errors, of the engines that turn too."""
     if engines == "fixed":
         return boat_mass(boat)
+    for thruster in boat.thrusters:
+        _checked(turning_mass(thruster) or NOTHING, f"robot {boat.name}: what turns with '{thruster.name}'")
     parts = list(_masses(boat.parts))
     if not parts:
         raise CompileError(f"robot {boat.name}: only its engines have a mass; build it with engines: fixed")
-    return joined(parts)
+    return _checked(joined(parts), f"robot {boat.name} without its engines")
+
+
+def _checked(body: MassProperties, name: str) -> MassProperties:
+    """A body that MuJoCo takes."""
+    moments = np.linalg.eigvalsh(body.inertia).tolist()
+    if moments[0] < LEAST:
+        words = ", ".join(f"{moment:.3g}" for moment in moments)
+        raise CompileError(f"{name} has moments of inertia of {words} kg m2; each must be at least {LEAST:g}")
+    return body
 
 
 def _masses(parts: Iterable[Part]) -> Iterator[MassProperties]:
     for part in parts:
-        if part.inertial is not None and part.inertial.mass > 0:
+        if part.inertial is not None and part.inertial.mass >= LEAST:
             own = posed(rigid(part.inertial.mass, (0.0, 0.0, 0.0), part.inertial.tensor), part.inertial.pose)
             yield posed(own, part.pose)

@@ -12,7 +12,7 @@ from urdf_boats import BOX, joint, link, robot, thruster
 from vrx_mj.config.fleet import Order
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.search import PACKAGE_PATH
-from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.errors import CompileError, ConfigError, UnknownNameError, VrxError, VrxWarning
 from vrx_mj.formats.parts.generate import example_file, wamv_urdf
 from vrx_mj.mjcf.build import build_boat, robot_urdf
 from vrx_mj.model.world import tree_of
@@ -265,6 +265,30 @@ def test_a_robot_that_takes_no_files_says_so(folder):
     with pytest.raises(VrxError) as caught:
         build("boat.urdf", components=example_file("components"))
     assert str(caught.value) == ("robot boat.urdf takes no thruster or component file: its YAML sets no `vrx_parts`")
+
+
+def test_what_a_component_file_makes_wrong_names_that_file(folder):
+    """The post of a camera 65 km up has moments of inertia beyond all limits."""
+    text = example_file("components").read_text("utf-8").replace("z: 1.5", "z: 65536", 1)
+    (folder / "high.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"\(expanded with high.yaml\):\d+: link 'wamv/front_left_camera_post_link'"):
+        build("wamv", components=folder / "high.yaml")
+
+
+SINGLE = '<link name="base_link"><inertial><mass value="{}"/><inertia ixx="{}" iyy="1" izz="1"/></inertial></link>'
+
+
+@pytest.mark.parametrize(
+    ("mass", "moment", "says"),
+    [
+        ("5e-324", 1, ": no link has a mass of 1e-12 kg or more"),
+        (2, 0, " has moments of inertia of 0, 1, 1 kg m2; each must be at least 1e-12"),
+    ],
+)
+def test_a_robot_without_the_mass_or_inertia_of_a_body_is_refused_by_its_file(folder, mass, moment, says):
+    write(folder, boat_urdf=robot(WATER, hull=SINGLE.format(mass, moment)))
+    with warnings.catch_warnings(action="ignore"), pytest.raises(CompileError, match=f"robot boat.urdf{says}"):
+        vrx_mj.compile_world("ocean", fleet="boat.urdf")
 
 
 def test_a_users_own_xacro_is_furnished_itself_not_ours_in_its_place(folder):

@@ -7,10 +7,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from urdf_boats import assemble, joint, link, thruster
 from vrx_mj.config.dynamics import ThrusterConfig
 from vrx_mj.config.fleet import Order
+from vrx_mj.errors import CompileError
 from vrx_mj.mjcf.build import build_boat
-from vrx_mj.mjcf.masses import axis_inertia, joined, posed, rigid
+from vrx_mj.mjcf.masses import axis_inertia, body_mass, joined, posed, rigid
 from vrx_mj.mjcf.robots import station_rows, thruster_rows
 
 
@@ -33,6 +35,19 @@ def test_joined_bodies_turn_as_their_points_do():
     expected = sum(m * (arm @ arm * np.eye(3) - np.outer(arm, arm)) for m, arm in zip(masses, arms, strict=True))
     assert whole.inertia == pytest.approx(expected)
     assert axis_inertia(whole) == pytest.approx(sum(masses * (places[:, 0] ** 2 + places[:, 1] ** 2)))
+
+
+def test_what_turns_with_a_hinged_engine_has_the_inertia_of_a_body():
+    boat = assemble(
+        '<link name="engine"><inertial><mass value="1"/><inertia ixx="0" iyy="0" izz="0"/></inertial></link>',
+        joint("turn", "engine"),
+        link("left_propeller", mass=0),
+        joint("shaft", "left_propeller", "engine", kind="fixed"),
+        thruster("left", engine="turn"),
+    )
+    assert body_mass(boat, "fixed").mass == 101
+    with pytest.raises(CompileError, match="robot boat: what turns with 'left' has moments of inertia of 0, 0, 0 kg"):
+        body_mass(boat, "hinged")
 
 
 @pytest.mark.parametrize("count", [1, 2, 5])

@@ -100,7 +100,7 @@ def expanded_lines(lines: Sequence[tuple[str, Place]]) -> Table:
     source = lines[0][1].file
     file, text = (source.folder or Path()) / Path(source.name).name, "\n".join(line for line, _ in lines)
     try:
-        return _made(file, {}, {}, {}, [], [], MACROS, text, reads=[MACROS]).table
+        return _made([], file, {}, {}, {}, [], MACROS, text, reads=[MACROS]).table
     except ConfigError as error:
         places = ((problem, lines[(problem.line or 1) - 1][1]) for problem in error.problems)
         moved = [Problem(place.file.name, *place[1:], found.key, found.message) for found, place in places]
@@ -144,14 +144,14 @@ def _expanded(
         map(is_built_in, file.resolve().parents)
     )
     first = ours if of_ours else packages or {}
-    files = Files(file, first, paths, spare=ours)
+    files = Files(file, dict(first), paths, spare=ours)
     names = _FOUND.findall(read_bytes(file).decode("utf-8", errors="replace"))
     found = {name: str(folder) for name in names[:_MOST_PACKAGES] if (folder := files.package(name)) is not None}
     macros, own = [MACROS] if libraries else [], {name: str(folder) for name, folder in files.spare.items()}
 
     def made_with(known: Sequence[str] | None) -> Expanded:
-        told = (given, found, own, known, sorted(libraries), *macros)
-        return _made(file.absolute(), *told, reads=[*files.roots, *macros])
+        told = (given, found, own, sorted(libraries), *macros)
+        return _made(known, file.absolute(), *told, reads=[*files.bases, *macros])
 
     for _ in range(_MOST_PACKAGES):
         made = made_with(None)
@@ -165,10 +165,12 @@ def _expanded(
     return made_with(files.known())
 
 
-def _made(file: Path, *told: object, reads: Sequence[Path]) -> Expanded:
+def _made(known: Sequence[str] | None, file: Path, *told: object, reads: Sequence[Path]) -> Expanded:
     job, about = "formats.urdf.expansion:expanded", f"xacro {display(file)}"
     try:
-        return ask(job, file, *told, returns=Expanded, about=about, reads=reads, seconds=_SECONDS, answer=_ANSWER)
+        return ask(
+            job, known, file, *told, returns=Expanded, about=about, reads=reads, seconds=_SECONDS, answer=_ANSWER
+        )
     except ReaderError as error:
         raise ConfigError([Problem(display(file), None, None, "", error.reason)]) from None
 

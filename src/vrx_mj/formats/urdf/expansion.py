@@ -9,6 +9,7 @@ import os.path
 import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from types import FrameType
@@ -109,27 +110,16 @@ class UnknownPackageError(Exception):
     """A package whose folder was not given."""
 
 
-def expanded(
-    file: str,
-    arguments: Mapping[str, str],
-    packages: Mapping[str, str],
-    own: Mapping[str, str] | None = None,
-    known: Sequence[str] | None = None,
-    libraries: Sequence[str] = (),
-    macros: str = "",
-    text: str = "",
-) -> Expanded:
-    """Expand a xacro file, by its absolute path, with arguments and the folders of packages; `text` is what it holds.
+def expanded(known: Sequence[str] | None, *given: Any) -> Expanded:
+    """Expand a xacro file as `Expansion` has it, which `given` makes.
 
-    In a file in one of the folders of `own` packages, these are found first. Without `known`, names of all packages
-    that there are, one that is not found is no error yet. Macros of the file `macros` stand for those of `libraries`,
-    whose files may be missing. What macros of `macros` and of `own` packages make in other files has the place of its
-    call. It changes the package `xacro`: it is for a process of its own.
+    Without `known`, names of all packages that there are, one that is not found is no error yet. It changes the
+    package `xacro`: it is for a process of its own.
 
     Raises:
         ConfigError: the file cannot be expanded.
     """
-    return _Expansion(file, arguments, packages, own or {}, libraries, macros, text).result(known)
+    return Expansion(*given).result(known)
 
 
 def evaluated(texts: Sequence[tuple[str, Mapping[str, float]]]) -> tuple[Result, ...]:
@@ -185,42 +175,43 @@ class UnknownArgumentError(KeyError):
     """An argument by a name, and the names that there are."""
 
 
-class _Expansion:
+@dataclass
+class Expansion:
     """One expansion, which puts itself in the place of what the package reads, finds and prints with."""
 
-    def __init__(
-        self,
-        file: str,
-        arguments: Mapping[str, str],
-        packages: Mapping[str, str],
-        own: Mapping[str, str],
-        libraries: Sequence[str],
-        macros: str,
-        text: str,
-    ) -> None:
-        self.file = file
-        self.text = text
-        self.arguments = _Arguments(arguments)
-        self.packages = packages
-        self.own = own
-        self.libraries = libraries
-        self.macros = macros
-        self.calls: list[Place] = []
-        """Where the macros being expanded are called."""
-        self.warnings: dict[str, None] = {}
-        self.left_out: dict[str, None] = {}
+    file: str
+    """Absolute path."""
+    given: Mapping[str, str]
+    """Arguments by name."""
+    packages: Mapping[str, str]
+    """Folders of packages by name."""
+    own: Mapping[str, str] = field(default_factory=dict)
+    """Packages that are found first in a file in one of their folders."""
+    libraries: Sequence[str] = ()
+    """Packages whose macros those of `macros` stand for; their files may be missing."""
+    macros: str = ""
+    """Path of a file: what its macros, and those of `own` packages, make in other files has the place of its call."""
+    text: str = ""
+    """What `file` holds, where that is not to be read."""
+    calls: list[Place] = field(default_factory=list)
+    """Where the macros being expanded are called."""
+    warnings: dict[str, None] = field(default_factory=dict)
+    left_out: dict[str, None] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.arguments = _Arguments(self.given)
         self.include, self.call = xacro.process_include, xacro.handle_macro_call
         package: Any = xacro
         package.parse, package.open = self._parse, self._open
         package.warning = package.error = self._warn
         package.message = package.print_location = _nothing
-        package.root_dir = str(Path(file).parent)
+        package.root_dir = str(Path(self.file).parent)
         package.substitution_args_context = {"filename": ""}
         package._global_symbols = _symbols()
         package.handle_macro_call = self._call
-        if macros:
+        if self.macros:
             package.process_include = self._include
-        package.init_stacks(file)
+        package.init_stacks(self.file)
         inner: Any = substitution_args
         inner._eval_dirname = lambda _: str(Path(xacro.filestack[-1]).parent)
         inner._eval_find = inner._eval_dict["find"] = self._find
@@ -384,7 +375,7 @@ class InvalidNameError(Exception):
         self.element = element
 
 
-def _problem(error: Exception, cause: BaseException, made: _Expansion, known: Sequence[str] | None) -> Problem:
+def _problem(error: Exception, cause: BaseException, made: Expansion, known: Sequence[str] | None) -> Problem:
     """What stopped an expansion: the innermost error, where the files say what raised it."""
     if isinstance(cause, ConfigError):
         return cause.problems[0]

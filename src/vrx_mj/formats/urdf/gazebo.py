@@ -11,6 +11,7 @@ from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Tag, numbers_of
 from vrx_mj.formats.urdf.gazebo_sensors import (
     INSTRUMENTS,
+    TABLES,
     Scope,
     library,
     plugin_kind,
@@ -301,15 +302,7 @@ PLUGINS: Mapping[str, Callable[[Node, Robot], None]] = {
     "HydrodynamicsPlugin": lambda node, robot: robot.warn(node, TRIANGLES),
 }
 """What reads a plugin, by its kind."""
-QUIET_PLUGINS = frozenset({
-    "asv_sim2-sail-position-controller-system",
-    "gazebo_ros_joint_state_publisher",
-    "gz-sim-detachable-joint-system",
-    "gz-sim-joint-position-controller-system",
-    "gz-sim-joint-state-publisher-system",
-    "gz-sim-pose-publisher-system",
-    "usv_gazebo_joint_state_publisher",
-})  # fmt: skip
+QUIET_PLUGINS: frozenset[str] = frozenset(TABLES["quiet_plugins"])
 """Plugins that only publish what ROS has anyway, or that steer what thrusters steer here."""
 
 

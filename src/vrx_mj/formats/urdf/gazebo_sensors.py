@@ -1,22 +1,15 @@
 """Sensors in Gazebo's tags of a URDF: tables of their tags, and what reads them."""
 
+import json
 import math
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
-from typing import Any
+from pathlib import Path
+from typing import Any, get_args
 
 from vrx_mj.config.base import Config
-from vrx_mj.config.sensors import (
-    BallShooterConfig,
-    CameraConfig,
-    GpsConfig,
-    ImuConfig,
-    LidarConfig,
-    P3dConfig,
-    PingerConfig,
-)
+from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Rows, Tag
 from vrx_mj.formats.urdf.model import ZERO, Urdf, chained
@@ -136,8 +129,15 @@ class Scope:
 Values = dict[str, Any]
 STEPS = {"ball_shooter_plugin": 0.001, "BallShooterPlugin": 0.004}
 """Duration [s] of a physics step, for which VRX's launchers push a ball, by plugin."""
-HECTOR_GPS = {"position": "", "velocity": "velocity"}
-HECTOR_IMU = {"acceleration": "accel", "angular_velocity": "rate", "heading": "yaw", "tilt": "tilt"}
+HECTOR = {
+    "hector_gazebo_ros_gps": {"position": "", "velocity": "velocity"},
+    "hector_gazebo_ros_imu": {
+        "acceleration": "accel",
+        "angular_velocity": "rate",
+        "heading": "yaw",
+        "tilt": "tilt",
+    },
+}
 """What Hector's tags begin with, by the sensor's field."""
 Ignored = tuple[tuple[Tag, str], ...]
 """Tags that are not simulated, and what is said of them."""
@@ -146,50 +146,64 @@ LENS: Ignored = tuple(
     (Tag(f"distortion{key}"), "lens distortion is not simulated") for key in ("K1", "K2", "K3", "T1", "T2")
 )
 OFFSETS: Ignored = tuple((Tag(tag, (0.0, 0.0, 0.0), "m, rad"), "{} is ignored") for tag in _OFFSETS)
-
-
 LINK, TOPIC = "bodyName|robot_base_frame", "topicName|topic|odom_topic|cameraName"
 FRAME = "frameId|frameName|frame_id|odom_frame|projectile/frame"
 """Tags of what all plugins of sensors have, whoever makes them."""
 SENSOR_RATE = Tag("update_rate", 0.0, "Hz", low=0)
-PLUGIN_RATE = replace(SENSOR_RATE, path="updateRateHZ|updateRate")
-PINGER_RATE = replace(SENSOR_RATE, path="updateRate|update_rate", default=1.0)
-ODOMETRY_RATE = replace(SENSOR_RATE, path="odom_publish_frequency", default=50.0)
+PLUGIN_RATE: Mapping[str, Any] = {"path": "updateRateHZ|updateRate"}
+CONFIGS: Mapping[str, type[Config]] = {
+    config.model_fields["type"].default: config for config in get_args(get_args(SensorConfig)[0])
+}
+"""Configurations of sensors by their type."""
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of sensor: what all sensors have, as far as kinds differ in it, and what reads the rest."""
+    """A kind of sensor, as far as kinds differ in what all sensors have: a row of `plugins.json`."""
 
-    config: type[Config]
-    values: Callable[[Node, Node | None, Scope, str], Values]
-    """Reads what others have not, from its element, the plugin in it, and the link that it is on."""
-    instead: str
+    name: str
+    of: Sequence[str]
+    """Plugins that are such a sensor, or types of a `<sensor>`."""
+    type: str
+    topic: str
     """Topic where the file gives none; `{}` is the sensor's own name."""
-    ends: tuple[str, ...] = ()
+    fields: str = ""
+    """What is read besides, where that is no more than a table of `FIELDS`."""
+    ends: Sequence[str] = ()
     """Last parts of topics that are left out."""
     own: str = ""
     """The sensor's own name; empty: as its topic ends."""
     frame: str = ""
     """Frame of its readings where the file gives none; empty: the link."""
-    rate: Tag | None = PLUGIN_RATE
-    """None for what is not read."""
-    links: tuple[str, ...] = ()
+    rate: Mapping[str, Any] | None = field(default_factory=lambda: PLUGIN_RATE)
+    """How the tag of the rate differs from that of a `<sensor>`; None for what is not read."""
+    links: Sequence[str] = ()
     """Links that it is on where the file names none, by its own name and its frame; without any it has to name one."""
     by_link: bool = True
     """Whether it is called as its link is."""
-    ignored: Ignored = ()
-    plugins: tuple[str, ...] = ()
+    ignored: Sequence[str] = ()
+    """Those of `OFFSETS` that it has."""
+    plugins: Sequence[str] = ()
     """Those in a `<sensor>` that publish its readings."""
+    scans: Sequence[str] = ()
+    """Those of them that publish a planar scan."""
+
+
+TABLES: Mapping[str, Any] = json.loads((Path(__file__).parent / "plugins.json").read_bytes())
+INSTRUMENTS, SENSORS = (
+    {of: Kind(name, **row) for name, row in TABLES[key].items() for of in row["of"]}
+    for key in ("instruments", "sensors")
+)
+"""Plugins that are sensors, and Gazebo's own sensors by their type."""
 
 
 def _fields(node: Node | None, rows: Rows) -> Values:
     return node.fields(rows) if node else {name: tag.default for name, tag in rows.items()}
 
 
-def _hector(prefixes: Mapping[str, str], node: Node, *_: object) -> Values:
+def _hector(node: Node, *_: object) -> Values:
     found: Values = {}
-    for key, prefix in prefixes.items():
+    for key, prefix in HECTOR[plugin_kind(node)].items():
         found[key] = {}
         for name, tag in FIELDS["hector"].items():
             path = f"{prefix}{tag.path}" if prefix else f"{tag.path[0].lower()}{tag.path[1:]}"
@@ -213,45 +227,10 @@ def _shooter(node: Node, _: Node | None, scope: Scope, link: str) -> Values:
     return found | {"impulse": impulse, "muzzle": muzzle, "frame": scope.local(link)}
 
 
-def _noise_alone(node: Node, *_: object) -> Values:
-    return node.fields(FIELDS["noise"])
-
-
-_P3D = Kind(P3dConfig, _noise_alone, "sensors/position/{}", frame="map", by_link=False, ignored=OFFSETS)
-_PINGER = Kind(
-    PingerConfig, lambda node, *_: node.fields(FIELDS["pinger"]), "sensors/pingers/pinger", ("range_bearing",),
-    frame="pinger", rate=PINGER_RATE, links=("{own}", "{own}_link", "{frame}"),
-)  # fmt: skip
-"""A receiver, which the plugin does not tie to a link: it is on the one that its topic is named after."""
-_SHOOTER = Kind(
-    BallShooterConfig, _shooter, "shooters/ball_shooter", ("fire",),
-    rate=None, links=("{own}_launcher_link", "{frame}"), by_link=False,
-)  # fmt: skip
-"""A launcher, by its topic's name, because VRX's files give every one the frame of the boat `wamv`."""
-INSTRUMENTS = {
-    "hector_gazebo_ros_gps": Kind(GpsConfig, partial(_hector, HECTOR_GPS), "sensors/gps/gps", ("fix",), "gps"),
-    "hector_gazebo_ros_imu": Kind(
-        ImuConfig, partial(_hector, HECTOR_IMU), "sensors/imu/imu", ("data",), "imu", ignored=OFFSETS[:1]
-    ),
-    "gazebo_ros_imu": Kind(ImuConfig, _plain_imu, "sensors/imu/imu", ("data",), "imu"),
-    "gazebo_ros_p3d": _P3D,
-    "gz-sim-odometry-publisher-system": replace(
-        _P3D, own="ground_truth_odometry", frame="odom", rate=ODOMETRY_RATE, links=("{root}",), ignored=()
-    ),
-    "usv_gazebo_acoustic_pinger_plugin": _PINGER,
-    "usv_gazebo_pinger_plugin": _PINGER,
-    "acoustic_pinger_plugin": _PINGER,
-    "AcousticPingerPlugin": _PINGER,
-    "ball_shooter_plugin": _SHOOTER,
-    "BallShooterPlugin": _SHOOTER,
-}
-"""Plugins that are sensors."""
-
-
 def read_instrument(node: Node, scope: Scope) -> None:
     """A plugin that is a sensor."""
     kind = INSTRUMENTS[plugin_kind(node)]
-    instead = kind.instead.format(kind.own or (node.attribute("name") or "").removeprefix("p3d_plugin_"))
+    instead = kind.topic.format(kind.own or (node.attribute("name") or "").removeprefix("p3d_plugin_"))
     topic = scope.stem(node.text(TOPIC), kind.ends, instead)
     own, link = kind.own or topic.rpartition("/")[2], ""
     frame = scope.local(node.text(FRAME, kind.frame), hard_coded=bool(kind.links))
@@ -262,7 +241,7 @@ def read_instrument(node: Node, scope: Scope) -> None:
             scope.warn(node, f"no link named '{names[0]}' to launch from; the root link is used")
         link = link or scope.urdf.root
     link = link or scope.link(node, LINK)
-    scope.check(node, kind.ignored)
+    scope.check(node, [(tag, words) for tag, words in OFFSETS if tag.path in kind.ignored])
     _add(node, None, kind, scope, link, frame, topic, scope.name(node, link if kind.by_link else "", own))
 
 
@@ -270,18 +249,20 @@ def _add(
     node: Node, plugin: Node | None, kind: Kind, scope: Scope, link: str, frame: str, topic: str, name: str
 ) -> None:  # fmt: skip
     """Keeps a sensor, if its values are such as there are."""
-    own, rate = node.tag == "sensor", SENSOR_RATE if node.tag == "sensor" else kind.rate
+    own = node.tag == "sensor"
+    rate = SENSOR_RATE if own or kind.rate is None else replace(SENSOR_RATE, **kind.rate)
+    read = READERS.get(kind.name)
     values = {
-        "type": kind.config.model_fields["type"].default,
+        "type": kind.type,
         "name": name,
         "link": scope.local(link),
         "frame": scope.local(frame or link),
         "pose": scope.pose(link, node if own else None),
         "topic": topic,
-        **({"rate": scope.rate(node, rate)} if rate else {}),
-        **kind.values(node, plugin, scope, link),
+        **({"rate": scope.rate(node, rate)} if own or kind.rate else {}),
+        **(read(node, plugin, scope, link) if read else node.fields(FIELDS[kind.fields])),
     }
-    sensor = None if node.findings.problems else node.configured(kind.config, values)
+    sensor = None if node.findings.problems else node.configured(CONFIGS[kind.type], values)
     if sensor is not None:
         scope.sensors.append(sensor)
 
@@ -305,7 +286,7 @@ def _lidar(node: Node, plugin: Node | None, scope: Scope, _: str) -> Values:
         return {}
     found, reach = ray.fields(FIELDS["lidar"]) | _fields(plugin, FIELDS["lidar_plugin"]), ray.child("range")
     rings, low, high = found["rings"], found["lowest"], found["highest"]
-    scan = plugin_kind(plugin) in SCANS if plugin else rings == 1
+    scan = plugin_kind(plugin) in SENSORS["lidar"].scans if plugin else rings == 1
     if scan and rings > 1:
         scope.warn(node, f"a scan has one ring; the other {rings - 1} are ignored")
     near, far = max(found["near"], found["nearest"]), min(found["far"], found["farthest"])
@@ -361,21 +342,17 @@ def _noise(node: Node | None, scope: Scope) -> float:
     return node.value("stddev", 0.0, low=0)
 
 
-QUIET_SENSORS = ("contact", "force_torque")
-"""What VRX measures for its scores, or for nothing; contacts are found without them."""
-SCANS = ("gazebo_ros_laser", "gazebo_ros_gpu_laser", "gazebo_ros_head_hokuyo")
-POINTS = ("gazebo_ros_velodyne_laser", "gazebo_ros_velodyne_gpu_laser", "gazebo_ros_block_laser")
-_CAMERA = Kind(CameraConfig, _camera, "sensors/cameras/{}", ("image_raw",), plugins=("gazebo_ros_camera",))
-_LIDAR = Kind(LidarConfig, _lidar, "sensors/lidars/{}", ("points", "scan"), plugins=(*SCANS, *POINTS))
-_GPS = Kind(GpsConfig, _gps, "sensors/gps/gps", ("fix", "navsat"), plugins=("gazebo_ros_gps_sensor",))
-_IMU = Kind(ImuConfig, _imu, "sensors/imu/imu", ("data", "imu"), plugins=("gazebo_ros_imu_sensor",))
-SENSORS = (
-    dict.fromkeys(("camera", "rgbd_camera"), _CAMERA)
-    | dict.fromkeys(("ray", "gpu_ray", "lidar", "gpu_lidar"), _LIDAR)
-    | dict.fromkeys(("gps", "navsat"), _GPS)
-    | {"imu": _IMU}
-)
-"""Gazebo's own sensors by their type."""
+READERS: Mapping[str, Callable[[Node, Node | None, Scope, str], Values]] = {
+    "hector_gps": _hector,
+    "hector_imu": _hector,
+    "plain_imu": _plain_imu,
+    "ball_shooter": _shooter,
+    "camera": _camera,
+    "lidar": _lidar,
+    "gps": _gps,
+    "imu": _imu,
+}
+"""What reads of a sensor what others have not, from its element, the plugin in it, and the link that it is on."""
 
 
 def read_sensor(node: Node, link: str, scope: Scope, *, alone: bool = True) -> None:
@@ -385,7 +362,7 @@ def read_sensor(node: Node, link: str, scope: Scope, *, alone: bool = True) -> N
     """
     kind = SENSORS.get(node.attribute("type") or "")
     if kind is None:
-        if node.attribute("type") not in QUIET_SENSORS:
+        if node.attribute("type") not in TABLES["quiet_sensors"]:
             scope.warn(node, f"sensors of type '{node.attribute('type') or ''}' are not simulated")
         return
     plugin = next((one for one in node.children("plugin") if plugin_kind(one) in kind.plugins), None)
@@ -395,5 +372,5 @@ def read_sensor(node: Node, link: str, scope: Scope, *, alone: bool = True) -> N
     own = scope.local((node.attribute("name") or "").removesuffix("_sensor"))
     name = scope.name(node, link if alone else "", own)
     topic, frame = (plugin.text(TOPIC), plugin.text(FRAME)) if plugin else ("", node.text("frame_id"))
-    topic = scope.stem(topic or node.text("topic"), kind.ends, kind.instead.format(own or name))
+    topic = scope.stem(topic or node.text("topic"), kind.ends, kind.topic.format(own or name))
     _add(node, plugin, kind, scope, link, frame, topic, name)

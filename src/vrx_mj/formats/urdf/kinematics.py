@@ -1,6 +1,8 @@
-"""URDF in the process without rights, where yourdfpy follows its joints."""
+"""A URDF's text in the process without rights: every element checked; yourdfpy follows its joints."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -8,7 +10,10 @@ import yourdfpy
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.formats.urdf import rows
-from vrx_mj.formats.urdf.model import Place, Reading, Urdf
+from vrx_mj.formats.urdf.elements import Findings, Node
+from vrx_mj.formats.urdf.links import Surroundings, material_colors, read_joint, read_link
+from vrx_mj.formats.urdf.model import Link, LinkRow, Place, Urdf
+from vrx_mj.formats.urdf.tags import losses
 from vrx_mj.formats.urdf.xml_document import parse_robot
 from vrx_mj.frames import rotation
 
@@ -17,21 +22,38 @@ FIXED = "fixed"
 
 def reading(
     text: str, file: str, label: str, files: Sequence[str] = (), places: Sequence[tuple[int, int, int]] = ()
-) -> Reading:
-    """What a URDF's text says, without looking at any file. Raises ConfigError if it is no XML of a robot.
+) -> tuple[Urdf, tuple[LinkRow, ...], Findings]:
+    """The robot of a URDF's text, its links with meshes still to be found, and what is wrong and odd.
+
+    No file is looked at. Raises ConfigError if it is no XML of a robot.
 
     Its elements come from places in other files, by the number of a file, line and column, if these are given.
     """
-    root = parse_robot(text, label)
+    markup = parse_robot(text, label)
     element: Any
-    for element, (number, line, column) in zip(root.iter() if places else (), places, strict=True):
+    for element, (number, line, column) in zip(markup.iter() if places else (), places, strict=True):
         element.place = Place(files[number], line, column)
-    return rows.reading(root, file, label, turns)
+    findings = Findings(label)
+    root = Node(markup, "", findings)
+    around = Surroundings(findings, *material_colors(root))
+    shapes = {row.link.name: row for row in (read_link(node, around) for node in rows.named(root, "link"))}
+    links = {name: row.link for name, row in shapes.items()}
+    joints = {joint.name: joint for joint in (read_joint(node, links) for node in rows.named(root, "joint"))}
+    tags = [Node(tag, "gazebo", findings) for tag in markup.findall("gazebo")]
+    robot = rows.robot_of(root, Path(file), links, joints, around, tags, turns)
+    lost = losses(markup, "robot", "boat")
+    robot = replace(robot, remarks=tuple(f"{place}: {what}: {why}" for place, what, why in lost))
+    return robot, tuple(shapes.values()), findings
 
 
 def tree(text: str, label: str) -> Urdf:
     """What a URDF's text says about its joints. Raises ConfigError."""
-    return rows.tree(parse_robot(text, label), label, turns)
+    root = Node(parse_robot(text, label), "", Findings(label))
+    links = {node.name(): Link(node.name(), None, place=node.place) for node in root.children("link")}
+    joints = {joint.name: joint for joint in (read_joint(node, links) for node in root.children("joint"))}
+    top = rows.checked_root(links, joints, root)
+    root.findings.settle()
+    return rows.jointed(root, Path(label), links, joints, top, turns)
 
 
 def turns(links: Sequence[str], joints: Sequence[rows.Row]) -> dict[str, FloatArray]:

@@ -2,9 +2,9 @@
 
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from collections.abc import Callable, Iterable, Iterator, MutableMapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TypeVar
 from urllib.parse import unquote
@@ -13,22 +13,12 @@ from xml.sax.saxutils import quoteattr, unescape
 import numpy as np
 
 from vrx_mj.arrays import FloatArray, IntArray
-from vrx_mj.config.search import (
-    ALLOW,
-    ReadingError,
-    allowed_folders,
-    display,
-    enclosing_packages,
-    is_inside,
-    package_above,
-    packages_named,
-    read_limited,
-    workspace_packages,
-)
+from vrx_mj.config.search import ALLOW, ReadingError, display, is_inside, read_limited
 from vrx_mj.config.shapes import MESH_SUFFIXES
 from vrx_mj.config.wording import one_of, shown
 from vrx_mj.errors import VrxError, first_names, shortened
 from vrx_mj.foreign import ask
+from vrx_mj.formats.urdf.xacro_files import Files
 
 _PACKAGE = re.compile(r"(package|model)://([^/]*)/(.*)", re.DOTALL)
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
@@ -42,29 +32,26 @@ class MissingMeshError(VrxError):
     """A mesh file that is not there, or where nothing may be read."""
 
 
-@dataclass(frozen=True)
-class MeshFiles:
-    """The folders in which meshes may lie."""
+class MeshFiles(Files):
+    """The folders in which meshes of a robot may lie: in those of ROS packages by name, or of folders that hold them.
 
-    folder: Path
-    """Folder of the URDF."""
-    packages: Mapping[str, Path] = field(default_factory=dict)
-    """Folders of ROS packages, by name."""
-    package_paths: Sequence[Path] = ()
-    """Folders that are packages, or hold them."""
+    What the robot's file lies in comes before these.
+    """
 
-    @cached_property
-    def _around(self) -> dict[str, Path]:
-        """The package that the URDF lies in."""
-        return enclosing_packages(self.folder.absolute())
+    def __init__(
+        self, folder: Path, packages: MutableMapping[str, Path] | None = None, package_paths: Iterable[Path] = ()
+    ) -> None:
+        super().__init__(folder / "robot", {} if packages is None else packages, package_paths)
+        self.order = (self.around, self.packages)
 
     def find(self, name: str) -> tuple[Path, str]:
         """The folder and the path inside it of a mesh, from a `filename`."""
         text = unquote(name)
         if "\\" in text or "\0" in text or PureWindowsPath(text).drive:
             raise VrxError(f"expected a path with '/' in it, got {shown(name)}")
-        outside, bases = False, self._bases(text)
-        for file in self._candidates(text):
+        package, outside = _PACKAGE.fullmatch(text), False
+        bases = [*(self.near(package[2]) if package else ()), *self.bases]
+        for file in self._candidates(text, package):
             base = next((base for base in bases if is_inside(file, base)), None)
             if base is not None and _is_file(file):
                 return base, _inside(file, base)
@@ -72,40 +59,26 @@ class MeshFiles:
         if outside:
             where = f"outside the folders that may be read: {self._shown_bases()}"
             raise MissingMeshError(f"{shown(name)} is {where}; {ALLOW}")
-        raise MissingMeshError(f"no file {shown(name)}; {self._advice(text)}")
+        if package and not any(folder.is_dir() for folder in self.named(package[2])):
+            where = f"no package named {shown(package[2])}: give the folder that contains it as package path"
+        else:
+            where = f"looked in {self._shown_bases()}"
+        raise MissingMeshError(f"no file {shown(name)}; {where}")
 
-    def _candidates(self, text: str) -> Iterator[Path]:
-        package, scheme = _PACKAGE.fullmatch(text), _SCHEME.match(text)
+    def _candidates(self, text: str, package: re.Match[str] | None) -> Iterator[Path]:
+        scheme = _SCHEME.match(text)
         if package:
-            for folder in self._package(package[2]):
+            for folder in self.named(package[2]):
                 yield folder / package[3].lstrip("/")
         elif scheme and scheme[1] != "file":
             raise VrxError(f"no downloads: expected a path, package://, model:// or file://, got {shown(text)}")
         else:
             path = text.removeprefix("file://")
-            for base in [self.folder] if PurePosixPath(path).is_absolute() else [self.folder, *self.package_paths]:
+            for base in [self.folder] if PurePosixPath(path).is_absolute() else [self.folder, *self.paths]:
                 yield base / path
 
-    def _package(self, name: str) -> Iterator[Path]:
-        """The folders that may be the package of this name."""
-        return packages_named(name, self.folder.absolute(), (self._around, self.packages), self.package_paths)
-
-    def _bases(self, text: str = "") -> list[Path]:
-        """The folders that may be read for a `filename`."""
-        package = _PACKAGE.fullmatch(text)
-        near, name = self.folder.absolute(), package[2] if package else ""
-        above, inside = (package_above(near, name), workspace_packages(near).get(name)) if name else (None, None)
-        known = (self.folder, *self.packages.values(), *self._around.values(), *self.package_paths, *allowed_folders())
-        return [base for base in (above, *known, inside) if base]
-
-    def _advice(self, text: str) -> str:
-        package = _PACKAGE.fullmatch(text)
-        if package and not any(folder.is_dir() for folder in self._package(package[2])):
-            return f"no package named {shown(package[2])}: give the folder that contains it as package path"
-        return f"looked in {self._shown_bases()}"
-
     def _shown_bases(self) -> str:
-        return first_names(dict.fromkeys(map(display, self._bases())), SHOWN_BASES)
+        return first_names(dict.fromkeys(map(display, self.bases)), SHOWN_BASES)
 
 
 def with_file_uris(text: str, files: MeshFiles) -> str:

@@ -215,17 +215,6 @@ class Urdf:
         return relative(self.places[base], self.places[link])
 
 
-@dataclass(frozen=True)
-class Reading:
-    """A robot as it was read, with the files of its meshes still to be found."""
-
-    robot: Urdf
-    links: tuple[LinkRow, ...]
-    problems: tuple[Problem, ...]
-    odd: Mapping[str, tuple[str, ...]]
-    """Things that are legal but suspicious, by their kind."""
-
-
 def relative(outer: Pose, inner: Pose) -> Pose:
     """The pose of one frame in another, both given in a third."""
     return inner if outer == ZERO else ZERO if inner == outer else compose(inverse(outer), inner)

@@ -14,7 +14,7 @@ from vrx_mj.formats.urdf.elements import Findings
 from vrx_mj.formats.urdf.expand import ExpandedText
 from vrx_mj.formats.urdf.link_meshes import with_shapes
 from vrx_mj.formats.urdf.meshes import MeshFiles
-from vrx_mj.formats.urdf.model import Reading, Urdf
+from vrx_mj.formats.urdf.model import LinkRow, Urdf
 
 ODD = {
     "post": "posts of sensors that end below the deck, to which VRX gives a negative length: no mass, no shape",
@@ -55,15 +55,15 @@ def read_urdf(
     source = (
         (list(map(display, map(Path, text.made.files))), text.made.places) if isinstance(text, ExpandedText) else ()
     )
-    reading = ask("formats.urdf.kinematics:reading", text, file, label, *source, returns=Reading, about=label)
+    robot, rows, findings = ask(
+        "formats.urdf.kinematics:reading", text, file, label, *source,
+        returns=tuple[Urdf, tuple[LinkRow, ...], Findings], about=label,
+    )  # fmt: skip
     files = MeshFiles(file.absolute().parent, dict(packages or {}), tuple(package_paths))
-    findings = Findings(
-        label, list(reading.problems), {kind: dict.fromkeys(things) for kind, things in reading.odd.items()}
-    )
-    links = {row.link.name: with_shapes(row, files, findings) for row in reading.links}
+    links = {row.link.name: with_shapes(row, files, findings) for row in rows}
     findings.settle()
     warn(findings)
-    return replace(reading.robot, links=links)
+    return replace(robot, links=links)
 
 
 def read_joints(text: str) -> Urdf:

@@ -1,4 +1,4 @@
-"""A URDF's text as rows: every element checked, every problem found at once."""
+"""A robot of links and joints, checked as a whole."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -8,12 +8,10 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.foreign import ask
-from vrx_mj.formats.urdf.elements import Findings, Node
+from vrx_mj.formats.urdf.elements import Node
 from vrx_mj.formats.urdf.gazebo import read_gazebo
-from vrx_mj.formats.urdf.links import Surroundings, material_colors, read_joint, read_link, root_of
-from vrx_mj.formats.urdf.model import Joint, Link, Reading, Urdf
-from vrx_mj.formats.urdf.tags import losses
-from vrx_mj.formats.urdf.xml_document import Markup
+from vrx_mj.formats.urdf.links import Surroundings, root_of
+from vrx_mj.formats.urdf.model import Joint, Link, Urdf
 from vrx_mj.frames import Pose, angles
 
 Row = tuple[str, str, str, str, Pose, tuple[float, float, float], float]
@@ -23,22 +21,6 @@ LIGHT = 0.01
 """Share of a robot's mass below which a link's impossible inertia does not matter."""
 SLENDER = 0.1
 """Share of the largest moments of all links up to which it does not matter either."""
-
-
-def reading(markup: Markup, file: str, label: str, turns: Turns) -> Reading:
-    """What the root of a URDF says, without looking at any file; `turns` is that of `kinematics`."""
-    findings = Findings(label)
-    root = Node(markup, "", findings)
-    around = Surroundings(findings, *material_colors(root))
-    rows = {row.link.name: row for row in (read_link(node, around) for node in named(root, "link"))}
-    links = {name: row.link for name, row in rows.items()}
-    joints = {joint.name: joint for joint in (read_joint(node, links) for node in named(root, "joint"))}
-    lost = losses(markup, "robot", "boat")
-    tags = [Node(tag, "gazebo", findings) for tag in root.element.findall("gazebo")]
-    robot = robot_of(root, Path(file), links, joints, around, tags, turns)
-    robot = replace(robot, remarks=tuple(f"{place}: {what}: {why}" for place, what, why in lost))
-    odd = {kind: tuple(things) for kind, things in findings.odd.items()}
-    return Reading(robot, tuple(rows.values()), tuple(findings.problems), odd)
 
 
 def robot_of(
@@ -54,23 +36,12 @@ def robot_of(
 
     Without `turns` the process without rights is asked where its joints put its links.
     """
-    top = _checked_root(links, joints, root)
+    top = checked_root(links, joints, root)
     check_masses(links, around, root)
     if root.findings.problems:
         return Urdf(file, root.findings.file, "", top, links, joints, {})
-    robot = _robot(root, file, links, joints, top, turns or _asked)
+    robot = jointed(root, file, links, joints, top, turns or _asked)
     return replace(robot, gazebo=read_gazebo(robot, tags, root.findings))
-
-
-def tree(markup: Markup, label: str, turns: Turns) -> Urdf:
-    """What it says about its joints."""
-    findings = Findings(label)
-    root = Node(markup, "", findings)
-    links = {node.name(): Link(node.name(), None, place=node.place) for node in root.children("link")}
-    joints = {joint.name: joint for joint in (read_joint(node, links) for node in root.children("joint"))}
-    top = _checked_root(links, joints, root)
-    findings.settle()
-    return _robot(root, Path(label), links, joints, top, turns)
 
 
 def _asked(links: Sequence[str], joints: Sequence[Row]) -> dict[str, FloatArray]:
@@ -78,7 +49,7 @@ def _asked(links: Sequence[str], joints: Sequence[Row]) -> dict[str, FloatArray]
     return ask(job, list(links), list(joints), returns=dict[str, FloatArray], about=about)
 
 
-def _robot(
+def jointed(
     root: Node, file: Path, links: Mapping[str, Link], joints: Mapping[str, Joint], top: str, turns_of: Turns
 ) -> Urdf:
     """A robot without plugins and sensors, its joints at rest."""
@@ -108,7 +79,7 @@ def named(root: Node, tag: str) -> list[Node]:
     return nodes
 
 
-def _checked_root(links: Mapping[str, Link], joints: Mapping[str, Joint], root: Node) -> str:
+def checked_root(links: Mapping[str, Link], joints: Mapping[str, Joint], root: Node) -> str:
     """The root link; a file whose joints name links that are not there has other problems first."""
     if not links:
         root.fault("has no links", root.tag)
@@ -120,12 +91,12 @@ def _checked_root(links: Mapping[str, Link], joints: Mapping[str, Joint], root: 
 def check_masses(links: Mapping[str, Link], around: Surroundings, root: Node) -> None:
     """A robot has a mass; the inertia of a link that is no small part of it can exist."""
     inertials = [link.inertial for link in links.values() if link.inertial]
-    total, moment = sum(one.mass for one in inertials), sum(max(one.tensor[:3]) for one in inertials)
+    total, moment = sum(one.mass for one in inertials), sum(max(map(abs, one.tensor)) for one in inertials)
     if links and total == 0 and not around.findings.problems:
         root.fault("no link has a mass", root.tag)
     for node, name, far, words in around.impossible:
         inertial = links[name].inertial
-        if far and inertial and (inertial.mass > LIGHT * total or max(inertial.tensor[:3]) > SLENDER * moment):
+        if far and inertial and (inertial.mass > LIGHT * total or max(map(abs, inertial.tensor)) > SLENDER * moment):
             node.fault(f"impossible moments of inertia: about the principal axes they are {words}")
         else:
             around.findings.note("inertia", name)

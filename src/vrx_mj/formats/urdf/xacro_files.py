@@ -2,7 +2,7 @@
 
 import os.path
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, MutableMapping, Sequence
 from pathlib import Path
 
 from vrx_mj.config.search import (
@@ -11,12 +11,14 @@ from vrx_mj.config.search import (
     display,
     enclosing_packages,
     is_built_in,
+    is_inside,
+    near_names,
     package_above,
     package_name,
     packages_named,
     workspace_packages,
 )
-from vrx_mj.errors import VrxError, nearest, shortened
+from vrx_mj.errors import VrxError, shortened
 from vrx_mj.resources import root
 
 OUTSIDE = f"it is neither in the folder of the first file nor in a package; {ALLOW}"
@@ -30,7 +32,7 @@ def own_packages() -> dict[str, Path]:
 
 
 class Files:
-    """What one expansion may read.
+    """What a file may reach.
 
     A package is first looked for in `packages` and above the file, then in `package_paths` and beside the file, then
     in the workspace of the file, at last in `spare`.
@@ -39,29 +41,39 @@ class Files:
     def __init__(
         self,
         file: Path,
-        packages: Mapping[str, Path],
-        package_paths: Sequence[Path],
+        packages: MutableMapping[str, Path],
+        package_paths: Iterable[Path],
         spare: Mapping[str, Path] | None = None,
     ) -> None:
-        self.folder = file.absolute().parent
+        self.folder, self.target = file.absolute().parent, file.resolve().parent
+        self.packages, self.around = packages, enclosing_packages(self.folder)
+        self.order: Sequence[Mapping[str, Path]] = (self.packages, self.around)
         self.paths = [Path(path).absolute() for path in package_paths]
-        self.packages = {
-            **enclosing_packages(self.folder),
-            **{name: Path(folder).absolute() for name, folder in packages.items()},
-        }
-        self.spare = {name: Path(folder).absolute() for name, folder in (spare or {}).items()}
-        known = (*self.packages.values(), *self.paths, *self.spare.values(), *allowed_folders())
-        self.roots = [folder.resolve() for folder in (self.folder, file.resolve().parent, *known)]
+        self.spare = spare or {}
+
+    @property
+    def bases(self) -> list[Path]:
+        """Folders below which may be read."""
+        known = (folder for packages in (*self.order, self.spare) for folder in packages.values())
+        return [self.folder, self.target, *known, *self.paths, *allowed_folders()]
+
+    def near(self, name: str) -> list[Path]:
+        """The package of this name that the file lies in, and that in its workspace."""
+        return [
+            found for found in (package_above(self.folder, name), workspace_packages(self.folder).get(name)) if found
+        ]
+
+    def named(self, name: str) -> Iterator[Path]:
+        """Folders that may be the package of this name."""
+        return packages_named(name, self.folder, self.order, self.paths)
 
     def package(self, name: str) -> Path | None:
         """The folder of a package, which may be read from then on; None: there is none of this name."""
-        if not _is_name(name):
+        if not re.fullmatch(r"\w[\w.-]{0,199}", name):
             return None
-        found = packages_named(name, self.folder, (self.packages,), self.paths)
-        folder = next((each for each in found if each.is_dir() and not is_built_in(each)), None)
-        if folder and folder in {package_above(self.folder, name), workspace_packages(self.folder).get(name)}:
+        folder = next((each for each in self.named(name) if each.is_dir() and not is_built_in(each)), None)
+        if folder in self.near(name):
             self.packages[name] = folder
-            self.roots.append(folder.resolve())
         return folder or self.spare.get(name)
 
     def allowed(self, path: str) -> Path:
@@ -70,35 +82,15 @@ class Files:
             found = Path(path).resolve()
         except (OSError, ValueError, RuntimeError):
             raise VrxError(f"'{path[:200]}' is not a path") from None
-        if not any(found.is_relative_to(folder) for folder in self.roots):
-            raise VrxError(f"may not read '{_shown(path)}': {OUTSIDE}")
-        if not os.path.isfile(found):  # noqa: PTH113 - Path.is_file raises an OSError for a name that is too long
-            raise VrxError(_missing(path))
-        return found
+        shown = shortened(display(Path(path)))
+        if not is_inside(found, *self.bases):
+            raise VrxError(f"may not read '{shown}': {OUTSIDE}")
+        if os.path.isfile(found):  # noqa: PTH113 - Path.is_file raises an OSError for a name that is too long
+            return found
+        there = os.path.lexists(path)
+        raise VrxError(f"'{shown}' is not a file" if there else f"no file '{shown}'{near_names(Path(path))}")
 
     def known(self) -> list[str]:
         """Names of packages that can be found."""
         beside = {folder.name for path in self.paths if path.is_dir() for folder in path.iterdir() if folder.is_dir()}
-        return sorted({*self.packages, *beside, *workspace_packages(self.folder), *self.spare})
-
-
-def _is_name(name: str) -> bool:
-    return re.fullmatch(r"\w[\w.-]{0,199}", name) is not None
-
-
-def _missing(path: str) -> str:
-    if os.path.lexists(path):
-        return f"'{_shown(path)}' is not a file"
-    folder = Path(path).parent
-    try:
-        names = [entry.name for entry in folder.iterdir()][:1000]
-    except (OSError, ValueError):
-        return f"no file '{_shown(path)}': no such folder {display(folder)}"
-    close = nearest(Path(path).name, names)
-    return f"no file '{shortened(Path(path).name)}' in {display(folder)}" + (
-        f"; did you mean '{close}'?" if close else ""
-    )
-
-
-def _shown(path: str) -> str:
-    return display(Path(path))[:200]
+        return sorted({*self.packages, *self.around, *beside, *workspace_packages(self.folder), *self.spare})

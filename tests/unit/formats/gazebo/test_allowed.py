@@ -111,10 +111,18 @@ def test_a_mesh_that_leads_out_of_an_allowed_folder_is_not_read(home):
 
 
 def test_the_process_without_rights_opens_no_more_than_it_is_told(home):
-    job, told = "formats.urdf.expansion:expanded", ({}, {}, {}, None, [])
+    job, told = "formats.urdf.expansion:expanded", ({}, {}, {}, [])
     (home / "worlds/my.xacro").write_text(XACRO % f"{home}/secret/part.xacro", encoding="utf-8")
     with pytest.raises(VrxError, match="may not read"):
-        ask(job, home / "worlds/my.xacro", *told, returns=object, about="it", reads=[home / "worlds", home / "boats"])
+        ask(
+            job,
+            None,
+            home / "worlds/my.xacro",
+            *told,
+            returns=object,
+            about="it",
+            reads=[home / "worlds", home / "boats"],
+        )
 
 
 def test_without_the_variable_nothing_is_allowed(monkeypatch):

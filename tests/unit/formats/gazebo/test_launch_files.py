@@ -341,7 +341,7 @@ def test_a_spawned_model_of_sdf_whose_file_is_missing_is_no_boat():
     launch = launched(node)
     assert not launch.boats
     (note,) = launch.report.notes
-    assert (note.fate, note.ours) == ("ignored", "no file 'a.sdf' in the current folder")
+    assert (note.fate, note.ours) == ("ignored", "no file 'a.sdf'")
 
 
 def test_arguments_of_the_xacro_of_a_world_are_given_to_the_world():

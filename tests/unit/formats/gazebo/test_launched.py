@@ -165,7 +165,7 @@ def test_a_node_of_that_name_in_another_file_is_named_with_it():
 def test_models_that_are_not_there_are_noted():
     write(node("-sdf -file buoy/model.sdf -model a"), node("-database no_such_buoy -model b"))
     first, second = notes()
-    assert first == ("<node> 'a'", "ignored", "no file 'buoy/model.sdf': no such folder buoy")
+    assert first == ("<node> 'a'", "ignored", "no file 'buoy/model.sdf'; there is no folder 'buoy'")
     advice = "no model named 'no_such_buoy'; is its folder on GAZEBO_MODEL_PATH?"
     assert second == ("<node> 'b'", "ignored", advice)
 

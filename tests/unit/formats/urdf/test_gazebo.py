@@ -528,14 +528,14 @@ def test_every_row_fills_a_field_and_its_default_is_within_its_limits(model):
 @pytest.mark.parametrize("name", gazebo_sensors.INSTRUMENTS)
 def test_a_plugin_of_which_only_the_link_is_known_is_a_sensor(name):
     (found,) = gazebo(plugin(f"lib{name}.so", "<bodyName>base_link</bodyName>")).sensors
-    assert (type(found), found.link) == (gazebo_sensors.INSTRUMENTS[name].config, "base_link")
+    assert (found.type, found.link) == (gazebo_sensors.INSTRUMENTS[name].type, "base_link")
 
 
 @pytest.mark.parametrize("name", gazebo_sensors.SENSORS)
 def test_a_sensor_of_which_nothing_is_said_is_gazebos(name):
     inside = "<camera/><ray><scan><horizontal/></scan></ray>"
     (found,) = gazebo(sensor(name, inside), "eye_link").sensors
-    assert (type(found), found.link, found.name) == (gazebo_sensors.SENSORS[name].config, "eye_link", "eye")
+    assert (found.type, found.link, found.name) == (gazebo_sensors.SENSORS[name].type, "eye_link", "eye")
 
 
 def test_a_sensors_own_topic_counts_where_its_plugin_names_none():
