@@ -13,8 +13,8 @@ from websockets.sync.client import connect
 
 from bridged import Bridged, imu
 from rosbridge_client import Skipping, Talk
-from vrx_mj.ros.rosbridge import client
 from vrx_mj.ros.limits import Pace
+from vrx_mj.ros.rosbridge import client
 from vrx_mj.ros.rosbridge.client import CLIENT_BURST, CLIENTS_SHARE
 from vrx_mj.ros.rosbridge.codec import png
 
