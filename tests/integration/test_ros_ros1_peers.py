@@ -12,7 +12,7 @@ import pytest
 from ros1_peer import ME, dial, frame, frame_of, service_of, stream_of, taken
 from ros1_served import LEFT, Served, free_port, small_table, until
 from vrx_mj.ros.interface import Sent
-from vrx_mj.ros.limits import MOST_FRAME_BYTES
+from vrx_mj.ros.limits import MOST_BYTES
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.ros1.connection import decode_header, encode_header
 from work import calls_at_most
@@ -144,11 +144,11 @@ def test_a_subscriber_that_does_not_read_costs_neither_time_nor_memory():
                     message = new("std_msgs/String", data=text)
                     served.wires.publish([Sent(served.table.outputs["/course"], message, 0.0)])
                 assert frame_of(fast)[4:10] == b"%06d" % number  # it gets every one, in order
-            readers = {reader.dropped: reader for reader in served.ros._node.publications["/course"].readers}
-            kept = readers[max(readers)].waiting
+            readers = {reader._outbox.dropped: reader for reader in served.ros._node.publications["/course"].readers}
+            kept = readers[max(readers)]._outbox.bytes
             assert max(readers) == served.wires.traffic.dropped > count / 2
             assert min(readers) == 0
-            assert kept <= MOST_FRAME_BYTES
+            assert kept <= MOST_BYTES
             last = b""
             while last != b"%06d" % (count - 1):
                 last = frame_of(slow)[4:10]

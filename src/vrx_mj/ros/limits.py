@@ -4,8 +4,8 @@ import asyncio
 import contextlib
 import itertools
 import threading
-from collections import Counter, OrderedDict, deque
-from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -40,9 +40,8 @@ class Intake:
     def __init__(self, most: int) -> None:
         self.most = most
         self.used = 0
-        self._held: dict[str, OrderedDict[Place, int]] = {}
-        """By host, those that began to hold something first come first."""
-        self._totals: Counter[str] = Counter()
+        self._held: dict[Place, int] = {}
+        """Those that began to hold something first come first."""
 
     def hold(self, place: Place, size: int) -> None:
         """A connection now holds so many bytes.
@@ -50,16 +49,11 @@ class Intake:
         Raises:
             CommandError: all hold too much, and this one has to go.
         """
-        held = self._held.setdefault(place.host, OrderedDict())
-        change = size - held.get(place, 0)
-        self.used += change
-        self._totals[place.host] += change
+        self.used += size - self._held.get(place, 0)
         if size:
-            held[place] = size
+            self._held[place] = size
         else:
-            held.pop(place, None)
-            if not held:
-                del self._held[place.host], self._totals[place.host]
+            self._held.pop(place, None)
         while self.used > self.most:
             victim = self._victim()
             self.hold(victim, 0)
@@ -68,9 +62,12 @@ class Intake:
             victim.end()
 
     def _victim(self) -> Place:
-        host = max(self._totals, key=lambda name: self._totals[name])
-        held = self._held[host]
-        return next((place for place, size in held.items() if size > SMALL), None) or next(iter(held))
+        totals: Counter[str] = Counter()
+        for place, size in self._held.items():
+            totals[place.host] += size
+        ((host, _),) = totals.most_common(1)
+        held = {place: size for place, size in self._held.items() if place.host == host}
+        return next((place for place, size in held.items() if size > SMALL), next(iter(held)))
 
 
 MOST_CONNECTIONS = 4096
@@ -92,9 +89,9 @@ class ConnectionLimit:
         self.most = allowed() if most is None else most
         self.inside: Counter[str] = Counter()
         """Connections by host."""
-        self._waiting: dict[str, OrderedDict[Place, None]] = {}
-        self._used: set[Place] = set()
         self._in_use: Counter[str] = Counter()
+        self._places: dict[Place, bool] = {}
+        """Whether each is in use; of the others the longest waiting one comes first."""
 
     def enter(self, place: Place) -> bool:
         """Let one more in, who waits for its peer, or not."""
@@ -102,37 +99,30 @@ class ConnectionLimit:
             if not self._make_room(crowd):
                 return False
         self.inside[place.host] += 1
-        self._waiting.setdefault(place.host, OrderedDict())[place] = None
+        self._places[place] = False
         return True
 
     def wait(self, place: Place) -> None:
         """From now on it waits for its peer, as the last one to do so."""
-        if place in self._waiting.get(place.host, ()):
-            self._waiting[place.host].move_to_end(place)
+        if self._places.get(place) is False:
+            self._places[place] = self._places.pop(place)
 
     def settle(self, place: Place) -> bool:
         """From now on it is in use, if so many may be."""
-        waiting = self._waiting.get(place.host, OrderedDict())
-        if place not in waiting or self._crowd(place.host, self._in_use, IN_USE) is not None:
+        if self._places.get(place) is not False or self._crowd(place.host, self._in_use, IN_USE) is not None:
             return False
-        del waiting[place]
-        self._used.add(place)
+        self._places[place] = True
         self._in_use[place.host] += 1
         return True
 
     def leave(self, place: Place) -> None:
         """One has gone; nothing happens where it has gone already."""
-        host = place.host
-        if place in self._used:
-            self._used.discard(place)
-            self._in_use[host] -= 1
-        elif place in self._waiting.get(host, ()):
-            del self._waiting[host][place]
-        else:
+        if place not in self._places:
             return
-        self.inside[host] -= 1
-        if not self.inside[host]:
-            del self.inside[host], self._waiting[host], self._in_use[host]
+        self._in_use[place.host] -= self._places.pop(place)
+        self.inside[place.host] -= 1
+        if not self.inside[place.host]:
+            del self.inside[place.host], self._in_use[place.host]
 
     def _crowd(self, host: str, counts: Mapping[str, int], share: float) -> list[str] | None:
         """Hosts that have all that they may of a share of the places, where one more of `host` would be too much."""
@@ -146,11 +136,10 @@ class ConnectionLimit:
 
     def _make_room(self, hosts: Sequence[str]) -> bool:
         """End the connection that waits for longest, of the host that has most; False: none waits."""
-        crowd = [host for host in hosts if self._waiting.get(host)]
-        if not crowd:
+        waiting = [place for place, in_use in self._places.items() if not in_use and place.host in hosts]
+        if not waiting:
             return False
-        host = max(crowd, key=lambda name: self.inside[name])
-        place = next(iter(self._waiting[host]))
+        place = max(waiting, key=lambda place: self.inside[place.host])
         self.leave(place)
         place.end()
         return True
@@ -199,72 +188,40 @@ class Stall:
             self._timer = None
 
 
-CALLS_SHARE = 0.25
-"""Of the wall time that answers may take in the long run."""
-CALLS_BURST = 0.5
-"""Wall time of answers that are given at once: a launch file or a recorder calls hundreds of times [s]."""
+class Pace:
+    """Says how long to wait before the next message or call is taken, so that others get their share of the time.
 
-
-class CallsPace:
-    """Says how long to wait before the next call is taken."""
-
-    def __init__(self, clock: Callable[[], float]) -> None:
-        self._clock = clock
-        self._paid_until = clock()
-
-    def wait(self, spent: float) -> float:
-        """How long to wait [s], now that an answer took so long [s]."""
-        now = self._clock()
-        self._paid_until = max(self._paid_until, now) + spent / CALLS_SHARE
-        return max(self._paid_until - now - CALLS_BURST / CALLS_SHARE, 0.0)
-
-
-CLIENTS_SHARE = 0.5
-"""Of the time, what the messages of all clients may take in the long run."""
-CLIENT_BURST = 0.2
-"""What those of one may take at once [s]."""
-
-
-class ClientPace:
-    """One client's part: a flood must not take the interpreter from the simulation, nor the server from other clients.
-
-    Those that have used up their burst share the time; others are not held up.
+    A burst goes at once. Those that have used up theirs share what all of them may take; others are not held up.
     """
 
-    def __init__(self, flooding: set["ClientPace"]) -> None:
-        self._flooding = flooding
-        self._debt = 0.0
-        self._paid = 0.0
+    def __init__(self, share: float, burst: float, flooding: set["Pace"] | None = None) -> None:
+        """`share`: of the time, in the long run; `burst`: seconds at once; `flooding`: who shares that with it."""
+        self._share, self._burst = share, burst
+        self._flooding = set() if flooding is None else flooding
+        self._debt = self._paid = 0.0
 
-    async def spent(self, seconds: float) -> None:
-        """So much was spent on a message; waits until there is time for another."""
-        now = asyncio.get_running_loop().time()
-        share = CLIENTS_SHARE / len(self._flooding | {self})
-        self._debt = max(0.0, self._debt - share * (now - self._paid)) + seconds
+    def wait(self, spent: float, now: float) -> float:
+        """How long to wait [s] at a moment, now that a message took so long [s]."""
+        share = self._share / len(self._flooding | {self})
+        self._debt = max(0.0, self._debt - share * (now - self._paid)) + spent
         self._paid = now
-        if self._debt > CLIENT_BURST:
+        if self._debt > self._burst:
             self._flooding.add(self)
         else:
             self._flooding.discard(self)
-        await asyncio.sleep(max(0.0, (self._debt - CLIENT_BURST) / share))
+        return max(0.0, (self._debt - self._burst) / share)
 
     def end(self) -> None:
-        """The client has gone."""
+        """It has gone."""
         self._flooding.discard(self)
 
 
 MOST_WAITING = 64
 """Messages of a topic that wait for the network's thread, at most."""
-MOST_FRAMES = 256
-MOST_FRAME_BYTES = 1 << 24
-"""Of one subscriber of TCPROS; a single message may be larger."""
-MOST_MESSAGES = 1000
 MOST_BYTES = 16 << 20
-"""Of a client's messages that wait, but for one that is larger."""
+"""Bytes that wait in an outbox, but for one message that is larger."""
 MOST_BYTES_OF_ALL = 128 << 20
-"""Of all that wait on a wire."""
-MOST_REPLIES = 2000
-MOST_REPLY_BYTES = 8 << 20
+"""Bytes that wait in all outboxes of a wire."""
 
 Item = TypeVar("Item")
 
@@ -308,16 +265,21 @@ class Counts:
     """[bytes]"""
 
 
-class Backlog(Generic[Item]):
+class Outbox(Generic[Item]):
     """What waits for one that does not keep up: bounded, the oldest thrown away first; the newest is always kept."""
 
-    def __init__(self, counts: Counts, most_messages: int, most_bytes: int) -> None:
-        self._counts, self._limits = counts, (most_messages, most_bytes)
+    def __init__(self, counts: Counts, most: int, filled: Callable[[], object]) -> None:
+        """`most`: messages that wait, at most; `filled`: called when there is one more."""
+        self._counts, self._most, self._filled = counts, most, filled
         self._waiting: deque[tuple[Item, int, object]] = deque()
         self.bytes = self.dropped = 0
 
     def __len__(self) -> int:
         return len(self._waiting)
+
+    def has_room(self, size: int) -> bool:
+        """Whether an item of so many bytes can be added, and nothing thrown away for it."""
+        return not self._waiting or not self._is_over(1, size)
 
     def push(self, item: Item, size: int, source: object = None, most: int = 0) -> None:
         """Add the newest, of so many bytes; of its `source` at most so many wait, 0: as many as there is room for."""
@@ -327,6 +289,7 @@ class Backlog(Generic[Item]):
         self._add(size)
         while len(self._waiting) > 1 and self._is_over():
             self._drop(0)
+        self._filled()
 
     def pop(self) -> Item | None:
         """Take the oldest."""
@@ -336,15 +299,15 @@ class Backlog(Generic[Item]):
         self._add(-size)
         return item
 
-    def forget(self, source: object) -> None:
+    def forget(self, source: object = None) -> None:
         """Throw away what waits of a source, uncounted: nobody is there to get it."""
         self._waiting = deque(waiting for waiting in self._waiting if waiting[2] is not source)
         self._add(sum(size for _, size, _ in self._waiting) - self.bytes)
 
-    def _is_over(self) -> bool:
-        most_messages, most_bytes = self._limits
-        crowded = self.bytes > most_bytes or self._counts.waiting > MOST_BYTES_OF_ALL
-        return crowded or len(self._waiting) > most_messages
+    def _is_over(self, count: int = 0, size: int = 0) -> bool:
+        """Whether there is too much, with so many items and bytes more."""
+        crowded = self.bytes + size > MOST_BYTES or self._counts.waiting + size > MOST_BYTES_OF_ALL
+        return crowded or len(self._waiting) + count > self._most
 
     def _add(self, size: int) -> None:
         self.bytes += size
@@ -364,76 +327,3 @@ Frame = Sequence[bytes]
 def pieces(frame: Frame, size: int) -> Iterator[bytes]:
     """A frame in pieces of at most so many bytes."""
     return (part[start : start + size] for part in frame for start in range(0, len(part), size))
-
-
-class Outgoing:
-    """The queue of a client of rosbridge: replies, which are never dropped, go before messages of topics."""
-
-    def __init__(self, counts: Counts) -> None:
-        self._counts = counts
-        self._replies: deque[tuple[list[Frame], bool]] = deque()
-        self._messages: Backlog[tuple[Callable[[], Iterable[Frame]], bool]] = Backlog(counts, MOST_MESSAGES, MOST_BYTES)
-        self._reply_bytes = 0
-        self._filled = asyncio.Event()
-
-    def reply(self, frames: list[Frame], binary: bool = False) -> bool:
-        """Send an answer; False: the client takes none, and has to go."""
-        size = _size(frames)
-        full = len(self._replies) >= MOST_REPLIES or self._reply_bytes + size > MOST_REPLY_BYTES
-        if (full or self._counts.waiting + size > MOST_BYTES_OF_ALL) and self._replies:
-            return False
-        self._replies.append((frames, binary))
-        self._hold(size)
-        self._filled.set()
-        return True
-
-    def message(
-        self, source: object, make: Callable[[], Iterable[Frame]], binary: bool, size: int, most: int = 0
-    ) -> None:  # fmt: skip
-        """Send a topic's message of about so many bytes, whose frames are made when they can be sent.
-
-        At most so many of its `source` wait; 0: as many as there is room for.
-        """
-        self._messages.push((make, binary), size, source, most)
-        self._filled.set()
-
-    def forget(self, source: object) -> None:
-        """Throw away what waits of a subscription that ended."""
-        self._messages.forget(source)
-
-    def end(self) -> None:
-        """Throw away the answers that wait: the client has gone."""
-        self._replies.clear()
-        self._hold(-self._reply_bytes)
-
-    async def run(self, send: Callable[[Frame, bool], Awaitable[None]], trouble: Callable[[Exception], None]) -> None:
-        """Send for ever: each frame, and whether it is binary; `trouble` takes errors of unwritable messages."""
-        while True:
-            await self._filled.wait()
-            while (following := self._next()) is not None:
-                make, binary = following
-                try:
-                    frames = make()
-                except Exception as error:  # a message that is not of its type must not stop the others
-                    trouble(error)
-                    continue
-                del following, make  # of what is being sent there is nothing else
-                for frame in frames:
-                    await send(frame, binary)
-                    self._counts.sent += sum(map(len, frame))
-            self._filled.clear()
-
-    def _next(self) -> tuple[Callable[[], Iterable[Frame]], bool] | None:
-        if self._replies:
-            frames, binary = self._replies.popleft()
-            self._hold(-_size(frames))
-            return (lambda: frames), binary
-        return self._messages.pop()
-
-    def _hold(self, size: int) -> None:
-        self._reply_bytes += size
-        self._counts.waiting += size
-
-
-def _size(frames: Iterable[Frame]) -> int:
-    return sum(map(len, itertools.chain.from_iterable(frames)))

@@ -9,14 +9,11 @@ from hypothesis import strategies as st
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.interface import Output, Sent
 from vrx_mj.ros.limits import (
-    MOST_REPLIES,
-    MOST_REPLY_BYTES,
     SMALL,
-    Backlog,
     ConnectionLimit,
     Counts,
     Intake,
-    Outgoing,
+    Outbox,
     Place,
     TopicQueue,
     pieces,
@@ -98,25 +95,40 @@ def drained(outbox):
 
 @given(SIZES)
 def test_it_holds_the_newest_within_both_bounds_and_counts_the_rest(sizes):
-    counts, expected, dropped = Counts(), deque(), 0
-    outbox = Backlog(counts, most_messages=5, most_bytes=100)
+    counts, expected, filled = Counts(), deque(), []
+    outbox = Outbox(counts, 5, lambda: filled.append(len(outbox)))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("vrx_mj.ros.limits.MOST_BYTES", 100)
+        dropped = filled_and_drained(outbox, sizes, counts, expected)
+    assert outbox.dropped == counts.dropped == dropped
+    assert len(filled) == len(sizes) - sizes.count(None)
+    assert min(filled, default=1) > 0
+    assert list(drained(outbox)) == list(expected)
+    assert counts.waiting == 0
+
+
+def filled_and_drained(outbox, sizes, counts, expected):
+    """What an outbox drops that takes items of these sizes, and gives one at each None."""
+    dropped = 0
     for number, size in enumerate(sizes):
         if size is None:
             assert outbox.pop() == (expected.popleft() if expected else None)
             continue
         expected.append(bytearray([number]) * size)
+        fits = outbox.has_room(size)
         outbox.push(expected[-1], size)
+        assert fits == (len(expected) <= 5 and sum(map(len, expected)) <= 100)
         while len(expected) > 5 or sum(map(len, expected)) > 100:
             expected.popleft()
             dropped += 1
         assert outbox.bytes == counts.waiting == sum(map(len, expected))
-    assert outbox.dropped == counts.dropped == dropped
-    assert list(drained(outbox)) == list(expected)
-    assert counts.waiting == 0
+    return dropped
 
 
-def test_the_newest_stays_even_if_it_is_larger_than_all_that_is_allowed():
-    outbox = Backlog(Counts(), most_messages=5, most_bytes=10)
+def test_the_newest_stays_even_if_it_is_larger_than_all_that_is_allowed(monkeypatch):
+    monkeypatch.setattr("vrx_mj.ros.limits.MOST_BYTES", 10)
+    outbox = Outbox(Counts(), 5, list)
+    assert outbox.has_room(99)
     outbox.push(bytearray(4), 4)
     outbox.push(bytearray(99), 99)
     assert outbox.dropped == 1
@@ -126,13 +138,13 @@ def test_the_newest_stays_even_if_it_is_larger_than_all_that_is_allowed():
 def test_where_all_together_hold_too_much_each_keeps_its_newest(monkeypatch):
     monkeypatch.setattr("vrx_mj.ros.limits.MOST_BYTES_OF_ALL", 10)
     counts = Counts()
-    one, other = Backlog(counts, 5, 100), Backlog(counts, 5, 100)
+    one, other = Outbox(counts, 5, list), Outbox(counts, 5, list)
     one.push(bytearray(6), 6)
     other.push(bytearray(3), 3)
     other.push(bytearray(3), 3)
     assert other.dropped == 1
     assert (len(one), len(other)) == (1, 1)
-    one.forget(None)
+    one.forget()
     assert one.dropped == 0
     assert counts.waiting == 3
 
@@ -149,72 +161,45 @@ def test_of_each_topic_the_newest_wait_in_the_order_in_which_they_came():
     assert queue.put([Sent(plain, 5, 0.0)])
 
 
-# What waits for a client: how much it is, what goes first, and what is thrown away
-
-
-def put(outgoing, source, size, most=0):
-    outgoing.message(source, lambda: [(b"x" * size,)], False, size, most)
-
-
-def following(outgoing):
-    """The frames that are sent next."""
-    return outgoing._next()[0]()
+# What waits of several sources
 
 
 def test_what_waits_is_counted_until_it_is_taken_or_forgotten():
     counts = Counts()
-    outgoing = Outgoing(counts)
+    outbox = Outbox(counts, 9, list)
     for source, size in (("a", 10), ("b", 200), ("a", 3000)):
-        put(outgoing, source, size)
+        outbox.push(size, size, source)
     assert counts.waiting == 3210
-    outgoing.forget("a")
+    outbox.forget("a")
     assert counts.waiting == 200
-    assert following(outgoing) == [(b"x" * 200,)]
+    assert outbox.pop() == 200
     assert counts.waiting == 0
-    assert outgoing._next() is None
+    assert outbox.pop() is None
     assert counts.dropped == 0
 
 
 def test_of_a_topic_with_a_queue_the_oldest_goes():
     counts = Counts()
-    outgoing = Outgoing(counts)
+    outbox = Outbox(counts, 9, list)
     for size in (1, 2, 3):
-        put(outgoing, "a", size, most=2)
-    put(outgoing, "b", 50, most=2)
+        outbox.push(size, size, "a", most=2)
+    outbox.push(50, 50, "b", most=2)
     assert counts.dropped == 1
-    assert [len(following(outgoing)[0][0]) for _ in range(3)] == [2, 3, 50]
+    assert list(drained(outbox)) == [2, 3, 50]
 
 
-def test_replies_go_before_messages():
-    outgoing = Outgoing(Counts())
-    put(outgoing, "a", 5)
-    assert outgoing.reply([(b"yes",)])
-    assert [following(outgoing) for _ in range(2)] == [[(b"yes",)], [(b"xxxxx",)]]
-
-
-def test_a_client_that_takes_no_replies_gets_no_more_but_one_may_be_large():
-    outgoing = Outgoing(Counts())
-    assert outgoing.reply([(b"x" * (MOST_REPLY_BYTES + 1),)])
-    assert not outgoing.reply([(b"y",)])
-    many = Outgoing(Counts())
-    assert all(many.reply([(b"y",)]) for _ in range(MOST_REPLIES))
-    assert not many.reply([(b"y",)])
-    many._next()
-    assert many.reply([(b"y",)])
-
-
-def test_answers_count_among_what_waits_until_the_client_has_gone(monkeypatch):
+def test_there_is_room_for_one_large_answer_and_none_beside_it(monkeypatch):
     monkeypatch.setattr("vrx_mj.ros.limits.MOST_BYTES_OF_ALL", 10)
     counts = Counts()
-    one, other = Outgoing(counts), Outgoing(counts)
-    assert one.reply([(b"123", b"456")])
-    assert other.reply([(b"large, but the first",)])
-    assert not one.reply([(b"7",)])
+    one, other = Outbox(counts, 9, list), Outbox(counts, 9, list)
+    one.push("123456", 6)
+    assert other.has_room(20)
+    other.push("large, but the first", 20)
+    assert not one.has_room(1)
     assert counts.waiting == 26
-    other.end()
-    one.end()
-    assert counts.waiting == 0
-    assert one.reply([(b"7",)])
+    other.forget()
+    assert one.has_room(4)
+    assert not one.has_room(5)
 
 
 @pytest.mark.parametrize("parts", [(), (b"",), (b"abcdefgh",), (b"a", b"bcdefg", b"h"), (b"abc", b"def", b"gh")])

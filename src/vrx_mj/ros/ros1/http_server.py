@@ -9,7 +9,7 @@ from xmlrpc.client import Fault
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.access import Names
-from vrx_mj.ros.limits import SMALL, CallsPace, ConnectionLimit, Intake, Place
+from vrx_mj.ros.limits import SMALL, ConnectionLimit, Intake, Pace, Place
 from vrx_mj.ros.network import Notices
 from vrx_mj.ros.parameters import value_size
 from vrx_mj.ros.ros1.xmlrpc import LARGEST_HEAD, answer_bytes, checked_size, fault_bytes, read, read_head
@@ -29,6 +29,10 @@ ALL_BODIES = 1 << 27
 """Bytes of all bodies and answers that have come, or wait to be taken, at one time."""
 MOST_CALLS = 1000
 """Of one system.multicall."""
+CALLS_SHARE = 0.25
+"""Of the wall time that answers may take in the long run."""
+CALLS_BURST = 0.5
+"""Wall time of answers that are given at once: a launch file or a recorder calls hundreds of times [s]."""
 LARGEST_ANSWER = 1 << 26
 """Bytes of the values that a system.multicall gives, about."""
 
@@ -38,7 +42,7 @@ class Lane:
 
     def __init__(self) -> None:
         self._lock = asyncio.Lock()
-        self._pace = CallsPace(time.monotonic)
+        self._pace = Pace(CALLS_SHARE, CALLS_BURST)
         self._next = 0.0
 
     @contextlib.asynccontextmanager
@@ -52,7 +56,8 @@ class Lane:
             try:
                 yield
             finally:
-                self._next = time.monotonic() + self._pace.wait(time.thread_time() - began)
+                now = time.monotonic()
+                self._next = now + self._pace.wait(time.thread_time() - began, now)
 
 
 class HttpServer:

@@ -9,7 +9,7 @@ from typing import Any
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.interface import Answer
-from vrx_mj.ros.limits import MOST_FRAME_BYTES, MOST_FRAMES, Backlog, ConnectionLimit, Counts, Intake, Place, Stall
+from vrx_mj.ros.limits import ConnectionLimit, Counts, Intake, Outbox, Place, Stall
 from vrx_mj.ros.messages import (
     Message,
     decode,
@@ -28,6 +28,8 @@ from vrx_mj.ros.ros1.connection import LARGEST_CALL, LARGEST_HEADER, Splitter, d
 
 HIGH_WATER = 1 << 18
 """Bytes that asyncio holds of a connection before its outbox fills."""
+MOST_FRAMES = 256
+"""Messages that wait for one subscriber, at most."""
 PIECE = 1 << 18
 """Bytes that are given to asyncio at one time: it copies what it cannot send."""
 MOST_IDLE_TALK = 1 << 16
@@ -146,33 +148,16 @@ class Reader:
         self.node = header["callerid"][:LONGEST]
         self.number = publication.stream.number()
         self.sent = self.messages = 0
-        self._outbox: Backlog[bytearray] = Backlog(publication.stream.counts, MOST_FRAMES, MOST_FRAME_BYTES)
+        self._outbox: Outbox[bytearray] = Outbox(publication.stream.counts, MOST_FRAMES, self._write)
         self._rest = memoryview(b"")
         """What asyncio has not been given yet of the message that is being sent."""
         self._blocked = False
         self._talk = 0
         transport.set_write_buffer_limits(high=HIGH_WATER)
 
-    @property
-    def dropped(self) -> int:
-        """Messages that it did not get."""
-        return self._outbox.dropped
-
-    @property
-    def waiting(self) -> int:
-        """Bytes that wait for it."""
-        return self._outbox.bytes
-
     def send(self, frame: bytearray) -> None:
         """Send a message now or later."""
-        if self._blocked:
-            self._outbox.push(frame, len(frame))
-        elif len(frame) > PIECE:
-            self._begin(frame)
-            self._write()
-        elif not self.transport.is_closing():
-            self._count(frame)
-            self.transport.write(frame)
+        self._outbox.push(frame, len(frame))
 
     def received(self, data: bytes) -> None:
         """It sends something; nothing is expected."""
@@ -189,7 +174,7 @@ class Reader:
         """The connection is closed."""
         self._blocked = True
         self._rest = memoryview(b"")
-        self._outbox.forget(None)
+        self._outbox.forget()
         self.publication.readers.discard(self)
 
     def info(self) -> list[object]:
@@ -199,15 +184,6 @@ class Reader:
         about = f"TCPROS connection on port {here[1]} to [{there[0]}:{there[1]} on socket {self.number}]"
         return [self.number, self.node, "o", "TCPROS", self.publication.name, True, about]
 
-    def _begin(self, frame: bytearray) -> None:
-        self._rest = memoryview(frame)
-        self._count(frame)
-
-    def _count(self, frame: bytearray) -> None:
-        self.sent += len(frame)
-        self.messages += 1
-        self.publication.stream.counts.sent += len(frame)
-
     def _write(self) -> None:
         """Send what there is until the connection is blocked."""
         while not self._blocked and not self.transport.is_closing():
@@ -215,7 +191,10 @@ class Reader:
                 frame = self._outbox.pop()
                 if frame is None:
                     return
-                self._begin(frame)
+                self._rest = memoryview(frame)
+                self.sent += len(frame)
+                self.messages += 1
+                self.publication.stream.counts.sent += len(frame)
             piece, self._rest = self._rest[:PIECE], self._rest[PIECE:]
             self.transport.write(piece)
 

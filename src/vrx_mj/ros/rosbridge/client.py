@@ -13,7 +13,7 @@ from websockets.exceptions import ConnectionClosed
 
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError
 from vrx_mj.ros.graph import Graph
-from vrx_mj.ros.limits import ClientPace, Counts, Frame, Intake, Outgoing, Place, pieces
+from vrx_mj.ros.limits import Counts, Frame, Intake, Outbox, Pace, Place, pieces
 from vrx_mj.ros.messages import known_type, ros1_name
 from vrx_mj.ros.network import Notices
 from vrx_mj.ros.rosbridge.codec import from_png, reply_frames, taken
@@ -30,7 +30,7 @@ from vrx_mj.ros.rosbridge.protocol import (
 )
 from vrx_mj.ros.rosbridge.republisher import Republisher
 from vrx_mj.ros.rosbridge.rosapi import Rosapi
-from vrx_mj.ros.rosbridge.topics import Offered, Services, Subscription, Topics, node_name, respond
+from vrx_mj.ros.rosbridge.topics import Offered, Services, Subscription, Topics, Written, node_name, respond
 
 MOST_FRAGMENTS = 1 << 25
 """Characters of all clients' fragments that wait for the rest of their messages, at most."""
@@ -54,7 +54,7 @@ class Hub:
     def __init__(self, graph: Graph) -> None:
         self.graph = graph
         self.counts = Counts()
-        self.flooding: set[ClientPace] = set()
+        self.flooding: set[Pace] = set()
         self.fragments = Intake(MOST_FRAGMENTS)
         self.topics = Topics(graph)
         self.services = Services(graph)
@@ -206,6 +206,12 @@ class Publishing:
         return True
 
 
+CLIENTS_SHARE = 0.5
+"""Of the time, what the messages of all clients may take in the long run."""
+CLIENT_BURST = 0.2
+"""What those of one may take at once [s]."""
+MOST_ANSWERS, MOST_MESSAGES = 2000, 1000
+"""Of a client, that wait; a client that leaves more answers unread is disconnected."""
 LEVELS = ("none", "error", "warning", "info")
 DEEPEST = 2
 """Operations within operations: a PNG in fragments."""
@@ -227,8 +233,10 @@ class Client:
         self.host = str(host)
         self._connection = connection
         self._hub = hub
-        self._outgoing = Outgoing(hub.counts)
-        self._pace = ClientPace(hub.flooding)
+        self._filled = asyncio.Event()
+        self._answers: Outbox[Written] = Outbox(hub.counts, MOST_ANSWERS, self._filled.set)
+        self._messages: Outbox[Written] = Outbox(hub.counts, MOST_MESSAGES, self._filled.set)
+        self._pace = Pace(CLIENTS_SHARE, CLIENT_BURST, hub.flooding)
         self._fragments = Fragments(hub.fragments, Place(self.host, self.abort))
         self.is_silent = True
         self._subscriptions: dict[str, Subscription] = {}
@@ -253,7 +261,7 @@ class Client:
     async def serve(self) -> None:
         """Do what it asks until it goes."""
         self._hub.clients[self.number] = self
-        writing = asyncio.create_task(self._outgoing.run(self._send, self._unwritten))
+        writing = asyncio.create_task(self._write())
         writing.add_done_callback(self._stopped)
         try:
             while True:
@@ -261,7 +269,8 @@ class Client:
                 self.is_silent = False
                 begin = time.perf_counter()
                 self._incoming(data)
-                await self._pace.spent(time.perf_counter() - begin)
+                spent = time.perf_counter() - begin
+                await asyncio.sleep(self._pace.wait(spent, asyncio.get_running_loop().time()))
         except ConnectionClosed:
             pass
         finally:
@@ -273,7 +282,10 @@ class Client:
     def send(self, message: Mapping[str, object], options: Options = Options()) -> None:  # noqa: B008  # it is frozen
         """Send an operation other than a topic's message; a client that does not read them is disconnected."""
         frames, binary = reply_frames(message, options.compression, options.fragment_size)
-        if not self._outgoing.reply(frames, binary):
+        size = sum(map(len, itertools.chain.from_iterable(frames)))
+        if self._answers.has_room(size):
+            self._answers.push((lambda: frames, binary), size)
+        else:
             self._hub.report_once(self.host, "slow", f"{self.sender} does not read its answers, and was disconnected")
             self.abort()
 
@@ -287,6 +299,24 @@ class Client:
             message = {"op": "status", "level": level, "msg": what}
             self.send(message | {"id": identity} if isinstance(identity, str) else message)
 
+    async def _write(self) -> None:
+        """Send for ever: answers before messages of topics."""
+        while True:
+            await self._filled.wait()
+            while (written := self._answers.pop() or self._messages.pop()) is not None:
+                make, binary = written
+                try:
+                    frames = make()
+                except Exception as error:  # a message that is not of its type must not stop the others
+                    text = f"a message cannot be written: {type(error).__name__}: {error}"
+                    self._hub.report_once("", str(error), text)
+                    continue
+                del written, make  # of what is being sent there is nothing else
+                for frame in frames:
+                    await self._send(frame, binary)
+                    self._hub.counts.sent += sum(map(len, frame))
+            self._filled.clear()
+
     async def _send(self, frame: Frame, binary: bool) -> None:
         small = sum(map(len, frame)) <= PIECE  # a connection holds no more than a piece for a client that does not read
         await self._connection.send(b"".join(frame) if small else pieces(frame, PIECE), text=not binary)
@@ -295,9 +325,6 @@ class Client:
         if not writing.cancelled() and not isinstance(writing.exception(), ConnectionClosed):
             self._hub.report_once(self.host, "write", f"{self.sender} was disconnected: {writing.exception()!r}")
             self.abort()
-
-    def _unwritten(self, error: Exception) -> None:
-        self._hub.report_once("", str(error), f"a message cannot be written: {type(error).__name__}: {error}")
 
     def _incoming(self, data: str | bytes) -> None:
         message: Operation = {}
@@ -352,7 +379,7 @@ class Client:
             raise CommandError(f"subscribe: the type of topic {name} is not known yet; give it as type")
         if written not in self._subscriptions and len(self._subscriptions) >= MOST_SUBSCRIPTIONS:
             raise CommandError(f"subscribe: this client has {MOST_SUBSCRIPTIONS} topics; no more are accepted")
-        subscription = self._subscriptions.get(written) or Subscription(written, self._outgoing)
+        subscription = self._subscriptions.get(written) or Subscription(written, self._messages)
         subscription.add(identity, wish)
         type_name = known_type(asked or known or "")
         parcels = self._hub.topics.listen(name, type_name, self.number, subscription)
@@ -399,7 +426,7 @@ class Client:
 
     def _forget(self) -> None:
         self._pace.end()
-        self._outgoing.end()
+        self._answers.forget()
         self._fragments.end()
         for written, subscription in self._subscriptions.items():
             subscription.end()

@@ -5,20 +5,24 @@ import functools
 import inspect
 import itertools
 from collections import Counter, deque
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError
 from vrx_mj.ros.graph import Graph, Service
 from vrx_mj.ros.interface import Answer
-from vrx_mj.ros.limits import Outgoing
+from vrx_mj.ros.limits import Frame, Outbox
 from vrx_mj.ros.messages import Message, known_types, ros1_name
 from vrx_mj.ros.rosbridge.codec import Parcel, plain, request, taken
 from vrx_mj.ros.rosbridge.protocol import Options
 
 MOST_IDS = 256
 """Subscriptions of one topic by one client, at most."""
+
+
+Written = tuple[Callable[[], Iterable[Frame]], bool]
+"""What a client gets: what makes its frames when they can be sent, and whether they are binary."""
 
 
 class Subscription:
@@ -28,10 +32,10 @@ class Subscription:
     A throttle without a queue drops what comes too early; with a queue that waits, and the oldest is dropped.
     """
 
-    def __init__(self, topic: str, outgoing: Outgoing) -> None:
+    def __init__(self, topic: str, outbox: Outbox[Written]) -> None:
         self.topic = topic
         """As the client writes it, which is how it gets its messages."""
-        self._outgoing = outgoing
+        self._outbox = outbox
         self._wishes: dict[str, Options] = {}
         self._options = Options()
         self._waiting: deque[Parcel] = deque(maxlen=0)
@@ -66,7 +70,7 @@ class Subscription:
     def end(self) -> None:
         """Send nothing more."""
         self._waiting.clear()
-        self._outgoing.forget(self)
+        self._outbox.forget(self)
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
@@ -86,7 +90,7 @@ class Subscription:
         self._last = now
         chosen = self._options
         make = functools.partial(parcel.frames, self.topic, chosen.compression, chosen.fragment_size)
-        self._outgoing.message(self, make, chosen.compression.startswith("cbor"), parcel.weight, chosen.queue)
+        self._outbox.push((make, chosen.compression.startswith("cbor")), parcel.weight, self, chosen.queue)
 
     def _wait(self) -> None:
         self._timer = asyncio.get_running_loop().call_at(self._last + self._options.throttle, self._due)

@@ -7,10 +7,10 @@ from xmlrpc.client import Binary, Fault, dumps, loads
 import pytest
 
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.limits import CallsPace, ConnectionLimit
+from vrx_mj.ros.limits import ConnectionLimit, Pace
 from vrx_mj.ros.network import Notices
 from vrx_mj.ros.parameters import plain
-from vrx_mj.ros.ros1.http_server import HttpServer
+from vrx_mj.ros.ros1.http_server import CALLS_BURST, CALLS_SHARE, HttpServer
 from vrx_mj.ros.ros1.xmlrpc import Proxy, address, read, read_head
 
 PING = dumps(("x",), "ping").encode()
@@ -206,11 +206,12 @@ def test_a_uri_without_host_or_port_is_refused(uri):
 
 def test_in_the_long_run_answers_take_their_share_of_the_time_and_a_burst_is_free():
     now = 0.0
-    pace = CallsPace(lambda: now)
-    assert [pace.wait(0.01) for _ in range(49)] == [0.0] * 49  # half a second at once
+    pace = Pace(CALLS_SHARE, CALLS_BURST)
+    assert [pace.wait(0.01, now) for _ in range(49)] == [0.0] * 49  # half a second at once
     spent = 0.49
     while now < 100.0:
-        now += 0.01 + pace.wait(0.01)
+        now += 0.01
+        now += pace.wait(0.01, now)
         spent += 0.01
     assert spent == pytest.approx(0.25 * now, abs=0.6)  # and the burst
 

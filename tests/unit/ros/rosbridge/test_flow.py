@@ -3,12 +3,14 @@
 import asyncio
 import contextlib
 import functools
+import itertools
 import json
 import re
 import socket
 import time
 import tracemalloc
 import weakref
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,8 +21,8 @@ from bridged import Bridged, image, imu
 from rosbridge_client import Skipping, Talk
 from vrx_mj.ros import messages
 from vrx_mj.ros.interface import Output, RosInterface, Sent
-from vrx_mj.ros.limits import MOST_BYTES_OF_ALL, Counts, Outgoing
-from vrx_mj.ros.rosbridge.client import PIECE
+from vrx_mj.ros.limits import MOST_BYTES_OF_ALL, Counts, Intake
+from vrx_mj.ros.rosbridge.client import PIECE, Client
 from vrx_mj.ros.rosbridge.codec import Parcel
 from vrx_mj.ros.rosbridge.protocol import Options
 from vrx_mj.ros.rosbridge.server import MOST_CLIENTS
@@ -41,7 +43,8 @@ class Taken:
     def __init__(self):
         self.sent = []
 
-    def message(self, source, make, binary, size, most):
+    def push(self, written, size, source, most):
+        make, _ = written
         number = int(b"".join(*make()).split(b'"data":')[1].rstrip(b"}"))
         self.sent.append((number, round(asyncio.get_running_loop().time(), 6)))
 
@@ -50,8 +53,8 @@ class Taken:
 
 
 async def taken(wishes, times):
-    outgoing = Taken()
-    subscription = Subscription("/n", outgoing)
+    outbox = Taken()
+    subscription = Subscription("/n", outbox)
     for number, wish in enumerate(wishes):
         subscription.add(str(number), wish)
     for number, moment in enumerate(times):
@@ -59,7 +62,7 @@ async def taken(wishes, times):
         subscription.take(Parcel(messages.new("std_msgs/Int32", data=number), "std_msgs/Int32", 0.0))
     await asyncio.sleep(10.0)
     subscription.end()
-    return outgoing.sent
+    return outbox.sent
 
 
 AT_ONCE = [0.0] * 5
@@ -110,66 +113,81 @@ def test_a_message_is_written_once_for_all_clients(bridged, monkeypatch):
     assert sorted(written) == ["_cbor", "_json"]
 
 
-def put(outgoing, source, frames, most=0):
-    outgoing.message(source, lambda: [(frame,) for frame in frames], False, sum(map(len, frames)), most)
+class Peer:
+    """A connection that takes what it is sent, or waits."""
 
+    remote_address = "127.0.0.1", 1
 
-def queued(outgoing):
-    """What would be sent, in order."""
-    sent = []
+    def __init__(self):
+        self.sent = []
 
-    async def send(frame, _binary):
+    async def send(self, frame, text):
         await asyncio.sleep(0)
-        sent.append(b"".join(frame))
+        self.sent.append(frame)
+
+
+def client(counts, peer=None):
+    """A client of a hub that only counts."""
+    hub = SimpleNamespace(counts=counts, numbers=itertools.count(1), flooding=set(), fragments=Intake(1))
+    return Client(peer or Peer(), hub)
+
+
+def put(client, source, frames, most=0):
+    client._messages.push((lambda: [(frame,) for frame in frames], False), sum(map(len, frames)), source, most)
+
+
+def queued(client):
+    """What would be sent, in order."""
 
     async def run():
-        task = asyncio.create_task(outgoing.run(send, trouble=None))
+        task = asyncio.create_task(client._write())
         await asyncio.sleep(0.05)
         task.cancel()
 
     asyncio.run(run())
-    return sent
+    return client._connection.sent
 
 
 def test_a_full_queue_loses_the_oldest_and_counts_them(monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.limits.MOST_MESSAGES", 3)
+    monkeypatch.setattr("vrx_mj.ros.rosbridge.client.MOST_MESSAGES", 3)
     monkeypatch.setattr("vrx_mj.ros.limits.MOST_BYTES", 10)
     counts = Counts()
-    outgoing = Outgoing(counts)
+    one = client(counts)
     for number in range(5):
-        put(outgoing, "a", [b"%d" % number])
-    outgoing.reply([(b"first",)])
+        put(one, "a", [b"%d" % number])
+    one.send("first")
     assert counts.dropped == 2
-    put(outgoing, "a", [b"123456", b"78"])  # ten bytes: 3, 4 and it
+    put(one, "a", [b"123456", b"78"])  # ten bytes: 3, 4 and it
     assert counts.dropped == 3
-    put(outgoing, "a", [b"12345678901"])  # more than there is room for, alone
+    put(one, "a", [b"12345678901"])  # more than there is room for, alone
     assert counts.dropped == 6
-    assert queued(outgoing) == [b"first", b"12345678901"]
-    assert counts.sent == 16
+    assert queued(one) == [b'"first"', b"12345678901"]
+    assert counts.sent == 18
+    assert counts.waiting == 0
 
 
 def test_all_queues_together_are_bounded(monkeypatch):
     monkeypatch.setattr("vrx_mj.ros.limits.MOST_BYTES_OF_ALL", 10)
     counts = Counts()
-    one, two = Outgoing(counts), Outgoing(counts)
+    one, two = client(counts), client(counts)
     for number in range(8):
         put(one, "a", [b"%d" % number])
     for number in range(4):
         put(two, "a", [b"%d" % number])
     assert (counts.waiting, counts.dropped) == (10, 2)
     assert queued(two) == [b"2", b"3"]
-    one.forget("a")
+    one._messages.forget("a")
     assert counts.waiting == 0
 
 
 def test_a_queue_length_bounds_what_waits_of_one_topic():
     counts = Counts()
-    outgoing = Outgoing(counts)
+    one = client(counts)
     for number in range(4):
-        put(outgoing, "a", [b"a%d" % number], 2)
-        put(outgoing, "b", [b"b%d" % number])
-    outgoing.forget("c")
-    assert queued(outgoing) == [b"b0", b"b1", b"a2", b"b2", b"a3", b"b3"]
+        put(one, "a", [b"a%d" % number], 2)
+        put(one, "b", [b"b%d" % number])
+    one._messages.forget("c")
+    assert queued(one) == [b"b0", b"b1", b"a2", b"b2", b"a3", b"b3"]
     assert counts.dropped == 2
 
 
@@ -242,18 +260,20 @@ def test_clients_with_wishes_of_their_own_share_what_a_message_is_written_as():
 
 
 def test_of_what_is_being_sent_the_message_is_not_kept():
-    outgoing, kept, seen = Outgoing(Counts()), [], []
+    kept, seen = [], []
 
-    async def run():
-        async def send(_frame, _binary):
+    class Slow(Peer):
+        async def send(self, frame, text):
             seen.append(kept[0]())
             await asyncio.sleep(10.0)
 
+    async def run():
+        one = client(Counts(), Slow())
         parcel = Parcel(imu(), "sensor_msgs/Imu", 0.0)
         kept.append(weakref.ref(parcel))
-        outgoing.message("a", functools.partial(parcel.frames, "a", "none", 0), False, 1)
+        one._messages.push((functools.partial(parcel.frames, "a", "none", 0), False), 1)
         del parcel
-        task = asyncio.create_task(outgoing.run(send, trouble=None))
+        task = asyncio.create_task(one._write())
         await asyncio.sleep(0.01)
         task.cancel()
 
@@ -262,7 +282,7 @@ def test_of_what_is_being_sent_the_message_is_not_kept():
 
 
 def test_a_client_that_reads_no_answers_is_disconnected(bridged, monkeypatch, caplog):
-    monkeypatch.setattr("vrx_mj.ros.limits.MOST_REPLIES", 50)
+    monkeypatch.setattr("vrx_mj.ros.rosbridge.client.MOST_ANSWERS", 50)
     with socket.create_connection(("127.0.0.1", bridged.bridge.port)) as peer:
         peer.sendall(HELLO)
         peer.recv(1000)

@@ -13,8 +13,9 @@ from websockets.sync.client import connect
 
 from bridged import Bridged, imu
 from rosbridge_client import Skipping, Talk
-from vrx_mj.ros import limits
-from vrx_mj.ros.limits import ClientPace
+from vrx_mj.ros.limits import Pace
+from vrx_mj.ros.rosbridge import client
+from vrx_mj.ros.rosbridge.client import CLIENT_BURST, CLIENTS_SHARE
 from vrx_mj.ros.rosbridge.codec import png
 
 THRUST, TWIST, IMU = "/wamv/thrusters/left_thrust_cmd", "/wamv/cmd_vel", "/wamv/sensors/imu/data"
@@ -117,7 +118,7 @@ def feed(url, messages):
 
 
 def test_thousands_of_mutated_messages_leave_the_server_as_it_was(monkeypatch, caplog):
-    monkeypatch.setattr(limits, "CLIENTS_SHARE", 100.0)  # the brake is tested below
+    monkeypatch.setattr(client, "CLIENTS_SHARE", 100.0)  # the brake is tested below
     sent = mutants(5200)
     with Bridged() as bridged:
         feed(bridged.url, itertools.islice(sent, 400))
@@ -140,16 +141,17 @@ def test_thousands_of_mutated_messages_leave_the_server_as_it_was(monkeypatch, c
 
 
 async def time_taken(own, spent):
-    begin = asyncio.get_running_loop().time()
+    loop = asyncio.get_running_loop()
+    begin = loop.time()
     for seconds in spent:
-        await own.spent(seconds)
-    return asyncio.get_running_loop().time() - begin
+        await asyncio.sleep(own.wait(seconds, loop.time()))
+    return loop.time() - begin
 
 
 def test_a_flood_gets_its_share_of_time_and_a_burst_goes_at_once():
     with asyncio.Runner(loop_factory=Skipping) as runner:
         flooding = set()
-        flood, other = ClientPace(flooding), ClientPace(flooding)
+        flood, other = (Pace(CLIENTS_SHARE, CLIENT_BURST, flooding) for _ in range(2))
         assert runner.run(time_taken(flood, [0.01] * 19)) == 0.0  # 0.2 s at once
         assert runner.run(time_taken(flood, [0.05] * 6)) == pytest.approx((0.19 + 6 * 0.05 - 0.2) / 0.5)
         assert runner.run(time_taken(flood, [1.0])) == pytest.approx(1.0 / 0.5)

@@ -9,14 +9,14 @@ from vrx_mj.ros.rosbridge.topics import Subscription
 THROTTLE = 0.04
 
 
-class Outgoing:
+class Outbox:
     """Notes what is sent."""
 
     def __init__(self):
         self.sent = []
 
-    def message(self, source, make, binary, size, most):
-        self.sent.append((*make(), most))
+    def push(self, written, size, source, most):
+        self.sent.append((*written[0](), most))
 
     def forget(self, source):
         self.sent.append("forgotten")
@@ -36,16 +36,16 @@ class Parcel:
 
 def subscribed(work, *wishes):
     """What is sent while a coroutine works with a subscription that has these wishes."""
-    outgoing = Outgoing()
+    outbox = Outbox()
 
     async def run():
-        subscription = Subscription("/a", outgoing)
+        subscription = Subscription("/a", outbox)
         for number, wish in enumerate(wishes):
             subscription.add(str(number), wish)
         await work(subscription)
 
     asyncio.run(run())
-    return outgoing.sent
+    return outbox.sent
 
 
 def numbers(sent):
