@@ -22,6 +22,7 @@ from vrx_mj.errors import RecordError
 from vrx_mj.outputs import written
 from vrx_mj.recording.blueprint import save_views
 from vrx_mj.recording.boat_sets import sent_messages
+from vrx_mj.recording.eyes import plan_chunks
 from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk, part_chunk
 from vrx_mj.recording.packing import pack_rows, shape_of, unpack_rows
 from vrx_mj.recording.parts import APPLICATION, COMPANIES, EVENTS, FRAMES, ROWS, STATES, Part
@@ -35,7 +36,6 @@ from vrx_mj.recording.task_chunks import TaskChunks, WrittenFrame, frame_chunk, 
 from vrx_mj.recording.timeline import times
 from vrx_mj.recording.touch_chunks import touch_chunks
 from vrx_mj.recording.viewer import viewer_binary, viewer_environment
-from vrx_mj.recording.weather_chunks import plan_chunks
 from vrx_mj.unix import release_memory
 
 JOIN_SECONDS = 600.0
@@ -120,7 +120,7 @@ class Encoder:
                 yield from self._going(batch)
             yield from self._task.rest(self._end)
             if self._moving.track is not None:
-                yield from plan_chunks(self._first, self._moving.track)
+                yield from plan_chunks(self._first, self._moving.track, self._moving.sailed)
         except Exception as error:
             self.error = error  # rerun's own error has less detail
             raise

@@ -32,7 +32,6 @@ from vrx_mj.recording.record_scene import (
     RecordScene,
     RowLayout,
     Surface,
-    Waypoint,
 )
 from vrx_mj.recording.shapes import coarser, geom_surface
 from vrx_mj.runtime.run import fingerprint
@@ -63,7 +62,7 @@ def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Seque
     world, model = sim.world, sim.model
     looks = _looks(world, looks_of)
     parameters = world.parameters
-    wind, sea = parameters.wind.direction, tree_of(parameters.sea)
+    sea = tree_of(parameters.sea)
     recorded = tuple(recorded_sensors(world, choices))
     return RecordScene(
         properties={
@@ -83,16 +82,9 @@ def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Seque
         thrusters=tuple(_thrusters(world, looks)),
         files=_files(world),
         sea_height=sim.sea.height,
-        wind_direction=wind,
-        shoreline=tuple(np.array(ring, np.float64) for ring in parameters.shoreline),
-        waypoints=tuple(
-            Waypoint(f"waypoint_{number}", (x, y, 0.0), yaw)
-            for number, (x, y, yaw) in enumerate(parameters.waypoints, 1)
-        ),
         sensors=recorded,
         displays=tuple(_displays(world, looks, part_paths(world, model))),
         parts=tuple(parts_of(world, model, looks)),
-        to_world=None if parameters.georeference is None else parameters.georeference.to_enu,
         parameters=parameters,
     )
 

@@ -282,7 +282,7 @@ FOAM = sea.packed(
     np.column_stack(
         [
             np.interp(np.linspace(0.0, 1.0, WAKE_POINTS), (0.0, 0.5, 1.0), part)
-            for part in ((214, 104, 50), (232, 148, 98), (240, 172, 128))
+            for part in ((214, 94, 36), (232, 134, 76), (240, 156, 99))
         ]
     )
 )
@@ -290,4 +290,4 @@ FOAM = sea.packed(
 OVER = (0.04, 0.15)
 """Height of a wake over the drawn sea [m], and more in standard deviations of the sea: cells are flat."""
 MARGIN = 1.0
-"""How far from a boat's hull the wakes of others are over its patch [m], besides the reach of that."""
+"""How far from a boat's hull wakes are over its patch [m], besides the reach of that."""

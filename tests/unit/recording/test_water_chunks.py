@@ -176,10 +176,12 @@ def test_wakes_lie_on_the_drawn_sea(storm):
     assert len(time) == 10 * swell_of(height).rate
     for moment, wake in zip(time, wakes, strict=True):
         drawn = surface(*fleet(moment), wake[:, :2])
-        assert wake[:, 2] == pytest.approx(drawn + over, abs=STEP)
+        far = np.hypot(*(wake[:, :2] - wake[:2, :2].mean(axis=0)).T) > 6.0  # of the patch at the hull
+        assert wake[far, 2] == pytest.approx(drawn[far] + over, abs=STEP)
+        assert (wake[~far, 2] > drawn[~far] + over - STEP).all()
 
 
-def test_a_wake_is_over_the_patch_of_another_boat_and_under_its_own():
+def test_a_wake_is_over_the_patches_of_its_own_boat_and_of_others():
     """A boat lies 8 m behind one that sails away from it, in a swell that lifts and sinks all of the sea at once."""
     water, time = WaterChunks(), np.arange(100) / 20
     names = ["wamv1", "wamv2"]
@@ -189,7 +191,7 @@ def test_a_wake_is_over_the_patch_of_another_boat_and_under_its_own():
     level = np.tile([1.0, 0.0, 0.0, 0.0], (100, 2, 1))
     chunks = list(water(names, time, places, level))
     moment, wakes = frames(chunks, "/world/wakes/wamv1", "vertex_positions")
-    for name, over in (("wamv2", True), ("wamv1", False)):
+    for name in names:
         patch = frames(chunks, f"/world/sea/hulls/{name}", "vertex_positions")
         place = places[:, names.index(name)]
         near = []
@@ -199,7 +201,7 @@ def test_a_wake_is_over_the_patch_of_another_boat_and_under_its_own():
             inside = (np.abs(wake[:, :2] - here[:2]) < (2.0, 1.0)).all(axis=1)
             near += list(wake[inside, 2] - points[:, 2].max())
         assert len(near) > 3
-        assert (np.array(near) > 0.0).all() == over
+        assert min(near) > 0.0
 
 
 def test_patch_does_not_depend_on_how_a_boat_leans():
