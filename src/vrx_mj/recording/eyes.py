@@ -104,7 +104,7 @@ def fleet_circle(scene: RecordScene) -> tuple[FloatArray, float]:
 
 RATE = 2.0
 """Arrows, figures, and names in the plan [Hz]."""
-ARROW = np.array([(-0.5, 0.0), (0.5, 0.0), (0.3, 0.12), (0.5, 0.0), (0.3, -0.12)])
+ARROW = np.array([(-0.5, 0.0), (0.5, 0.0), (0.26, 0.2), (0.5, 0.0), (0.26, -0.2)])
 """An arrow as a line, along and across, in lengths of it: tips of a viewer's own arrows of such a width are black."""
 KINDS = {
     "wind": (WIND_COLOR, "wind {0:.1f} m/s from {1:.0f} deg"),
@@ -205,7 +205,7 @@ def still_weather(scene: RecordScene) -> Iterator[Chunk]:
     """Colours and places of arrows and figures, and the size of those beside the boats."""
     colors = [KINDS[name][0] for name in scene.weather()]
     for corner in corners_of(scene):
-        yield static(corner.path, rr.LineStrips3D.from_fields(colors=colors, radii=[rr.Radius.ui_points(2.5)]))
+        yield static(corner.path, rr.LineStrips3D.from_fields(colors=colors, radii=[rr.Radius.ui_points(1.8)]))
         spots = corner.spots(corner.text, len(colors))
         points = rr.Points3D.from_fields(positions=spots, **NAMED)
         yield static(f"{corner.path}/figures", points)
