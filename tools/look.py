@@ -56,8 +56,8 @@ SCENES = {}, {"fog": {"type": "linear", "color": [0.8, 0.82, 0.84], "end": 120}}
 """Day, fog and dusk, in which cameras are shown."""
 SOFTWARE = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 LOADED = "document.querySelector('canvas')?.width > 300"
-WATER, CHANGING = 0.03, 0.02
-"""Shares of a page's pixels that a plan's water has at least, and that may change in a page that has its data."""
+WATER, CHANGING = 0.03, 0.002
+"""Share of a page's pixels that a plan's water has at least, and how much it may change in a page that has its data."""
 THUMB = (400, 225)
 """Width and height of a picture on a sheet [px]."""
 
@@ -169,17 +169,16 @@ def light(file: Path) -> Iterator[Path]:
             yield settled(page, file.with_name(f"{file.stem}_light_{size[0]}.png"))
 
 
-def settled(page: browser.Page, picture: Path, seconds: float = 90.0) -> Path:
-    """A picture of a page that shows a plan, once hardly anything has changed since the picture before."""
-    until, before = time.monotonic() + seconds, np.zeros((1, 1, 3))
-    while time.monotonic() < until:
+def settled(page: browser.Page, picture: Path, seconds: float = 300.0) -> Path:
+    """A picture of a page that shows a plan, of which the water has stayed the same over three pictures."""
+    until, shares = time.monotonic() + seconds, [0.0, 0.0, 0.0]
+    while min(shares) < WATER or np.ptp(shares) > CHANGING:
+        if time.monotonic() > until:
+            raise TimeoutError(f"no views in {picture} after {seconds:g} s")
         page.screenshot(picture)
-        shown = np.asarray(Image.open(picture).convert("RGB"))
-        alike = before.shape == shown.shape and (shown != before).any(axis=-1).mean() < CHANGING
-        if alike and (shown == PLAN_WATER).all(axis=-1).mean() > WATER:
-            return picture
-        before = shown
-    raise TimeoutError(f"no views in {picture} after {seconds:g} s")
+        water = np.asarray(Image.open(picture).convert("RGB")) == PLAN_WATER
+        shares = [*shares[1:], float(water.all(axis=-1).mean())]
+    return picture
 
 
 def drawn_sea(folder: Path) -> Iterator[Path]:

@@ -31,7 +31,7 @@ from vrx_mj.recording.reader import all_events
 from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.repacking import repacked
 from vrx_mj.recording.sensor_chunks import SensedChunks, sensor_chunks
-from vrx_mj.recording.static_chunks import boat_chunks, change_chunks, still_chunks
+from vrx_mj.recording.static_chunks import change_chunks, still_chunks
 from vrx_mj.recording.task_chunks import TaskChunks, WrittenFrame, frame_chunk, task_chunks
 from vrx_mj.recording.timeline import times
 from vrx_mj.recording.touch_chunks import touch_chunks
@@ -129,7 +129,6 @@ class Encoder:
         """What does not change with time."""
         yield part_chunk([run])
         yield from still_chunks(self._first)
-        yield from boat_chunks(self._first)
         yield from sensor_chunks(self._first)
         yield from task_chunks(self._first.parameters)
 

@@ -130,6 +130,8 @@ class Corner(NamedTuple):
     """From one line to the next."""
     length: float
     """Length of an arrow."""
+    rise: float
+    """How far an arrow is over its figures."""
 
     def spots(self, across: float, count: int) -> FloatArray:
         """Places (count, 3) of lines."""
@@ -143,8 +145,8 @@ def corners_of(scene: RecordScene) -> tuple[Corner, Corner]:
     right = np.cross((0.0, 0.0, 1.0), back) / math.hypot(*back[:2])
     plan = np.hstack([east_and_north(scene), np.zeros((2, 1))])
     return (
-        Corner(f"{FLEET}/weather", np.array([right, np.cross(back, right)]), -0.66, -0.36, 0.2, 0.065, 0.16),
-        Corner(f"{PLAN}/weather", plan, -1.1, -0.1, 0.88, 2.0 * PLAN_LINE, 0.2),
+        Corner(f"{FLEET}/weather", np.array([right, np.cross(back, right)]), -0.56, -0.56, 0.2, 0.11, 0.16, 0.035),
+        Corner(f"{PLAN}/weather", plan, -1.1, -0.1, 0.88, 2.0 * PLAN_LINE, 0.2, 0.0),
     )
 
 
@@ -195,7 +197,8 @@ class WeatherChunks:
         arrows = np.einsum("pa,ankc->nkpc", ARROW, np.stack([along, across]))
         words = rr.Points3D.columns(labels=[text for i in news for text in texts[i]]).partition(counts)
         for corner in corners_of(scene):
-            strips = corner.spots(corner.arrow, len(found))[:, None] + corner.length * arrows
+            spots = corner.spots(corner.arrow, len(found)) + corner.rise * corner.axes[1]
+            strips = spots[:, None] + corner.length * arrows
             columns = rr.LineStrips3D.columns(strips=strips.reshape(-1, len(ARROW), 3))
             yield Chunk.from_columns(corner.path, at, columns.partition(counts))
             yield Chunk.from_columns(f"{corner.path}/figures", at, words)

@@ -109,7 +109,7 @@ class RecordedThruster:
     boat: str
     position: Vec3
     """Place where the engine is mounted, in the body frame [m]."""
-    mount: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+    mount: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0)
     """Quaternion (w, x, y, z) of the engine at zero steering, which turns about its z: engine to body."""
     direction: Vec3 = (1.0, 0.0, 0.0)
     """Direction of the force, a unit vector in the engine's frame."""

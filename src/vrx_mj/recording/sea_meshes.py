@@ -14,7 +14,6 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.frames import in_world_axes
-from vrx_mj.physics.kernel import kernel
 from vrx_mj.recording.record_scene import RecordedBody, SeaHeight
 from vrx_mj.recording.timeline import Held
 
@@ -184,22 +183,6 @@ def triangles(rows: int, columns: int) -> npt.NDArray[np.uint32]:
     first = corner + np.array([0, 1, columns + 1])
     second = corner + np.array([0, columns + 1, columns])
     return np.concatenate([first, second]).astype(np.uint32)
-
-
-@kernel
-def on_patches(points: FloatArray, places: FloatArray, reach: FloatArray, found: FloatArray) -> None:
-    """Write 1 for each of points (n, m, boats, 2) [m] of wakes that may be over the patch of a boat, else 0.
-
-    Boats are at places (n, boats, 2) [m], their patches within `reach` (boats,) [m].
-    """
-    for i in range(points.shape[0]):
-        for j in range(points.shape[1]):
-            for own in range(points.shape[2]):
-                found[i, j, own] = 0.0
-                for other in range(points.shape[2]):
-                    x, y = points[i, j, own, 0] - places[i, other, 0], points[i, j, own, 1] - places[i, other, 1]
-                    if x * x + y * y < reach[other] ** 2:
-                        found[i, j, own] = 1.0
 
 
 HULL_CELL = 0.6

@@ -17,7 +17,6 @@ from vrx_mj.draw.colors import LABEL, WIND_COLOR, Rgb, shade
 from vrx_mj.recording.eyes import FLEET, PLANNED, around, fleet_circle, plan_eye, sea_eye, waypoint_name
 from vrx_mj.recording.record_scene import (
     RecordedBody,
-    RecordedDisplay,
     RecordedPart,
     RecordScene,
     Surface,
@@ -40,16 +39,10 @@ SHORE_HEIGHT = 0.15
 
 
 def still_chunks(scene: RecordScene) -> Iterator[Chunk]:
-    """What a recording begins with, but for its boats."""
+    """What a recording begins with."""
     yield from run_chunks(scene)
     yield static("/world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
-    for body in scene.bodies:
-        if body.kind != "boat":
-            yield from body_chunks(body, scene.begun)
-    for part in scene.parts:
-        yield from part_chunks(part, scene.begun)
-    for display in scene.displays:
-        yield from display_chunks(display, scene.begun)
+    yield from coming_chunks(scene)
     yield from fleet_chunks(scene)
     yield legend_chunk(scene)
     yield from place_chunks(scene)
@@ -60,13 +53,9 @@ def run_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """The run, for people, as properties."""
     title = " + ".join(str(scene.properties[key]) for key in ("world", "fleet") if scene.properties.get(key))
     yield Chunk.from_property("RecordingInfo", RecordingInfo(name=title or "vrx_mj"))
-    shown = {key: show(value) for key, value in scene.properties.items()}
-    yield Chunk.from_property("run", rr.AnyValues(**shown))
-
-
-def show(value: object) -> str | int | float | bool:
-    """A property as the viewer lists it."""
-    return value if isinstance(value, str | int | float | bool) else json.dumps(value)
+    plain = (str, int, float, bool)
+    listed = {key: each if isinstance(each, plain) else json.dumps(each) for key, each in scene.properties.items()}
+    yield Chunk.from_property("run", rr.AnyValues(**listed))
 
 
 def body_chunks(body: RecordedBody, begun: float | None) -> Iterator[Chunk]:
@@ -116,13 +105,6 @@ def mesh(surfaces: Iterable[Surface]) -> rr.Mesh3D:
 def color(rgba: Sequence[float]) -> ByteArray:
     """Colour 0 to 1 as bytes."""
     return np.round(np.clip(rgba, 0.0, 1.0) * np.float64(255)).astype(np.uint8)
-
-
-def display_chunks(display: RecordedDisplay, begun: float | None) -> Iterator[Chunk]:
-    """Shapes of a light or placard, from a time on likewise; their colours come with the rows."""
-    for part, surfaces in display.surfaces.items():
-        if surfaces:
-            yield shown(begun, display.part_path(part), mesh([replace(one, rgba=WHITE) for one in surfaces]))
 
 
 def fleet_chunks(scene: RecordScene) -> Iterator[Chunk]:
@@ -224,28 +206,28 @@ TAG_HEIGHT = 2.9
 """Height of a boat's name over its origin [m]."""
 
 
-def boat_chunks(scene: RecordScene) -> Iterator[Chunk]:
-    """Looks of a scene's boats, names over them, colours of their trails and arrows."""
-    for boat in scene.boats():
-        yield from joining_chunks(boat, scene)
-
-
 def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -> Iterator[Chunk]:
     """What comes, and the end of what goes, when boats or objects have joined or left since the scene before."""
     yield from leaving_chunks(scene, before)
-    known = {body.path for body in before.bodies}
-    for body in scene.bodies:
-        if body.path not in known and body.kind == "boat":
-            yield from joining_chunks(body, scene)
-            yield from joined_series_chunks(body.name, scene, first)
-            yield legend_chunk(scene)
-        elif body.path not in known:
-            yield from body_chunks(body, scene.begun)
-    hung, lit = {part.path for part in before.parts}, {one.display.name for one in before.displays}
-    for part in (part for part in scene.parts if part.path not in hung):
+    known = {body.path for body in before.bodies} | {part.path for part in before.parts}
+    known |= {one.display.name for one in before.displays}
+    yield from coming_chunks(scene, known)
+    for boat in (boat for boat in scene.boats() if boat.path not in known):
+        yield from joined_series_chunks(boat.name, scene, first)
+        yield legend_chunk(scene)
+
+
+def coming_chunks(scene: RecordScene, known: Collection[str] = ()) -> Iterator[Chunk]:
+    """Looks of a scene's bodies, parts and displays but for known ones, by their paths, of displays by their names."""
+    for body in (body for body in scene.bodies if body.path not in known):
+        yield from joining_chunks(body, scene) if body.kind == "boat" else body_chunks(body, scene.begun)
+    for part in (part for part in scene.parts if part.path not in known):
         yield from part_chunks(part, scene.begun)
-    for display in (one for one in scene.displays if one.display.name not in lit):
-        yield from display_chunks(display, scene.begun)
+    for one in (one for one in scene.displays if one.display.name not in known):
+        for name, surfaces in one.surfaces.items():  # their colours come with the rows
+            if surfaces:
+                white = [replace(surface, rgba=WHITE) for surface in surfaces]
+                yield shown(scene.begun, one.part_path(name), mesh(white))
 
 
 def leaving_chunks(scene: RecordScene, before: RecordScene) -> Iterator[Chunk]:

@@ -29,7 +29,7 @@ from vrx_mj.recording.sea_meshes import (
 )
 from vrx_mj.recording.simulation_scene import scene_of
 from vrx_mj.recording.timeline import Held
-from vrx_mj.recording.water_chunks import FASTEST, OVER, WAKE_WIDTHS, WaterChunks, speed_colors
+from vrx_mj.recording.water_chunks import FASTEST, OVER, SUNK, WAKE_WIDTHS, WaterChunks, speed_colors
 
 TRIO = np.array([[0.0, 20.0], [17.3, -10.0], [-17.3, -10.0]])
 FLEETS = {
@@ -169,16 +169,21 @@ def test_waterline_of_a_hull_in_a_storm_is_right_within_3_cm_at_every_shown_time
 
 
 def test_wakes_lie_on_the_drawn_sea(storm):
-    height, _, scene, chunks = storm
-    over = OVER[0] + OVER[1] * swell_of(height).deviation
-    fleet = fleet_mesh(chunks)
+    """At the boat, where the fleet's mesh is lower than the sea, on the sea itself."""
+    height, rows, scene, chunks = storm
+    deviation = swell_of(height).deviation
+    over, fleet = OVER[0] + OVER[1] * deviation, fleet_mesh(chunks)
     time, wakes = frames(chunks, f"/world/wakes/{scene.boats()[0].name}", "vertex_positions")
     assert len(time) == 10 * swell_of(height).rate
+    left = 0
     for moment, wake in zip(time, wakes, strict=True):
-        drawn = surface(*fleet(moment), wake[:, :2])
-        far = np.hypot(*(wake[:, :2] - wake[:2, :2].mean(axis=0)).T) > 6.0  # of the patch at the hull
-        assert wake[far, 2] == pytest.approx(drawn[far] + over, abs=STEP)
-        assert (wake[~far, 2] > drawn[~far] + over - STEP).all()
+        here = rows[np.searchsorted(rows[:, 0], moment - 1e-6), scene.layout().pose(scene.layout().bodies[0])][:2]
+        above = wake[:, 2] - surface(*fleet(moment), wake[:, :2]) - over
+        far = np.hypot(*(wake[:, :2] - here).T) > 11.0
+        left += far.sum()
+        assert above[far] == pytest.approx(0.0, abs=STEP)
+        assert -STEP < above.min() <= above.max() < SUNK * deviation + STEP
+    assert left > 20
 
 
 def test_a_wake_is_over_the_patches_of_its_own_boat_and_of_others():
