@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from vrx_mj.recording.record_scene import RecordedBody, RecordedThruster, RecordScene, Surface, Waypoint
+from trees import partial
+from vrx_mj.recording.record_scene import RecordedBody, RecordedThruster, RecordScene, Surface
 from vrx_mj.recording.writer import RecordWriter
 
 RATE = 20.0
@@ -20,6 +21,13 @@ RADIUS, SPEED, DRIFT = 14.0, 2.0, 0.7
 AMPLITUDE, LENGTH, PERIOD = 0.25, 30.0, 4.4
 BUOYS = {"red_0": (16.0, 6.0), "green_0": (-20.0, 9.0), "white_0": (4.0, 34.0)}
 COLORS = {"red_0": (0.85, 0.1, 0.1, 1.0), "green_0": (0.1, 0.6, 0.2, 1.0), "white_0": (0.95, 0.95, 0.95, 1.0)}
+
+PARAMETERS = {
+    "task": None, "boats": [], "georeference": None,
+    "wind": {"mean": 5.0, "gain": 0.0, "direction": [0.0, 1.0]}, "sea": {"waves": [], "period": PERIOD},
+    "shoreline": [[[-60.0, 70.0], [0.0, 62.0], [60.0, 75.0], [60.0, 120.0], [-60.0, 120.0]]],
+    "waypoints": [[0.0, 30.0, 1.57], [-30.0, 0.0, 0.0]],
+}  # fmt: skip
 
 
 def sea_height(x, y, t):
@@ -76,7 +84,6 @@ def scene(boats=3, seed=7):
         for name in names
         for side, y in (("left", 1.03), ("right", -1.03))
     )
-    shore = np.array([[-60.0, 70.0], [0.0, 62.0], [60.0, 75.0], [60.0, 120.0], [-60.0, 120.0]])
     return RecordScene(
         properties={"world": "made_up", "fleet": "ring", "seed": seed, "versions": {"mujoco": "4.0.0"}},
         timestep=0.01,
@@ -85,10 +92,8 @@ def scene(boats=3, seed=7):
         bodies=(*bodies, dock),
         thrusters=thrusters,
         files={"scene.xml": b"<mujoco/>", "assets/hull.stl": bytes(range(256))},
+        parameters=partial(PARAMETERS),
         sea_height=sea_height,
-        wind_direction=(0.0, 1.0),
-        shoreline=(shore,),
-        waypoints=(Waypoint("goal", (0.0, 30.0, 0.5), 1.57), Waypoint("gate", (-30.0, 0.0, 0.5))),
     )
 
 

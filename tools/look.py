@@ -28,6 +28,7 @@ from readme_video import WORLD as STORM
 from rerun.experimental import ViewerClient
 
 import vrx_mj
+from vrx_mj.recording.blueprint import PLAN_WATER
 from vrx_mj.recording.video import Film, Shot, looking
 from vrx_mj.recording.viewer import Server, free_port, viewer_binary, viewer_environment
 
@@ -55,6 +56,8 @@ SCENES = {}, {"fog": {"type": "linear", "color": [0.8, 0.82, 0.84], "end": 120}}
 """Day, fog and dusk, in which cameras are shown."""
 SOFTWARE = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 LOADED = "document.querySelector('canvas')?.width > 300"
+WATER, CHANGING = 0.03, 0.002
+"""Share of a page's pixels that a plan's water has at least, and how much it may change in a page that has its data."""
 THUMB = (400, 225)
 """Width and height of a picture on a sheet [px]."""
 
@@ -119,13 +122,22 @@ def dark(file: Path, size: tuple[int, int]) -> Iterator[Path]:
         try:
             viewer = connected(f"rerun+http://127.0.0.1:{port}/proxy")
             for moment in MOMENTS[file.stem]:
-                viewer.set_time("sim_time", duration=moment, play_state="paused")
-                time.sleep(1.0)
                 picture = file.with_name(f"{file.stem}_{moment:g}_dark_{size[0]}.png")
-                viewer.save_screenshot(str(picture))
+                repeated(viewer.set_time, "sim_time", duration=moment, play_state="paused")
+                time.sleep(1.0)
+                repeated(viewer.save_screenshot, str(picture))
                 yield picture
         finally:
             process.terminate()
+
+
+def repeated(order: Callable[..., object], *what: object, tries: int = 10, **how: object) -> None:
+    """Give a viewer an order until it has carried it out: on a busy machine it may take longer than it has for one."""
+    for _ in range(tries - 1):
+        with contextlib.suppress(TimeoutError):
+            order(*what, **how)
+            return
+    order(*what, **how)
 
 
 def connected(url: str, seconds: float = 60.0) -> ViewerClient:
@@ -142,20 +154,31 @@ def connected(url: str, seconds: float = 60.0) -> ViewerClient:
         time.sleep(0.2)
 
 
-def light(file: Path, size: tuple[int, int], seconds: float = 20.0) -> Iterator[Path]:
-    """A picture of rerun's page in a browser with a light theme, after some time of the clock [s] while it plays."""
+def light(file: Path) -> Iterator[Path]:
+    """Pictures of rerun's page in a browser with a light theme, near the begin of the run, which it plays."""
     with (
         contextlib.closing(Server(file)) as server,
         tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder,
         browser.browsing(Path(folder), "about:blank", *SOFTWARE) as page,
     ):
-        page.size(*size, dark=False)
+        page.size(*SIZES[0], dark=False)
         page("Page.navigate", url=server.page_url)
         page.wait(LOADED, 60.0)
-        time.sleep(seconds)
-        picture = file.with_name(f"{file.stem}_light_{size[0]}.png")
+        for size in SIZES:
+            page.size(*size, dark=False)
+            yield settled(page, file.with_name(f"{file.stem}_light_{size[0]}.png"))
+
+
+def settled(page: browser.Page, picture: Path, seconds: float = 300.0) -> Path:
+    """A picture of a page that shows a plan, of which the water has stayed the same over three pictures."""
+    until, shares = time.monotonic() + seconds, [0.0, 0.0, 0.0]
+    while min(shares) < WATER or np.ptp(shares) > CHANGING:
+        if time.monotonic() > until:
+            raise TimeoutError(f"no views in {picture} after {seconds:g} s")
         page.screenshot(picture)
-        yield picture
+        water = np.asarray(Image.open(picture).convert("RGB")) == PLAN_WATER
+        shares = [*shares[1:], float(water.all(axis=-1).mean())]
+    return picture
 
 
 def drawn_sea(folder: Path) -> Iterator[Path]:
@@ -236,7 +259,7 @@ def main() -> None:
         else:
             file = record(name, folder)
             views = [dark(file, size) for size in SIZES]
-            taken = itertools.chain(*views, *([] if given.dark else [light(file, size) for size in SIZES]))
+            taken = itertools.chain(*views, *([] if given.dark else [light(file)]))
         for picture in taken:
             print(picture)
     found = [picture for name in (*MOMENTS, *OTHERS) for picture in sorted(folder.glob(f"{name}*.png"))]

@@ -13,8 +13,8 @@ Rgb = tuple[int, int, int]
 
 SHADES = (0.27, 0.18, 0.12)
 """Relative luminances: WCAG 2 gives 3:1 with white up to 0.300, and with black from 0.100 on."""
-TEXT = 0.85
-"""Luminance of names in the views: on the plates that a viewer puts under them, half of them the dark water behind."""
+LABEL: Rgb = (255, 255, 255)
+"""Names in the views of recordings: a viewer's plates under them are half its grey, light or dark, half the water."""
 WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 """Shares of red, green and blue in the luminance, by WCAG 2."""
 FIRST_HUE, GOLDEN = 0.09, (3.0 - math.sqrt(5.0)) / 2.0
@@ -58,8 +58,3 @@ def shade(rgb: Sequence[float], luminance: float = SHADES[0]) -> Rgb:
 
 
 WIND_COLOR, WAVE_COLOR, CURRENT_COLOR = shade((1.0, 0.45, 0.1)), shade((0.1, 0.7, 1.0)), shade((0.2, 1.0, 0.5))
-
-
-def text_color(rgb: Rgb) -> Rgb:
-    """The tint of a colour (0 to 255) in which a name is written in a recording's views."""
-    return shade([share / 255.0 for share in rgb], TEXT)

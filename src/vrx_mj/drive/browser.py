@@ -14,7 +14,7 @@ from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk
 from vrx_mj.recording.parts import APPLICATION
 from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.simulation_scene import scene_of
-from vrx_mj.recording.static_chunks import boat_chunks, still_chunks
+from vrx_mj.recording.static_chunks import still_chunks
 from vrx_mj.recording.viewer import Server
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.timing import Pause
@@ -84,7 +84,6 @@ class Browser:
         self._stream.connect_grpc(self.server.data_url)
         rr.send_blueprint(layout(self._scene, live=True), recording=self._stream)
         rr.send_chunks(still_chunks(self._scene), recording=self._stream)
-        rr.send_chunks(boat_chunks(self._scene), recording=self._stream)
         self._fleet = MovingChunks(_only(self._scene, boats=True), live=True)
         self._others = MovingChunks(_only(self._scene, boats=False))
         self._shown, self._boat = -1.0, ""

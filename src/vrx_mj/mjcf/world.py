@@ -79,14 +79,24 @@ class World:
         Raises:
             StateError: an asset's name has a folder in it, a link is in the way, or it cannot be written.
         """
-        for name in self.assets:
-            if name != PurePosixPath(name).name or "\\" in name or ":" in name:
-                raise StateError(f"invalid asset name '{name}': a file name without folders is needed")
         scene = _scene(as_path("target", target))
-        texts = {scene.with_suffix(".json").name: json_of(self.parameters), scene.name: self.mjcf}
-        files = {f"assets/{name}": content for name, content in self.assets.items()}
-        write_files(scene.parent, {**files, **texts}, "the world", StateError)
+        write_files(scene.parent, self.files(scene.stem), "the world", StateError)
         return scene
+
+    def files(self, name: str = "scene") -> dict[str, bytes]:
+        """What `save` writes, by relative path: the MJCF and its parameters have this name.
+
+        Raises:
+            StateError: an asset's name has a folder in it.
+        """
+        for asset in self.assets:
+            if asset != PurePosixPath(asset).name or "\\" in asset or ":" in asset:
+                raise StateError(f"invalid asset name '{asset}': a file name without folders is needed")
+        texts = {f"{name}.json": json_of(self.parameters), f"{name}.xml": self.mjcf}
+        return {
+            **{f"assets/{asset}": bytes(content) for asset, content in self.assets.items()},
+            **{file: text.encode() for file, text in texts.items()},
+        }
 
     @staticmethod
     def load(source: str | Path) -> "World":

@@ -21,6 +21,7 @@ from vrx_mj.recording.eyes import (
     east_and_north,
     followed_circle,
     followed_path,
+    name_spots,
     plan_eye,
     sea_eye,
 )
@@ -50,8 +51,6 @@ BELOW = (
 """Plots under the sea, as many to a place as have room for their titles in a window of 1280 pixels."""
 PICTURES = 4
 """Cameras whose pictures are shown at first."""
-PLAN_LINES, LETTER = 18.0, 0.5
-"""Lines of text as high as the plan in a window of 1280 pixels, and the width of a letter in lines."""
 UNDER_WAVES = "- /world/trails/**", "- /world/tracks/**", "- /world/shore"
 """What lies flat over the mean water: a drawn sea would cover it in part, and the line of a shore floats off it."""
 EDGE = rr.TimeRangeBoundary.infinite()
@@ -78,7 +77,7 @@ def layout(
     pictured = bool(scene.of_type("camera"))
     left = rrb.Vertical(sea_view(scene), below(scene), row_shares=[1.7 if pictured else 3.4, 1])
     boats = scene.roster()
-    story = [steps_view(scene), log_view()] if has_task(scene) else [log_view(), steps_view(scene)]
+    story = [steps_view(scene), log_view()] if scene.parameters.task else [log_view(), steps_view(scene)]
     rows: list[rrb.View | rrb.Container] = [*beside(scene, result), rrb.Tabs(*story)]
     shares = [*[1.0] * (len(rows) - 1), 1.2]
     if len(boats) > FEW_NAMES:
@@ -100,17 +99,12 @@ def layout(
 def beside(scene: RecordScene, result: str = "") -> list[rrb.View | rrb.Container]:
     """Under the plan: how the task goes in words and as a plot, if there is one, then speed and thrust."""
     speed, thrust = BESIDE
-    score = [plot_view(scene, TASK, legend=True)] if has_task(scene) else []
+    score = [plot_view(scene, TASK, legend=True)] if scene.parameters.task else []
     plots: list[rrb.View | rrb.Container] = [rrb.Tabs(*score, *(plot_view(scene, plot, marked=True) for plot in speed))]
     if scene.thrusters:
         plots.append(rrb.Tabs(*(plot_view(scene, plot, legend=len(scene.thrusters) <= LEGEND) for plot in thrust)))
     words = rrb.TextDocumentView(name=f"Task: {result}" if result else "Task", origin=WORDS, contents=[f"+ {WORDS}"])
-    return [words, *plots] if has_task(scene) else plots
-
-
-def has_task(scene: RecordScene) -> bool:
-    """Whether there is a task to score."""
-    return bool(scene.parameters and scene.parameters.task)
+    return [words, *plots] if scene.parameters.task else plots
 
 
 def legend_view(boats: Sequence[str]) -> rrb.Spatial2DView:
@@ -190,18 +184,18 @@ def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatia
             eye_up=(*north, 0.0),
             tracking_entity=PLANNED if track is None else None,
         ),
-        overrides=trails(scene) | unnamed(scene, height),
+        overrides=trails(scene) | (unnamed(scene, middle, height) if track is None else without_names(scene.roster())),
     )
 
 
-def unnamed(scene: RecordScene, height: float) -> dict[str, Any]:
-    """Names of boats hidden where some would cover each other, as the fleet starts, from a `height` [m]."""
-    line = 2.0 * PLAN_SLOPE * height / PLAN_LINES
-    places = np.array([boat.pose[:2] for boat in scene.boats()]).reshape(-1, 2) @ east_and_north(scene).T
-    halves = 0.5 * line * LETTER * np.array([len(boat.name) + 1.0 for boat in scene.boats()])
-    east, north = np.moveaxis(np.abs(places[:, None] - places), -1, 0)
-    covered = (east < halves[:, None] + halves) & (north < line)
-    return without_names(scene.roster()) if covered.sum() > len(places) else {}
+def unnamed(scene: RecordScene, middle: FloatArray, height: float) -> dict[str, Any]:
+    """Names of boats hidden that would cover something as the fleet starts, in a plan from a `height` [m]."""
+    places = np.reshape([boat.pose[:2] for boat in scene.boats()], (1, -1, 2))
+    spots = middle + height * PLAN_SLOPE * name_spots(
+        scene, [boat.name for boat in scene.boats()], places, middle, height
+    )
+    moved = ~(np.abs(spots - places) < 1e-6).all(axis=(0, 2))
+    return without_names(boat.name for boat, hidden in zip(scene.boats(), moved, strict=True) if hidden)
 
 
 def without_names(boats: Iterable[str]) -> dict[str, Any]:

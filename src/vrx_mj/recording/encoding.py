@@ -22,6 +22,7 @@ from vrx_mj.errors import RecordError
 from vrx_mj.outputs import written
 from vrx_mj.recording.blueprint import save_views
 from vrx_mj.recording.boat_sets import sent_messages
+from vrx_mj.recording.eyes import plan_chunks
 from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk, part_chunk
 from vrx_mj.recording.packing import pack_rows, shape_of, unpack_rows
 from vrx_mj.recording.parts import APPLICATION, COMPANIES, EVENTS, FRAMES, ROWS, STATES, Part
@@ -30,12 +31,11 @@ from vrx_mj.recording.reader import all_events
 from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.repacking import repacked
 from vrx_mj.recording.sensor_chunks import SensedChunks, sensor_chunks
-from vrx_mj.recording.static_chunks import boat_chunks, change_chunks, still_chunks
+from vrx_mj.recording.static_chunks import change_chunks, still_chunks
 from vrx_mj.recording.task_chunks import TaskChunks, WrittenFrame, frame_chunk, task_chunks
 from vrx_mj.recording.timeline import times
 from vrx_mj.recording.touch_chunks import touch_chunks
 from vrx_mj.recording.viewer import viewer_binary, viewer_environment
-from vrx_mj.recording.weather_chunks import plan_chunks
 from vrx_mj.unix import release_memory
 
 JOIN_SECONDS = 600.0
@@ -120,7 +120,7 @@ class Encoder:
                 yield from self._going(batch)
             yield from self._task.rest(self._end)
             if self._moving.track is not None:
-                yield from plan_chunks(self._first, self._moving.track)
+                yield from plan_chunks(self._first, self._moving.track, self._moving.sailed)
         except Exception as error:
             self.error = error  # rerun's own error has less detail
             raise
@@ -129,7 +129,6 @@ class Encoder:
         """What does not change with time."""
         yield part_chunk([run])
         yield from still_chunks(self._first)
-        yield from boat_chunks(self._first)
         yield from sensor_chunks(self._first)
         yield from task_chunks(self._first.parameters)
 

@@ -1,14 +1,22 @@
-"""Where the views of a recording look from, and what they follow."""
+"""Where the views of a recording look from, and what is written there: wind, waves and current, names in the plan."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
+import rerun as rr
+from rerun.chunk import Chunk
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.draw.course import course_of
+from vrx_mj.draw.colors import CURRENT_COLOR, WAVE_COLOR, WIND_COLOR
+from vrx_mj.draw.course import Course, course_of
+from vrx_mj.frames import compass
 from vrx_mj.recording.record_scene import RecordScene
+from vrx_mj.recording.timeline import NAMED, Held, Ticker, static, times
 
 FLEET, PLANNED, PLAN = "/world/fleet", "/world/fleet/plan", "/world/plan"
 """Entities: in the middle of what the camera follows, what a plan follows there, and one that frames a track."""
@@ -46,7 +54,7 @@ def plan_eye(scene: RecordScene, track: FloatArray | None = None) -> tuple[Float
 
 def east_and_north(scene: RecordScene) -> FloatArray:
     """Unit vectors (2, 2) to the east and to the north, along x and y."""
-    x = scene.parameters.x_from_east if scene.parameters else 0.0
+    x = scene.parameters.x_from_east
     return np.array([[math.cos(x), -math.sin(x)], [math.sin(x), math.cos(x)]])
 
 
@@ -66,8 +74,8 @@ def plan_circle(scene: RecordScene, track: FloatArray | None) -> tuple[FloatArra
 def plan_places(scene: RecordScene, middle: FloatArray, reach: float) -> FloatArray:
     """Places (n, 2) [m] that the plan holds: the fleet, and all that a task lays out or else what is near."""
     boats = [boat.pose[:2] for boat in scene.boats()]
-    if scene.parameters and scene.parameters.task:
-        laid = [*course_of(scene.parameters).spots(), *(waypoint.position[:2] for waypoint in scene.waypoints)]
+    if scene.parameters.task:
+        laid = [*course_of(scene.parameters).spots(), *(place[:2] for place in scene.parameters.waypoints)]
         return np.reshape([*laid, *boats], (-1, 2))
     others = (body.pose[:2] for body in scene.bodies if body.kind != "ball")
     near = (place for place in others if math.dist(place, middle) < reach + PLAN_REACH)
@@ -92,3 +100,196 @@ def fleet_circle(scene: RecordScene) -> tuple[FloatArray, float]:
         return np.zeros(2), 10.0
     middle = places.mean(axis=0)
     return middle, math.sqrt(float(((places - middle) ** 2).sum(axis=1).max()))
+
+
+RATE = 2.0
+"""Arrows, figures, and names in the plan [Hz]."""
+ARROW = np.array([(-0.5, 0.0), (0.5, 0.0), (0.26, 0.2), (0.5, 0.0), (0.26, -0.2)])
+"""An arrow as a line, along and across, in lengths of it: tips of a viewer's own arrows of such a width are black."""
+KINDS = {
+    "wind": (WIND_COLOR, "wind {0:.1f} m/s from {1:.0f} deg"),
+    "waves": (WAVE_COLOR, "waves Hs {0:.2g} m, Tp {2:.2g} s from {1:.0f} deg"),
+    "current": (CURRENT_COLOR, "current {0:.2g} m/s toward {1:.0f} deg"),
+}
+"""Colours, and texts of speed or significant height, compass direction and period."""
+
+
+class Corner(NamedTuple):
+    """Where arrows and figures are in a view; lengths in units of the view."""
+
+    path: str
+    axes: FloatArray
+    """Unit vectors (2, 3) to the right and upward in the view."""
+    arrow: float
+    """Middle of the arrows, to the right of the view's middle."""
+    text: float
+    """Middle of the figures."""
+    top: float
+    """The first line, over the view's middle."""
+    line: float
+    """From one line to the next."""
+    length: float
+    """Length of an arrow."""
+    rise: float
+    """How far an arrow is over its figures."""
+
+    def spots(self, across: float, count: int) -> FloatArray:
+        """Places (count, 3) of lines."""
+        spots: FloatArray = np.column_stack([[across] * count, self.top - self.line * np.arange(count)]) @ self.axes
+        return spots
+
+
+def corners_of(scene: RecordScene) -> tuple[Corner, Corner]:
+    """Those of the sea's view, in units of the distance of its eye, and of the plan, in units of half its height."""
+    back = sea_eye(0.0) / np.linalg.norm(sea_eye(0.0))
+    right = np.cross((0.0, 0.0, 1.0), back) / math.hypot(*back[:2])
+    plan = np.hstack([east_and_north(scene), np.zeros((2, 1))])
+    return (
+        Corner(f"{FLEET}/weather", np.array([right, np.cross(back, right)]), -0.56, -0.56, 0.2, 0.11, 0.16, 0.035),
+        Corner(f"{PLAN}/weather", plan, -1.1, -0.1, 0.88, 2.0 * PLAN_LINE, 0.2, 0.0),
+    )
+
+
+def flows(scene: RecordScene, rows: FloatArray) -> dict[str, npt.NDArray[np.complex128]]:
+    """What there is at (n, columns) rows: speed [m/s] or significant height [m] along x + i y, (n,)."""
+    turned = np.exp(1j * rows[:, scene.layout().wind_angle].sum(axis=1))
+    found = {"wind": rows[:, 1] * turned * complex(*scene.parameters.wind.direction)}
+    if (sea := scene.parameters.sea).waves:
+        toward = complex(*sea.direction)
+        found["waves"] = np.full(len(rows), sea.significant_height * toward / abs(toward))
+    if flow := scene.parameters.current:
+        tide = flow.tide_frequency * rows[:, 0] + flow.tide_phase
+        turn = np.cos(tide) * complex(*flow.tide_major) + np.sin(tide) * complex(*flow.tide_minor)
+        found["current"] = complex(*flow.mean) + turn
+    return {name: found[name] for name in scene.weather()}
+
+
+def figures(scene: RecordScene, name: str, flow: npt.NDArray[np.complex128]) -> list[str]:
+    """What a flow (n,) is, in words."""
+    text, turned = KINDS[name][1], scene.parameters.x_from_east
+    bearings = np.round(compass(np.angle(-flow if " from " in text else flow) + turned)) % 360.0
+    return [text.format(*pair, scene.parameters.sea.period) for pair in zip(np.abs(flow), bearings, strict=True)]
+
+
+class WeatherChunks:
+    """Turns rows into chunks; it knows what was shown last."""
+
+    def __init__(self) -> None:
+        self._ticker = Ticker(RATE)
+        self._texts: tuple[str, ...] = ()
+
+    def __call__(self, scene: RecordScene, rows: FloatArray) -> Iterator[Chunk]:
+        """Chunks of (n, columns) rows, where a figure changes."""
+        rows = rows[self._ticker(rows[:, 0])]
+        found = flows(scene, rows)
+        texts = list(zip(*(figures(scene, *item) for item in found.items()), strict=True))
+        news = [i for i, line in enumerate(texts) if line != (texts[i - 1] if i else self._texts)]
+        if not news:
+            return
+        if not self._texts:
+            yield from still_weather(scene)
+        self._texts = texts[-1]
+        at, counts = [times(rows[news, 0])], [len(found)] * len(news)
+        toward = np.angle(np.stack(list(found.values()), axis=1)[news])
+        along, across = (
+            np.stack([x.real, x.imag, 0.0 * toward], axis=-1) for x in np.exp(1j * toward) * [[[1]], [[1j]]]
+        )
+        arrows = np.einsum("pa,ankc->nkpc", ARROW, np.stack([along, across]))
+        words = rr.Points3D.columns(labels=[text for i in news for text in texts[i]]).partition(counts)
+        for corner in corners_of(scene):
+            spots = corner.spots(corner.arrow, len(found)) + corner.rise * corner.axes[1]
+            strips = spots[:, None] + corner.length * arrows
+            columns = rr.LineStrips3D.columns(strips=strips.reshape(-1, len(ARROW), 3))
+            yield Chunk.from_columns(corner.path, at, columns.partition(counts))
+            yield Chunk.from_columns(f"{corner.path}/figures", at, words)
+
+
+def still_weather(scene: RecordScene) -> Iterator[Chunk]:
+    """Colours and places of arrows and figures, and the size of those beside the boats."""
+    colors = [KINDS[name][0] for name in scene.weather()]
+    for corner in corners_of(scene):
+        yield static(corner.path, rr.LineStrips3D.from_fields(colors=colors, radii=[rr.Radius.ui_points(1.8)]))
+        spots = corner.spots(corner.text, len(colors))
+        points = rr.Points3D.from_fields(positions=spots, **NAMED)
+        yield static(f"{corner.path}/figures", points)
+    distance = float(np.linalg.norm(sea_eye(followed_circle(scene)[1])))
+    yield static(f"{FLEET}/weather", rr.Transform3D(scale=distance))
+
+
+PLAN_LINES, LETTER = 18.0, 0.5
+"""Lines of text as high as the plan in a window of 1280 pixels, and the width of a letter in lines."""
+PLATE = 1.5
+"""Height of a name with what a viewer writes it on, in lines."""
+RISES = PLATE * np.array([0.0, 1.05, -1.0, 2.05, -2.0])
+"""How far a name may be over its place just under the boat, in lines, the best first."""
+HIDDEN = 1e4
+"""Where a name is that is not shown, in halves of the plan's height."""
+
+
+class Sailed(NamedTuple):
+    """Where boats were in a while."""
+
+    boats: Sequence[str]
+    time: FloatArray
+    """Simulated times (n,) [s]."""
+    places: FloatArray
+    """Places (n, boats, 2) [m]."""
+
+
+def plan_chunks(scene: RecordScene, track: FloatArray, sailed: Sequence[Sailed]) -> Iterator[Chunk]:
+    """Where the plan is that frames a track (2, 2) [m], and the names in it of the boats that have sailed."""
+    middle, height = plan_eye(scene, track)
+    yield static(PLAN, rr.Transform3D(translation=(*middle, 0.0), scale=height * PLAN_SLOPE))
+    boats = list(dict.fromkeys(boat for part in sailed for boat in part.boats))
+    time = np.concatenate([part.time for part in sailed])
+    places, end = np.full((len(time), len(boats), 2), np.nan), 0
+    for part in sailed:
+        end += len(part.time)
+        places[end - len(part.time) : end, [boats.index(boat) for boat in part.boats]] = part.places
+    spots = np.nan_to_num(name_spots(scene, boats, places, middle, height), nan=HIDDEN)
+    for i, boat in enumerate(boats):
+        path, (taken, own) = f"{PLAN}/names/{boat}", Held(1.0 / 512.0, within=1.0 / PLAN_LINES / 3.0)(spots[:, i])
+        own = np.insert(own[taken], 2, 0.0, axis=1).astype(np.float32)
+        shown = own[:, 0] < HIDDEN / 2.0
+        yield static(path, rr.Points3D.from_fields(labels=[boat], **NAMED))
+        yield Chunk.from_columns(path, [times(time[taken])], rr.Points3D.columns(positions=own[shown]).partition(shown))
+
+
+def name_spots(
+    scene: RecordScene, boats: Sequence[str], places: FloatArray, middle: FloatArray, height: float
+) -> FloatArray:
+    """Where names of boats at places (n, boats, 2) [m] are in a plan, in halves of its height along x and y.
+
+    A name covers no other one and no other boat; where there is no such place it is not shown, NaN. `middle` (2,) and
+    `height` [m] are those of the plan's eye.
+    """
+    axes, line, still = east_and_north(scene), 2.0 / PLAN_LINES, still_names(scene)
+    half = line * LETTER * (0.5 * np.array([len(text) for text in (*still, *boats)]) + 1.0)
+    there, known = (
+        (each - middle) @ axes.T / (height * PLAN_SLOPE) for each in (places, np.reshape([*still.values()], (-1, 2)))
+    )
+    taken = np.concatenate([np.broadcast_to(known, (len(there), *known.shape)), np.full_like(there, np.nan)], axis=1)
+    for i in range(len(boats)):
+        own = len(still) + i
+        for rise in RISES:
+            spot = there[:, i] + (0.0, line * rise)
+            beside, above = np.moveaxis(np.abs(taken - spot[:, None]), -1, 0)
+            covered = (beside < half + half[own]) & (above < PLATE * line)
+            beside, above = np.moveaxis(there - spot[:, None], -1, 0)
+            boated = (np.abs(beside) < half[own]) & (above < -0.1 * line) & (above > -PLATE * line)
+            free = np.isnan(taken[:, own, 0]) & ~covered.any(axis=1) & ~boated.any(axis=1)
+            taken[free, own] = spot[free]
+    return taken[:, len(still) :] @ axes
+
+
+def waypoint_name(index: int) -> str:
+    """Name of the waypoint of an index, from 0."""
+    return f"waypoint {index + 1}"
+
+
+def still_names(scene: RecordScene) -> dict[str, Sequence[float]]:
+    """Names in the plan that stay, and their places (2,) [m]."""
+    waypoints, course = scene.parameters.waypoints, course_of(scene.parameters) if scene.parameters.task else Course()
+    names: dict[str, Sequence[float]] = {waypoint_name(i): place[:2] for i, place in enumerate(waypoints)}
+    names |= {beacon.name: (beacon.x, beacon.y) for beacon in course.beacons}
+    return names | {f"{bay.name} {bay.symbol}": bay.external.mean(axis=0)[:2] for bay in course.bays}

@@ -14,7 +14,7 @@ from rerun.chunk import Chunk
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.frames import compass, rotation_matrix
-from vrx_mj.recording.eyes import FLEET, PLAN, PLAN_SLOPE, plan_eye
+from vrx_mj.recording.eyes import FLEET, PLAN, PLAN_SLOPE, RATE, Sailed, WeatherChunks, plan_eye
 from vrx_mj.recording.parts import EVENTS, Part
 from vrx_mj.recording.record_scene import (
     PARKED,
@@ -27,7 +27,6 @@ from vrx_mj.recording.record_scene import (
 from vrx_mj.recording.static_chunks import UNSEEN
 from vrx_mj.recording.timeline import Held, Ticker, static, times
 from vrx_mj.recording.water_chunks import WaterChunks
-from vrx_mj.recording.weather_chunks import WeatherChunks
 
 SHOWN_RATE, ARROW_RATE, PLOT_RATE = 10.0, 10.0, 5.0
 """Poses where nothing moves fast, arrows, and plots, which in a fast sea come with the arrows [Hz]."""
@@ -68,7 +67,7 @@ class MovingChunks:
         """Begin with a scene; `live`: the plan follows the fleet."""
         self._pose, self._arrow, self._plotted = Ticker(SHOWN_RATE), Ticker(ARROW_RATE), Ticker(PLOT_RATE)
         self._water = WaterChunks()
-        self._weather = WeatherChunks()
+        self._weather, self._sailed = WeatherChunks(), Ticker(RATE)
         self._plan_size = plan_eye(scene)[1] * PLAN_SLOPE if live else None
         self._driven: dict[str, FloatArray] = {}
         self._codes: dict[str, int] = {}
@@ -77,6 +76,8 @@ class MovingChunks:
         self._shown: dict[str, Held] = {}
         self.track: FloatArray | None = None
         """Least and greatest x and y (2, 2) [m] of all boats until now."""
+        self.sailed: list[Sailed] = []
+        """Where they were, for their names in a plan of all of the track."""
         self._take(scene)
 
     def go_on(self, scene: RecordScene) -> None:
@@ -146,6 +147,8 @@ class MovingChunks:
         places = self._boat_positions(rows)
         ends = [places.min(axis=(0, 1))[:2], places.max(axis=(0, 1))[:2], *([] if self.track is None else self.track)]
         self.track = np.array([np.min(ends, axis=0), np.max(ends, axis=0)])
+        if self._plan_size is None and (taken := self._sailed(rows[:, 0])).any():
+            self.sailed.append(Sailed([boat.name for boat in self._boats], rows[taken, 0], places[taken, :, :2]))
 
     def _middle(self, rows: FloatArray) -> FloatArray:
         """Places (n, 3) [m] of what the camera follows, at the mean water level."""
@@ -177,7 +180,7 @@ class MovingChunks:
     def _plots(self, rows: FloatArray) -> Iterator[Chunk]:
         """One entity per quantity; its series are the boats, or the thrusters."""
         speed, course, yaw, roll, pitch = motion(self._layout_poses(rows), self._boat_velocities(rows))
-        x = self._scene.parameters.x_from_east if self._scene.parameters else 0.0
+        x = self._scene.parameters.x_from_east
         bearings = {"heading": compass(yaw + x), "course": compass(course + x)}
         angles = {"yaw": yaw, "roll": roll, "pitch": pitch}
         degrees = {name: np.degrees(values) for name, values in angles.items()}

@@ -29,8 +29,6 @@ SeaHeight = Callable[[FloatArray, FloatArray, float | FloatArray], npt.ArrayLike
 
 PARKED = -100.0
 """A ball below this height [m] waits for its shot, and is not shown."""
-ToWorld = Callable[[float, float, float], tuple[float, float, float]]
-"""x, y, z [m, ENU] of a latitude, longitude [degrees] and altitude [m]."""
 
 Name = Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f]{1,300}$")]
 """One line of text."""
@@ -50,8 +48,8 @@ class Surface:
     """Vertices (n, 3) [m], in the frame of the body that carries it."""
     faces: npt.NDArray[np.integer[Any]]
     """Faces (m, 3) as indices of vertices, counter-clockwise seen from outside."""
-    normals: npt.NDArray[np.float32] | None
-    """Normals (n, 3) of the vertices, unit vectors; None: every face is flat."""
+    normals: npt.NDArray[np.float32]
+    """Normals (n, 3) of the vertices, unit vectors."""
     rgba: tuple[float, ...]
     """Colour: red, green, blue, alpha, 0 to 1."""
 
@@ -111,7 +109,7 @@ class RecordedThruster:
     boat: str
     position: Vec3
     """Place where the engine is mounted, in the body frame [m]."""
-    mount: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+    mount: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0)
     """Quaternion (w, x, y, z) of the engine at zero steering, which turns about its z: engine to body."""
     direction: Vec3 = (1.0, 0.0, 0.0)
     """Direction of the force, a unit vector in the engine's frame."""
@@ -168,15 +166,6 @@ class RecordedSensor:
         return self.path if shown else f"/record/readings/{self.boat}/{self.name}"
 
 
-@dataclass(frozen=True)
-class Waypoint:
-    """A place of the task, with the heading wanted there [rad, counter-clockwise from x] if any."""
-
-    name: str
-    position: Vec3
-    heading: float | None = None
-
-
 @dataclass(frozen=True, eq=False)
 class RecordScene:
     """All that a recording holds before its first row, or before the first after boats came or went."""
@@ -189,21 +178,14 @@ class RecordScene:
     nv: int
     bodies: tuple[RecordedBody, ...]
     thrusters: tuple[RecordedThruster, ...]
+    parameters: Parameters
+    """The parameters of the world: wind and sea, shore, what its task lays out."""
     files: Mapping[str, bytes] = field(default_factory=dict)
     """The saved form of the world by relative path: what a restart needs."""
     sea_height: SeaHeight | None = None
-    wind_direction: tuple[float, float] = (1.0, 0.0)
-    """Unit vector the wind blows toward, along x and y."""
-    shoreline: tuple[FloatArray, ...] = ()
-    """Closed polygons, (n, 2) [m]."""
-    waypoints: tuple[Waypoint, ...] = ()
     sensors: tuple[RecordedSensor, ...] = ()
     displays: tuple[RecordedDisplay, ...] = ()
     parts: tuple[RecordedPart, ...] = ()
-    to_world: ToWorld | None = None
-    """Conversion from latitude and longitude; None: the world has no place on Earth."""
-    parameters: Parameters | None = None
-    """The parameters of the world: what its task lays out."""
     begun: float | None = None
     """Simulated time from which its boats are shown [s]; None: always, and they stay."""
     ended: float | None = None
@@ -227,15 +209,13 @@ class RecordScene:
 
     def weather(self) -> tuple[str, ...]:
         """Which of wind, waves and current there are."""
-        if self.parameters is None:
-            return ("wind",)
         wind, sea, current = self.parameters.wind, self.parameters.sea, self.parameters.current
         there = {"wind": wind.mean != 0.0 or wind.gain > 0.0, "waves": bool(sea.waves), "current": current is not None}
         return tuple(name for name, found in there.items() if found)
 
     def colors(self) -> dict[str, Rgb]:
         """The colour of every boat of the roster."""
-        return boat_colors(self.roster(), self.parameters.boats if self.parameters else ())
+        return boat_colors(self.roster(), self.parameters.boats)
 
     def layout(self) -> RowLayout:
         """Names and places of the rows' columns."""
@@ -246,7 +226,7 @@ class RecordScene:
         )
         thrusters = tuple((thruster.boat, thruster.name) for thruster in self.thrusters)
         marks = sum(len(shown.display.start) for shown in self.displays)
-        turning = int(self.parameters is not None and self.parameters.air is not None)
+        turning = int(self.parameters.air is not None)
         return RowLayout(self.nq, self.nv, thrusters, tuple(moving), marks, turning)
 
 

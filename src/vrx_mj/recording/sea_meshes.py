@@ -14,7 +14,6 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.frames import in_world_axes
-from vrx_mj.physics.kernel import kernel
 from vrx_mj.recording.record_scene import RecordedBody, SeaHeight
 from vrx_mj.recording.timeline import Held
 
@@ -186,22 +185,6 @@ def triangles(rows: int, columns: int) -> npt.NDArray[np.uint32]:
     return np.concatenate([first, second]).astype(np.uint32)
 
 
-@kernel
-def on_patches(points: FloatArray, places: FloatArray, reach: FloatArray, found: FloatArray) -> None:
-    """Write 1 for each of points (n, m, boats, 2) [m] of wakes that may be over the patch of another boat, else 0.
-
-    Boats are at places (n, boats, 2) [m], their patches within `reach` (boats,) [m].
-    """
-    for i in range(points.shape[0]):
-        for j in range(points.shape[1]):
-            for own in range(points.shape[2]):
-                found[i, j, own] = 0.0
-                for other in range(points.shape[2]):
-                    x, y = points[i, j, own, 0] - places[i, other, 0], points[i, j, own, 1] - places[i, other, 1]
-                    if other != own and x * x + y * y < reach[other] ** 2:
-                        found[i, j, own] = 1.0
-
-
 HULL_CELL = 0.6
 """Least size of a patch's cells [m]; there are up to `HULL_CELLS` of them along a side."""
 HULL_CELLS = 24
@@ -274,7 +257,9 @@ def _axes(pose: FloatArray) -> FloatArray:
 
 SUN = (0.55, 0.35)
 """Direction from which the light comes, east and north."""
-DEEP, CREST, HAZE = np.array([[9.0, 48.0, 79.0], [112.0, 178.0, 196.0], [150.0, 182.0, 204.0]])
+DEEP, CREST, HAZE = np.array([[5.0, 30.0, 52.0], [84.0, 146.0, 168.0], [150.0, 182.0, 204.0]])
+CALM_LIGHT = 0.38
+"""Light of a calm sea, dark enough for white names on a viewer's light plates."""
 SHADES, HAZES = 32, 16
 
 
@@ -283,7 +268,7 @@ def light(z: FloatArray, toward: FloatArray) -> FloatArray:
 
     tanh: a calm sea shows, a steep one is not cut off.
     """
-    return np.clip(0.38 - 0.36 * np.tanh(12.0 * toward) + 0.4 * z, 0.0, 1.0)
+    return np.clip(CALM_LIGHT - 0.36 * np.tanh(12.0 * toward) + 0.4 * z, 0.0, 1.0)
 
 
 def colors(bright: FloatArray, haze: FloatArray | float = 0.0) -> npt.NDArray[np.uint32]:

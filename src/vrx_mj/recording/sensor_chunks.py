@@ -120,9 +120,8 @@ class SensedChunks:
         fixes = [reading.data for reading in readings]
         angles = np.array([(fix.latitude, fix.longitude) for fix in fixes])
         yield chunk(f"/earth/{sensor.boat}/{sensor.name}", readings, rr.GeoPoints.columns(positions=angles))
-        to_world = self._scene.to_world
-        if to_world is not None:
-            places = np.array([to_world(fix.latitude, fix.longitude, fix.altitude) for fix in fixes])
+        if georeference := self._scene.parameters.georeference:
+            places = np.array([georeference.to_enu(fix.latitude, fix.longitude, fix.altitude) for fix in fixes])
             places[:, 2] = 0.0
             columns = rr.Points3D.columns(positions=places.astype(np.float32))
             yield chunk(track_path(sensor), readings, columns)

@@ -126,7 +126,6 @@ def coarser(surfaces: Sequence[Surface], most: int) -> tuple[Surface, ...]:
 
 def _gathered(surface: Surface, cell: float) -> Surface:
     """A surface whose vertices that face one way in one cell [m] are one, the outermost of them."""
-    assert surface.normals is not None
     points, normals, faces = surface.vertices.astype(np.float64), surface.normals, surface.faces
     size = np.maximum(np.ptp(points, axis=0), 1e-9)
     place = (points - points.min(axis=0)) / size

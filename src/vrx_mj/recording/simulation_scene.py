@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import re
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any, Literal
 
 import mujoco
@@ -14,6 +12,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError
+from vrx_mj.frames import matrix_quaternion
 from vrx_mj.mjcf.drawing import signed_spec
 from vrx_mj.mjcf.markers import MARKER, marker_names
 from vrx_mj.mjcf.objects import ball_name
@@ -32,7 +31,6 @@ from vrx_mj.recording.record_scene import (
     RecordScene,
     RowLayout,
     Surface,
-    Waypoint,
 )
 from vrx_mj.recording.shapes import coarser, geom_surface
 from vrx_mj.runtime.run import fingerprint
@@ -63,7 +61,7 @@ def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Seque
     world, model = sim.world, sim.model
     looks = _looks(world, looks_of)
     parameters = world.parameters
-    wind, sea = parameters.wind.direction, tree_of(parameters.sea)
+    sea = tree_of(parameters.sea)
     recorded = tuple(recorded_sensors(world, choices))
     return RecordScene(
         properties={
@@ -81,18 +79,11 @@ def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Seque
         nv=int(sim.model.nv),
         bodies=tuple(_bodies(world, looks, model, sim.data.qpos)),
         thrusters=tuple(_thrusters(world, looks)),
-        files=_files(world),
+        files=dict(sorted(world.files().items())),
         sea_height=sim.sea.height,
-        wind_direction=wind,
-        shoreline=tuple(np.array(ring, np.float64) for ring in parameters.shoreline),
-        waypoints=tuple(
-            Waypoint(f"waypoint_{number}", (x, y, 0.0), yaw)
-            for number, (x, y, yaw) in enumerate(parameters.waypoints, 1)
-        ),
         sensors=recorded,
         displays=tuple(_displays(world, looks, part_paths(world, model))),
         parts=tuple(parts_of(world, model, looks)),
-        to_world=None if parameters.georeference is None else parameters.georeference.to_enu,
         parameters=parameters,
     )
 
@@ -114,13 +105,6 @@ def check_columns(boat_set: BoatSet, model: mujoco.MjModel) -> None:
     turning = int(world.parameters.air is not None)
     if boat_set.layout != RowLayout(int(model.nq), int(model.nv), engines, bodies, marks, turning):
         raise RecordError("the recording is damaged: the columns of its rows are not those of its world")
-
-
-def _files(world: World) -> dict[str, bytes]:
-    with tempfile.TemporaryDirectory() as folder:
-        world.save(folder)
-        paths = sorted(path for path in Path(folder).rglob("*") if path.is_file())
-        return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
 def _bodies(world: World, looks: Looks, model: mujoco.MjModel, qpos: object) -> Iterator[RecordedBody]:
@@ -183,7 +167,7 @@ def _thrusters(world: World, looks: Looks) -> Iterator[RecordedThruster]:
             name=engine.name,
             boat=boat,
             position=engine.position,
-            mount=_mount(engine),
+            mount=tuple(matrix_quaternion(np.array(engine.rotation)).tolist()),
             direction=engine.direction,
             surfaces=tuple(looks.get(f"{boat}/{engine.name}", ())),
         )
@@ -256,14 +240,6 @@ def _coarser_boats(parameters: Parameters, looks: Looks) -> Looks:
         for (owner, _), surface in zip(whole, made[kind], strict=True):
             found[owner] += [surface] if len(surface.faces) else []
     return found
-
-
-def _mount(engine: Thruster) -> tuple[float, float, float, float]:
-    """Quaternion (w, x, y, z) of an engine's rotation."""
-    quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, np.array(engine.rotation, dtype=np.float64).ravel())
-    w, x, y, z = (float(value) for value in quaternion)
-    return w, x, y, z
 
 
 def recorded_sensors(world: World, choices: Sequence[Choice]) -> Iterator[RecordedSensor]:

@@ -8,23 +8,20 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 import rerun as rr
 from rerun.archetypes import RecordingInfo
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import ByteArray
-from vrx_mj.draw.colors import WIND_COLOR, Rgb, shade, text_color
-from vrx_mj.recording.eyes import FLEET, PLANNED, around, fleet_circle, plan_eye, sea_eye
+from vrx_mj.draw.colors import LABEL, WIND_COLOR, Rgb, shade
+from vrx_mj.recording.eyes import FLEET, PLANNED, around, fleet_circle, plan_eye, sea_eye, waypoint_name
 from vrx_mj.recording.record_scene import (
     RecordedBody,
-    RecordedDisplay,
     RecordedPart,
     RecordScene,
     Surface,
-    Waypoint,
 )
-from vrx_mj.recording.timeline import shown, static
+from vrx_mj.recording.timeline import NAMED, shown, static
 from vrx_mj.recording.water_chunks import wake_looks, wake_path
 
 WAYPOINT_COLOR = (247, 62, 193)
@@ -42,16 +39,10 @@ SHORE_HEIGHT = 0.15
 
 
 def still_chunks(scene: RecordScene) -> Iterator[Chunk]:
-    """What a recording begins with, but for its boats."""
+    """What a recording begins with."""
     yield from run_chunks(scene)
     yield static("/world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
-    for body in scene.bodies:
-        if body.kind != "boat":
-            yield from body_chunks(body, scene.begun)
-    for part in scene.parts:
-        yield from part_chunks(part, scene.begun)
-    for display in scene.displays:
-        yield from display_chunks(display, scene.begun)
+    yield from coming_chunks(scene)
     yield from fleet_chunks(scene)
     yield legend_chunk(scene)
     yield from place_chunks(scene)
@@ -62,13 +53,9 @@ def run_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """The run, for people, as properties."""
     title = " + ".join(str(scene.properties[key]) for key in ("world", "fleet") if scene.properties.get(key))
     yield Chunk.from_property("RecordingInfo", RecordingInfo(name=title or "vrx_mj"))
-    shown = {key: show(value) for key, value in scene.properties.items()}
-    yield Chunk.from_property("run", rr.AnyValues(**shown))
-
-
-def show(value: object) -> str | int | float | bool:
-    """A property as the viewer lists it."""
-    return value if isinstance(value, str | int | float | bool) else json.dumps(value)
+    plain = (str, int, float, bool)
+    listed = {key: each if isinstance(each, plain) else json.dumps(each) for key, each in scene.properties.items()}
+    yield Chunk.from_property("run", rr.AnyValues(**listed))
 
 
 def body_chunks(body: RecordedBody, begun: float | None) -> Iterator[Chunk]:
@@ -105,44 +92,19 @@ def pose(numbers: Sequence[float]) -> rr.Transform3D:
 
 def mesh(surfaces: Iterable[Surface]) -> rr.Mesh3D:
     """One mesh of several surfaces: colours go to the vertices."""
-    parts = [(part, *corners_of(part)) for part in surfaces]
-    start = np.cumsum([0] + [len(vertices) for _, vertices, _, _ in parts])
+    parts = list(surfaces)
+    start = np.cumsum([0] + [len(part.vertices) for part in parts])
     return rr.Mesh3D(
-        vertex_positions=np.concatenate([vertices for _, vertices, _, _ in parts]),
-        triangle_indices=np.concatenate([faces + first for (_, _, faces, _), first in zip(parts, start, strict=False)]),
-        vertex_normals=np.concatenate([normals for _, _, _, normals in parts]),
-        vertex_colors=np.concatenate([np.tile(color(part.rgba), (len(vertices), 1)) for part, vertices, _, _ in parts]),
+        vertex_positions=np.concatenate([part.vertices for part in parts]),
+        triangle_indices=np.concatenate([part.faces + first for part, first in zip(parts, start, strict=False)]),
+        vertex_normals=np.concatenate([part.normals for part in parts]),
+        vertex_colors=np.concatenate([np.tile(color(part.rgba), (len(part.vertices), 1)) for part in parts]),
     )
 
 
 def color(rgba: Sequence[float]) -> ByteArray:
     """Colour 0 to 1 as bytes."""
     return np.round(np.clip(rgba, 0.0, 1.0) * np.float64(255)).astype(np.uint8)
-
-
-def corners_of(
-    part: Surface,
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32], npt.NDArray[np.float32]]:
-    """Vertices, faces and normals; where the surface has no normals, each face gets its own corners."""
-    faces = np.asarray(part.faces, np.uint32)
-    if part.normals is not None:
-        return part.vertices.astype(np.float32), faces, part.normals.astype(np.float32)
-    corners = part.vertices[faces].astype(np.float64)
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-    flat = np.arange(3 * len(faces), dtype=np.uint32).reshape(-1, 3)
-    return (
-        corners.reshape(-1, 3).astype(np.float32),
-        flat,
-        np.repeat(normal, 3, axis=0).astype(np.float32),
-    )
-
-
-def display_chunks(display: RecordedDisplay, begun: float | None) -> Iterator[Chunk]:
-    """Shapes of a light or placard, from a time on likewise; their colours come with the rows."""
-    for part, surfaces in display.surfaces.items():
-        if surfaces:
-            yield shown(begun, display.part_path(part), mesh([replace(one, rgba=WHITE) for one in surfaces]))
 
 
 def fleet_chunks(scene: RecordScene) -> Iterator[Chunk]:
@@ -185,29 +147,20 @@ def legend_chunk(scene: RecordScene) -> Chunk:
 
 
 def place_chunks(scene: RecordScene) -> Iterator[Chunk]:
-    """Shore and waypoints."""
-    if scene.shoreline:
-        closed = [np.vstack([ring, ring[:1]]) for ring in scene.shoreline]
+    """Shore and waypoints, with arrows of 4 m in the headings that are wanted there."""
+    if scene.parameters.shoreline:
+        closed = [np.vstack([ring, ring[:1]]) for ring in scene.parameters.shoreline]
         strips = [np.insert(ring, 2, SHORE_HEIGHT, axis=1) for ring in closed]
         shore = rr.LineStrips3D(strips, colors=[SHORE_COLOR], radii=[rr.Radius.ui_points(1.0)])
         yield static("/world/shore", shore)
-    if scene.waypoints:
-        spots, colors = [waypoint.position for waypoint in scene.waypoints], [text_color(WAYPOINT_COLOR)]
-        labels = [waypoint.name.replace("_", " ") for waypoint in scene.waypoints]
+    if scene.parameters.waypoints:
+        x, y, yaw = np.array(scene.parameters.waypoints).T
+        spots, labels = np.column_stack([x, y, 0.0 * x]), [waypoint_name(i) for i in range(len(x))]
         yield static("/world/waypoints", rr.Points3D(spots, colors=[WAYPOINT_COLOR], radii=[0.6]))
-        names = rr.Points3D(spots, labels=labels, colors=colors, radii=[0.0], show_labels=True)
-        yield static("/world/waypoints/names", names)
-        headed = [waypoint for waypoint in scene.waypoints if waypoint.heading is not None]
-        if headed:
-            yield static("/world/waypoints/headings", heading_arrows(headed))
-
-
-def heading_arrows(waypoints: Sequence[Waypoint]) -> rr.Arrows3D:
-    """Arrows of 4 m where a waypoint wants a heading."""
-    angle = np.array([waypoint.heading for waypoint in waypoints], np.float64)
-    vectors = 4.0 * np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
-    origins = [waypoint.position for waypoint in waypoints]
-    return rr.Arrows3D(origins=origins, vectors=vectors, colors=[WAYPOINT_COLOR], radii=[0.15])
+        yield static("/world/waypoints/names", rr.Points3D.from_fields(positions=spots, labels=labels, **NAMED))
+        vectors = 4.0 * np.column_stack([np.cos(yaw), np.sin(yaw), 0.0 * x])
+        arrows = rr.Arrows3D(origins=spots, vectors=vectors, colors=[WAYPOINT_COLOR], radii=[0.15])
+        yield static("/world/waypoints/headings", arrows)
 
 
 def series_chunks(scene: RecordScene) -> Iterator[Chunk]:
@@ -253,28 +206,28 @@ TAG_HEIGHT = 2.9
 """Height of a boat's name over its origin [m]."""
 
 
-def boat_chunks(scene: RecordScene) -> Iterator[Chunk]:
-    """Looks of a scene's boats, names over them, colours of their trails and arrows."""
-    for boat in scene.boats():
-        yield from joining_chunks(boat, scene)
-
-
 def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -> Iterator[Chunk]:
     """What comes, and the end of what goes, when boats or objects have joined or left since the scene before."""
     yield from leaving_chunks(scene, before)
-    known = {body.path for body in before.bodies}
-    for body in scene.bodies:
-        if body.path not in known and body.kind == "boat":
-            yield from joining_chunks(body, scene)
-            yield from joined_series_chunks(body.name, scene, first)
-            yield legend_chunk(scene)
-        elif body.path not in known:
-            yield from body_chunks(body, scene.begun)
-    hung, lit = {part.path for part in before.parts}, {one.display.name for one in before.displays}
-    for part in (part for part in scene.parts if part.path not in hung):
+    known = {body.path for body in before.bodies} | {part.path for part in before.parts}
+    known |= {one.display.name for one in before.displays}
+    yield from coming_chunks(scene, known)
+    for boat in (boat for boat in scene.boats() if boat.path not in known):
+        yield from joined_series_chunks(boat.name, scene, first)
+        yield legend_chunk(scene)
+
+
+def coming_chunks(scene: RecordScene, known: Collection[str] = ()) -> Iterator[Chunk]:
+    """Looks of a scene's bodies, parts and displays but for known ones, by their paths, of displays by their names."""
+    for body in (body for body in scene.bodies if body.path not in known):
+        yield from joining_chunks(body, scene) if body.kind == "boat" else body_chunks(body, scene.begun)
+    for part in (part for part in scene.parts if part.path not in known):
         yield from part_chunks(part, scene.begun)
-    for display in (one for one in scene.displays if one.display.name not in lit):
-        yield from display_chunks(display, scene.begun)
+    for one in (one for one in scene.displays if one.display.name not in known):
+        for name, surfaces in one.surfaces.items():  # their colours come with the rows
+            if surfaces:
+                white = [replace(surface, rgba=WHITE) for surface in surfaces]
+                yield shown(scene.begun, one.part_path(name), mesh(white))
 
 
 def leaving_chunks(scene: RecordScene, before: RecordScene) -> Iterator[Chunk]:
@@ -316,5 +269,5 @@ def joined_series_chunks(boat: str, scene: RecordScene, first: RecordScene) -> I
 def name_tag(name: str, rgb: Rgb) -> rr.Points3D:
     """A boat's name over it, with a dot in its colour."""
     spots = [*[[0.0, 0.0, TAG_HEIGHT]] * 2, *around(math.hypot(*sea_eye(0.0)))]
-    colors, radii = [text_color(rgb), rgb, UNSEEN, UNSEEN], [0.0, rr.Radius.ui_points(4.0), 0.0, 0.0]
+    colors, radii = [LABEL, rgb, UNSEEN, UNSEEN], [0.0, rr.Radius.ui_points(4.0), 0.0, 0.0]
     return rr.Points3D(spots, labels=[name, "", "", ""], colors=colors, radii=radii, show_labels=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain, pairwise
 from typing import Any
 
@@ -19,14 +19,14 @@ from rerun.chunk import Chunk
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.bays import RGB
-from vrx_mj.draw.colors import Rgb, text_color
+from vrx_mj.draw.colors import Rgb
 from vrx_mj.draw.course import Course, Light, course_of, gates_of, poses_of, zone_corners
 from vrx_mj.model import tasks
 from vrx_mj.model.world import Parameters
 from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.parts import FRAMES
 from vrx_mj.recording.rescoring import restore_referee
-from vrx_mj.recording.timeline import static, times
+from vrx_mj.recording.timeline import NAMED, changes, static, times
 from vrx_mj.tasks.frame import Frame, FrameLayout, Message, Pose, has_started, score_text
 from vrx_mj.tasks.gates import gate_between
 from vrx_mj.tasks.referee import Referee
@@ -88,9 +88,9 @@ def animal_color(animal: Mapping[str, Any]) -> Rgb:
     return AVOID if animal["goal"] == "avoid" else STATUS[animal["status"]]
 
 
-def course_chunks(parameters: Parameters | None) -> Iterator[Chunk]:
+def course_chunks(parameters: Parameters) -> Iterator[Chunk]:
     """Every static chunk of what the task of a world lays out; what changes, as colours do, comes with the frames."""
-    if not (parameters and parameters.task):
+    if not parameters.task:
         return
     course = course_of(parameters)
     if course.gates:
@@ -109,7 +109,7 @@ def gate_chunks(count: int) -> Iterator[Chunk]:
     """What stays of gates: sizes, and numbers."""
     yield static(GATES, rr.LineStrips3D.from_fields(radii=[thick(2.2)]))
     labels = [str(number) for number in range(1, count + 1)]
-    yield static(f"{GATES}/numbers", rr.Points3D.from_fields(labels=labels, radii=[0.2], show_labels=True))
+    yield static(f"{GATES}/numbers", rr.Points3D.from_fields(labels=labels, **NAMED))
 
 
 def gate_lines(left: Pose, right: Pose) -> list[FloatArray]:
@@ -140,8 +140,7 @@ def bay_chunks(task: tasks.Dock) -> Iterator[Chunk]:
     yield static(f"{path}/external", rr.LineStrips3D(strips, colors=colors, radii=[thick(1.2)]))
     labels = [f"{bay.name} {bay.symbol.replace('_', ' ')}" + (" ✓" if bay.dock_allowed else "") for bay in bays]
     spots = [ring.mean(axis=0) for ring in outside]
-    colors = [text_color(bay_color(bay, {})) for bay in bays]
-    yield static(f"{path}/names", rr.Points3D(spots, labels=labels, colors=colors, radii=[0.06], show_labels=True))
+    yield static(f"{path}/names", rr.Points3D.from_fields(positions=spots, labels=labels, **NAMED))
 
 
 def circle(radius: float, goal: str) -> list[FloatArray]:
@@ -179,9 +178,7 @@ def places(course: Course) -> Iterator[Chunk]:
         around = [circle_at(spot, beacon.radius)] if beacon.radius else []
         entity = f"/world/course/{beacon.name.replace(' ', '_')}"
         yield static(entity, rr.LineStrips3D([*arms, *around], colors=[BEACON], radii=[thick(2.0)]))
-        yield static(
-            f"{entity}/name", rr.Points3D([spot], labels=[beacon.name], colors=[text_color(BEACON)], radii=[0.1])
-        )
+        yield static(f"{entity}/name", rr.Points3D.from_fields(positions=[spot], labels=[beacon.name], **NAMED))
     if course.showings:
         spots = [(showing.x, showing.y, HEIGHT) for showing in course.showings]
         yield static("/world/course/showings", rr.Points3D(spots, colors=[SHOWING], radii=[0.25]))
@@ -216,9 +213,8 @@ def dashes(strip: FloatArray) -> list[FloatArray]:
 
 Ends = Sequence[tuple[Pose, Pose]]
 """Buoys of gates, left and right."""
-Columns = Iterable[rr.ComponentColumn]
-Maker = Callable[[Sequence[Any]], Columns]
-"""Function from the values of an entity's rows to rerun's columns."""
+Fields = dict[str, Sequence[Any]]
+"""Values of fields of an archetype."""
 
 STEPS = "/timeline"
 """Phases, scores and touches as states."""
@@ -235,16 +231,17 @@ BLOCK = 20.0
 SCORE_COLOR, HITS_COLOR = (167, 140, 39), (252, 83, 47)
 
 
-def task_chunks(parameters: Parameters | None) -> Iterator[Chunk]:
+def task_chunks(parameters: Parameters) -> Iterator[Chunk]:
     """Every static chunk of the task of a world: its course, its plot's series, and the marks that it may have."""
     yield from course_chunks(parameters)
-    if parameters and parameters.task:
+    if parameters.task:
         meaning = TASK_KINDS[parameters.task.type]
         names = [f"score [{meaning.unit}]", "collisions"]
         mode = rr.components.InterpolationMode.StepAfter
         colors = [SCORE_COLOR, HITS_COLOR]
         lines = rr.SeriesLines(names=names, colors=colors, widths=[2.0] * 2, interpolation_mode=mode)
         yield static(PLOT, lines)
+        yield static(WORDS, rr.TextDocument.from_fields(media_type="text/markdown"))
     yield from legend_chunks(parameters)
 
 
@@ -263,21 +260,21 @@ def frame_chunk(frames: Sequence[WrittenFrame], boat_set: int = 0) -> Chunk:
 class TaskChunks:
     """Turns frames into chunks; nothing where the world has no task."""
 
-    def __init__(self, parameters: Parameters | None) -> None:
+    def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
-        self._task = parameters.task if parameters else None
+        self._task = parameters.task
         self._begun: float | None = None
         self._now = 0.0
-        self._last: dict[str, tuple[float, Any]] = {}
+        self._last: dict[str, tuple[float, Fields]] = {}
         self._drawn: tuple[float, list[Any], Ends] | None = None
-        self._waiting: dict[str, tuple[Maker, list[tuple[float, Any]]]] = {}
+        self._waiting: dict[str, tuple[Any, list[tuple[float, Fields]]]] = {}
         if self._task:
             self._referee, self._marks = make_referee(self._task), TaskMarks(self._task)
             self._layout = FrameLayout.of(self._task, self._referee.watched)
 
-    def go_on(self, parameters: Parameters | None) -> None:
+    def go_on(self, parameters: Parameters) -> None:
         """Go on in a world in which boats have come or gone: the scored one can touch others."""
-        if self._task and parameters:
+        if self._task:
             self._layout = FrameLayout.of(parameters.task, self._referee.watched)
 
     def __call__(self, states: Sequence[tuple[float, bytes]], frames: Sequence[WrittenFrame]) -> Iterator[Chunk]:
@@ -298,13 +295,13 @@ class TaskChunks:
         if self._begun is not None and self._waiting:
             self._write_status(self._now, at_once=True)
         now = max(self._now, end)
-        since, score = self._last.get(PLOT, (now, None))
+        since, score = self._last.get(PLOT, (now, {}))
         if since < now:  # a line that does not change goes on
             self._last[PLOT] = (now, score)
-            self._add(PLOT, scalar_columns, now, score)
-        for path, (maker, rows) in self._waiting.items():
+            self._add(PLOT, now, rr.Scalars, score)
+        for path, (kind, rows) in self._waiting.items():
             at, values = zip(*rows, strict=True)
-            yield Chunk.from_columns(path, [times(at)], maker(values))
+            yield changes(path, at, kind, **{name: [row[name] for row in values] for name in values[0]})
         self._waiting = {}
         if self._task:
             yield from self._marks.chunks()
@@ -322,7 +319,6 @@ class TaskChunks:
             restore_referee(self._referee, blob)
             self._marks.take_up(self._referee)
             self._now = self._begun
-            assert self._parameters is not None, "it has a task"
             self._draw(self._begun, poses_of(self._parameters))
             self._write_status(self._begun, at_once=True)
 
@@ -333,9 +329,9 @@ class TaskChunks:
         self._marks.look(time, self._referee)
         self._now = time
         status = self._referee.status
-        self._change(f"{STEPS}/task", state_columns, time, status.phase)
+        self._change(f"{STEPS}/task", time, rr.StateChange, state=[status.phase])
         if self._marks.points and has_started(status.phase):
-            self._change(f"{STEPS}/score", state_columns, time, f"{status.score:g} points")
+            self._change(f"{STEPS}/score", time, rr.StateChange, state=[f"{status.score:g} points"])
         self._draw(time, frame.poses)
         self._write_status(time, at_once=self._referee.status.phase != phase)
 
@@ -346,9 +342,9 @@ class TaskChunks:
             self._draw_gates(time, poses, progress["gates"])
         if isinstance(self._task, tasks.Dock):
             colors = [bay_color(bay, progress) for bay in self._task.bays]
-            self._change(bays_path(self._task), strip_colors, time, colors)
+            self._change(bays_path(self._task), time, rr.LineStrips3D, colors=colors)
         for animal in progress.get("animals", ()):
-            self._change(animal_path(animal["name"]), strip_colors, time, [animal_color(animal)])
+            self._change(animal_path(animal["name"]), time, rr.LineStrips3D, colors=[animal_color(animal)])
 
     def _draw_gates(self, time: float, poses: Mapping[str, Pose], fates: Sequence[str]) -> None:
         """All gates, if one has another colour, or has drifted."""
@@ -359,34 +355,35 @@ class TaskChunks:
         if drawn and drawn[1] == colors and (time - drawn[0] < DRIFT_EVERY or drift(drawn[2], ends) < DRIFT):
             return
         self._drawn = (time, colors, ends)
-        self._add(GATES, gate_columns, time, ([gate_lines(*pair) for pair in ends], colors))
-        spots = [gate_lines(*pair)[1][0] for pair in ends]
-        self._add(f"{GATES}/numbers", number_columns, time, (spots, [text_color(color) for color in colors]))
+        strips = [gate_lines(*pair) for pair in ends]
+        lines: Fields = {"strips": [*chain(*strips)], "colors": [color for color in colors for _ in strips[0]]}
+        self._add(GATES, time, rr.LineStrips3D, lines)
+        self._add(f"{GATES}/numbers", time, rr.Points3D, {"positions": [arrow[0] for _, arrow, _ in strips]})
 
     def _write_status(self, time: float, *, at_once: bool) -> None:
         """Score and collisions, and words, unless that was a moment ago."""
         status = self._referee.status
         if at_once or self._due(PLOT, time, PLOT_EVERY):
             score = status.score if has_started(status.phase) else math.nan
-            self._change(PLOT, scalar_columns, time, (score, status.collisions))
+            self._change(PLOT, time, rr.Scalars, scalars=[score, float(status.collisions)])
         if at_once or self._due(WORDS, time, WORDS_EVERY):
-            self._change(WORDS, text_columns, time, words(self._referee))
+            self._change(WORDS, time, rr.TextDocument, text=[words(self._referee)])
 
     def _due(self, path: str, time: float, every: float) -> bool:
         return path not in self._last or time - self._last[path][0] > every - 1e-6
 
-    def _change(self, path: str, maker: Maker, time: float, value: object) -> None:
-        """Have something written, if it is another than before."""
-        if path not in self._last or self._last[path][1] != value:
-            self._last[path] = (time, value)
-            self._add(path, maker, time, value)
+    def _change(self, path: str, time: float, kind: Any, **fields: Sequence[Any]) -> None:
+        """Have fields of an archetype written, if they are others than before."""
+        if path not in self._last or self._last[path][1] != fields:
+            self._last[path] = (time, fields)
+            self._add(path, time, kind, fields)
 
-    def _add(self, path: str, maker: Maker, time: float, value: object) -> None:
-        """Have something written; of two values at one time the later counts."""
-        rows = self._waiting.setdefault(path, (maker, []))[1]
+    def _add(self, path: str, time: float, kind: Any, fields: Fields) -> None:
+        """Have fields of an archetype written; of two rows at one time the later counts."""
+        rows = self._waiting.setdefault(path, (kind, []))[1]
         if rows and rows[-1][0] == time:
             rows.pop()
-        rows.append((time, value))
+        rows.append((time, fields))
 
 
 def result_of(referee: Referee) -> str:
@@ -400,49 +397,6 @@ def drift(before: Ends, now: Ends) -> float:
     """The longest way that a buoy has drifted [m]."""
     pairs = zip(chain.from_iterable(before), chain.from_iterable(now), strict=True)
     return max((math.dist((a.x, a.y), (b.x, b.y)) for a, b in pairs), default=0.0)
-
-
-def scalar_columns(values: Sequence[Sequence[float]]) -> Columns:
-    """Columns of rows of numbers."""
-    flat = [float(number) for row in values for number in row]
-    columns: Columns = rr.Scalars.columns(scalars=flat).partition([len(row) for row in values])
-    return columns
-
-
-def text_columns(values: Sequence[str]) -> Columns:
-    """Columns of texts in Markdown."""
-    columns: Columns = rr.TextDocument.columns(text=values, media_type=["text/markdown"] * len(values))
-    return columns
-
-
-def state_columns(values: Sequence[str]) -> Columns:
-    """Columns of states."""
-    columns: Columns = rr.StateChange.columns(state=values)
-    return columns
-
-
-def strip_colors(values: Sequence[Sequence[Rgb]]) -> Columns:
-    """Columns of the colours of lines: one for all of an entity, or one for each."""
-    columns: Columns = rr.LineStrips3D.columns(colors=[*chain.from_iterable(values)]).partition(
-        [len(row) for row in values]
-    )
-    return columns
-
-
-def gate_columns(values: Sequence[tuple[Sequence[Sequence[FloatArray]], Sequence[Rgb]]]) -> Columns:
-    """Columns of gates' lines and their colours."""
-    strips = [line for gates, _ in values for lines in gates for line in lines]
-    colors = [color for gates, row in values for lines, color in zip(gates, row, strict=True) for _ in lines]
-    counts = [sum(map(len, gates)) for gates, _ in values]
-    columns: Columns = rr.LineStrips3D.columns(strips=strips, colors=colors).partition(counts)
-    return columns
-
-
-def number_columns(values: Sequence[tuple[Sequence[FloatArray], Sequence[Rgb]]]) -> Columns:
-    """Columns of where gates' numbers are, and their colours."""
-    spots, colors = ([*chain.from_iterable(row[i] for row in values)] for i in (0, 1))
-    columns: Columns = rr.Points3D.columns(positions=spots, colors=colors).partition([len(row[1]) for row in values])
-    return columns
 
 
 GATE_SIGNS = {"ahead": "·", "crossed": "✓", "missed": "–", "backwards": "✗"}
@@ -464,7 +418,7 @@ def words(referee: Referee) -> str:
         f"**{score_text(status.phase, status.score, meaning.unit)}**, the {meaning.better} the better; {hits}",
         *_parts(referee.progress),
     ]
-    return "\n\n".join(lines)
+    return "  \n".join(lines)
 
 
 def _parts(progress: Mapping[str, Any]) -> Iterator[str]:
@@ -551,9 +505,9 @@ class TaskMarks:
             yield Chunk.from_columns("/events/task", [times(time)], rr.TextLog.columns(text=text, level=level))
 
 
-def legend_chunks(parameters: Parameters | None) -> Iterator[Chunk]:
+def legend_chunks(parameters: Parameters) -> Iterator[Chunk]:
     """Names, colours and shapes of the marks that a world may have."""
-    task = parameters.task if parameters else None
+    task = parameters.task
     gates = bool(gates_of(task))
     points = task is not None and TASK_KINDS[task.type].unit == "points"
     shown = {"contacts": True, "gates passed": gates, "gates missed": gates, "score changes": points}

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
+from itertools import chain
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -10,9 +13,12 @@ import rerun as rr
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import BoolArray, FloatArray
+from vrx_mj.draw.colors import LABEL
 from vrx_mj.physics.kernel import kernel
 
 TIMELINE = "sim_time"
+NAMED: Mapping[str, Any] = {"colors": [LABEL], "radii": [0.0], "show_labels": True}
+"""Looks of points that are names."""
 
 
 def times(seconds: npt.ArrayLike) -> rr.TimeColumn:
@@ -35,6 +41,14 @@ def shown(begun: float | None, path: str, *archetypes: rr.AsComponents) -> Chunk
         for column in [rr.ComponentColumn(batch.component_descriptor(), batch, lengths=[batch_size(batch)])]
     ]
     return Chunk.from_columns(path, [] if begun is None else [times([begun])], columns)
+
+
+def changes(path: str, seconds: npt.ArrayLike, kind: Any, **rows: Sequence[Sequence[Any]]) -> Chunk:
+    """A chunk of what changes at times (n,) [s]: of each field of an archetype the values of every row."""
+    columns: list[rr.ComponentColumn] = []
+    for name, values in rows.items():
+        columns += kind.columns(**{name: [*chain.from_iterable(values)]}).partition([len(row) for row in values])
+    return Chunk.from_columns(path, [times(seconds)], columns)
 
 
 def batch_size(batch: rr.ComponentBatchLike) -> int:

@@ -8,9 +8,9 @@ import numpy as np
 import rerun as rr
 from rerun.chunk import Chunk
 
-from vrx_mj.draw.colors import shade, text_color
+from vrx_mj.draw.colors import shade
 from vrx_mj.recording.task_chunks import STEPS, mark_chunks
-from vrx_mj.recording.timeline import static, times
+from vrx_mj.recording.timeline import NAMED, changes, static
 from vrx_mj.runtime.subscriptions import Touch
 
 TOUCH_WORDS = "/world/forces"
@@ -29,15 +29,13 @@ def touch_chunks(touches: Sequence[Touch]) -> Iterator[Chunk]:
         if touch.point is None or touch.vector is None:
             continue
         path = f"/world/touches/{touch.boat}/{touch.other}"
-        time = times([touch.time, touch.time + max(touch.duration, SHORTEST)])
+        time = [touch.time, touch.time + max(touch.duration, SHORTEST)]
         vector = np.array(touch.vector) * LONGEST / (touch.force + TYPICAL)
         yield static(path, rr.Arrows3D.from_fields(colors=[COLOR], radii=[0.16]))
-        arrow = rr.Arrows3D.columns(vectors=[vector], origins=[touch.point]).partition([1, 0])
-        yield Chunk.from_columns(path, [time], arrow)
+        yield changes(path, time, rr.Arrows3D, vectors=[[vector], []], origins=[[touch.point], []])
         said = f"{TOUCH_WORDS}/{touch.boat}/{touch.other}"
-        yield static(said, rr.Points3D.from_fields(colors=[text_color(COLOR)], radii=[0.0], show_labels=True))
+        yield static(said, rr.Points3D.from_fields(**NAMED))
         label = f"{touch.boat} touches {touch.other}, {touch.force:.0f} N"
-        words = rr.Points3D.columns(positions=[touch.point + vector], labels=[label]).partition([1, 0])
-        yield Chunk.from_columns(said, [time], words)
-        states = rr.StateChange.columns(state=[f"{touch.force:.0f} N"]).partition([1, 0])
-        yield Chunk.from_columns(f"{STEPS}/{touch.boat}/{touch.other}", [time], states)
+        yield changes(said, time, rr.Points3D, positions=[[touch.point + vector], []], labels=[[label], []])
+        steps = f"{STEPS}/{touch.boat}/{touch.other}"
+        yield changes(steps, time, rr.StateChange, state=[[f"{touch.force:.0f} N"], []])

@@ -154,11 +154,8 @@ class WaterChunks:
             sunk = np.where(grid.near(poses[frames, :, :2], reach), SUNK * swell.deviation, 0.0)
             _, z = self._heights(z - sunk)
             drawn[path].append((time[frames], mesh_points(grid.x, grid.y, z), sea.colors(bright, grid.haze)))
-            points, covered = wakes[frames], np.zeros(wakes[frames].shape[:-1])
-            flat = len(points), 2 * WAKE_POINTS, len(boats)
-            sea.on_patches(points.reshape(*flat, 2), poses[frames, :, :2], reach + MARGIN, covered.reshape(flat))
-            height = grid.sampled(z, points) + covered * grid.sampled(sunk, points)
-            drawn["hulls"].append((height + OVER[0] + OVER[1] * swell.deviation, grid.sampled(bright, patches[frames])))
+            height = grid.sampled(z + sunk, wakes[frames]) + OVER[0] + OVER[1] * swell.deviation
+            drawn["hulls"].append((height, grid.sampled(bright, patches[frames])))
         height, bright = map(np.concatenate, zip(*drawn.pop("hulls"), strict=True))
         for path, parts in drawn.items():
             moments, positions, tints = zip(*parts, strict=True)
@@ -282,12 +279,10 @@ FOAM = sea.packed(
     np.column_stack(
         [
             np.interp(np.linspace(0.0, 1.0, WAKE_POINTS), (0.0, 0.5, 1.0), part)
-            for part in ((214, 104, 50), (232, 148, 98), (240, 172, 128))
+            for part in ((214, 94, 36), (232, 134, 76), (240, 156, 99))
         ]
     )
 )
 """Colours of a wake from the boat to its end, where it is nearly that of the sea."""
 OVER = (0.04, 0.15)
 """Height of a wake over the drawn sea [m], and more in standard deviations of the sea: cells are flat."""
-MARGIN = 1.0
-"""How far from a boat's hull the wakes of others are over its patch [m], besides the reach of that."""

@@ -151,7 +151,7 @@ def head_text(scene: RecordScene) -> str:
         "format": FORMAT,
         "timestep": scene.timestep,
         "properties": dict(scene.properties),
-        "wind_direction": list(scene.wind_direction),
+        "wind_direction": list(scene.parameters.wind.direction),
         "layout": scene.layout().to_json(),
         "sensors": tree_of(scene.sensors),
         "begun": scene.begun or 0.0,

@@ -9,8 +9,8 @@ import pytest
 from vrx_mj.config.bays import RGB as LIGHTS
 from vrx_mj.draw import colors
 from vrx_mj.draw.chart import Chart, Series, chart_svg
-from vrx_mj.draw.colors import boat_color, boat_colors, hex_color, text_color
-from vrx_mj.recording import blueprint, sensor_chunks, static_chunks, task_chunks, touch_chunks
+from vrx_mj.draw.colors import LABEL, boat_color, boat_colors, hex_color
+from vrx_mj.recording import blueprint, sea_meshes, sensor_chunks, static_chunks, task_chunks, touch_chunks
 
 ROOT = Path(__file__).parents[3]
 
@@ -57,11 +57,14 @@ def test_lines_are_seen_on_white_and_on_black(name):
     assert contrast(LINES[name], (0, 0, 0)) >= 3.0
 
 
+CALM_SEA = sea_meshes.DEEP + (sea_meshes.CREST - sea_meshes.DEEP) * sea_meshes.CALM_LIGHT
+
+
 @pytest.mark.parametrize("plate", [44, 225])
-def test_names_are_read_on_the_plan_in_both_themes(plate):
+@pytest.mark.parametrize("water", [blueprint.PLAN_WATER, tuple(CALM_SEA)])
+def test_names_are_read_on_the_water_in_both_themes(plate, water):
     """A viewer (rerun 0.41) writes them on a plate: half this grey of its dark or light theme, half what is behind."""
-    behind = [(share + plate) / 2.0 for share in blueprint.PLAN_WATER]
-    assert min(contrast(text_color(color), behind) for color in LINES.values()) >= 3.0
+    assert contrast(LABEL, [(share + plate) / 2.0 for share in water]) >= 3.0
 
 
 @pytest.mark.parametrize(("boats", "apart"), [(3, 40.0), (12, 15.0), (20, 12.0), (100, 4.0)])

@@ -3,8 +3,11 @@
 import math
 from dataclasses import replace
 
+import hypothesis.strategies as st
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis.extra.numpy import arrays
 from rerun.blueprint import Corner2D, View
 from rerun.blueprint.components import LinkAxis
 from rerun.chunk import RrdReader
@@ -12,8 +15,6 @@ from rerun.chunk import RrdReader
 import recorded_run
 from trees import partial
 from vrx_mj.recording.blueprint import (
-    LETTER,
-    PLAN_LINES,
     layout,
     plan_view,
     plot_view,
@@ -21,12 +22,23 @@ from vrx_mj.recording.blueprint import (
     unnamed,
     whole_run,
 )
-from vrx_mj.recording.eyes import PLAN_ASPECT, PLAN_LINE, PLAN_MARGIN, PLAN_SLOPE, followed_circle, sea_eye
+from vrx_mj.recording.eyes import (
+    LETTER,
+    PLAN_ASPECT,
+    PLAN_LINE,
+    PLAN_LINES,
+    PLAN_MARGIN,
+    PLAN_SLOPE,
+    PLATE,
+    followed_circle,
+    name_spots,
+    sea_eye,
+)
 from vrx_mj.recording.static_chunks import boat_chunks, still_chunks
 from vrx_mj.recording.touch_chunks import touch_chunks
 from vrx_mj.runtime.subscriptions import Touch
 
-CALM = {"task": None, "boats": [], "wind": {"mean": 0.0, "gain": 0.0}, "sea": {"waves": []}}
+CALM = recorded_run.PARAMETERS | {"wind": {"mean": 0.0, "gain": 0.0}}
 
 
 def shown(view, places):
@@ -170,19 +182,54 @@ def columns(chunk):
     return chunk.to_record_batch().schema.names
 
 
+LINE = 2.0 / PLAN_LINES
+"""Height of a line of text in a plan, in halves of its height."""
+
+
 @pytest.mark.parametrize("way", [(20.0, 0.0), (0.0, 20.0)])
-def test_names_that_would_cover_each_other_are_not_in_the_plan(way):
-    """From a height at which names of `wamv1` and `wamv2` are as wide, or as high, as the boats are apart."""
+def test_names_that_would_cover_each_other_are_not_in_a_plan_that_follows(way):
+    """From heights at which a name is as wide, or as high, as the boats are apart, the second boat in the north."""
     full = recorded_run.scene(boats=2)
     places = iter([(0.0, 0.0), way])
     bodies = tuple(
         replace(body, pose=(*next(places), *body.pose[2:])) if body.kind == "boat" else body for body in full.bodies
     )
-    scene = replace(full, bodies=bodies)
-    size = LETTER * (len("wamv1") + 1) if way[0] else 1.0
-    height = 20.0 / size * PLAN_LINES / (2.0 * PLAN_SLOPE)
-    assert unnamed(scene, 0.99 * height) == {}
-    assert list(unnamed(scene, 1.01 * height)) == [f"/world/boats/{name}/label" for name in scene.roster()]
+    scene = replace(full, bodies=bodies, parameters=partial(CALM | {"waypoints": []}))
+    size = LETTER * (len("wamv1") + 2) if way[0] else PLATE
+    height = 20.0 / (size * LINE) / PLAN_SLOPE
+    assert unnamed(scene, np.zeros(2), 0.99 * height) == {}
+    assert list(unnamed(scene, np.zeros(2), 1.01 * height)) == ["/world/boats/wamv2/label"]
+
+
+def boxes(spots, names):
+    """West, south, east and north (4, boats) of names at places (boats, 2), which a viewer writes under them."""
+    half = LINE * LETTER * (0.5 * np.array([len(name) for name in names]) + 1.0)
+    return np.array([spots[:, 0] - half, spots[:, 1] - PLATE * LINE, spots[:, 0] + half, spots[:, 1]])
+
+
+@given(places=arrays(np.float64, (3, 5, 2), elements=st.floats(-0.5, 0.5)))
+@example(np.zeros((3, 5, 2)))
+@example(np.linspace(-0.1, 0.1, 30).reshape(3, 5, 2))
+def test_names_in_the_plan_of_a_track_cover_neither_each_other_nor_another_boat(places):
+    """Nor the names of waypoints, nor is any left out where all is far apart."""
+    names, scene = ["wamv", "a", "starboard_bound", "port", "b"], recorded_run.scene(1)
+    still, texts = np.array([[0.0, 30.0], [-30.0, 0.0]]), ["waypoint 1", "waypoint 2"]
+    spots = name_spots(scene, names, 100.0 * places, np.zeros(2), 100.0 / PLAN_SLOPE)
+    every = np.concatenate([places, np.tile(still / 100.0, (3, 1, 1))], axis=1)
+    east, north = np.moveaxis(np.abs(every[:, None] - every[:, :, None]) + np.eye(7)[..., None], -1, 0)
+    lonely = ((east > 1.2) | (north > 0.2)).all(axis=(1, 2))
+    assert spots[lonely] == pytest.approx(places[lonely])
+    for moment, there in zip(spots, places, strict=True):
+        known = np.flatnonzero(np.isfinite(moment[:, 0]))
+        west, south, east, north = boxes(
+            np.concatenate([still / 100.0, moment[known]]), [*texts, *(names[i] for i in known)]
+        )
+        apart = (east[:, None] < west + 1e-9) | (north[:, None] < south + 1e-9)
+        assert (apart | apart.T | np.eye(len(west), dtype=bool) | (np.arange(len(west)) < 2)).all()
+        for number, i in enumerate(known, 2):
+            x, y = np.delete(there, i, axis=0).T
+            inside = (west[number] < x) & (x < east[number]) & (south[number] < y) & (y < north[number] - 0.1 * LINE)
+            assert not inside.any()
 
 
 @pytest.mark.parametrize(("boats", "named"), [(20, 20), (100, 0)])

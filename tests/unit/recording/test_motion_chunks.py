@@ -125,7 +125,7 @@ def test_the_wind_s_arrow_turns_with_the_wind(tmp_path):
     assert found.rows[-1].tolist() == sim.row().tolist()
     chunks = {chunk.entity_path: chunk for chunk in MovingChunks(scene_of(sim))(found.rows[[0, -1]])}
     for path in ("/world/fleet/weather", "/world/plan/weather"):
-        first, last = np.reshape(column(chunks[path], "vectors"), (2, 3))
+        first, last = (strip[1] - strip[0] for strip in np.reshape(column(chunks[path], "strips"), (2, -1, 3)))
         assert first / np.linalg.norm(first) == pytest.approx([0.0, 1.0, 0.0], abs=1e-6)
         assert last / np.linalg.norm(last) == pytest.approx([-1.0, 0.0, 0.0], abs=1e-3)
     assert column(chunks["/world/fleet/weather/figures"], "labels") == [

@@ -36,7 +36,6 @@ from vrx_mj.recording.video.stage import (
     Above,
     Chase,
     Foam,
-    TaskMoment,
     Wake,
     between,
     smoothed,
@@ -44,6 +43,7 @@ from vrx_mj.recording.video.stage import (
 )
 from vrx_mj.recording.writer import RecordWriter
 from vrx_mj.sensors.sea import SeaSkin
+from vrx_mj.tasks.frame import TaskStatus
 
 UP = (0.0, 0.0, 1.0)
 
@@ -194,9 +194,9 @@ def test_twelve_boats_have_twelve_colours():
 def test_lines_of_text():
     assert clock_line("bay", 12.34, 1.0) == "bay  12.3 s"
     assert clock_line("bay", 12.34, 2.5) == "bay  12.3 s  ×2.5"
-    running = TaskMoment(3.0, "dock", "running", 10.0, "points", 1, 44.6)
-    assert task_lines(running) == ("dock: running, 45 s left", "score 10 points, collisions 1")
-    assert task_lines(TaskMoment(3.0, "dock", "ready", 0.0, "points", 0, 60.0))[0] == "dock: ready"
+    running = TaskStatus(0.0, 0.0, 60.0, phase="running", elapsed=15.4, score=10.0, collisions=1)
+    assert task_lines("dock", running, "points") == ("dock: running, 45 s left", "score 10 points, collisions 1")
+    assert task_lines("dock", TaskStatus(0.0, 0.0, 60.0, phase="ready"), "points")[0] == "dock: ready"
 
 
 def test_a_size_is_two_numbers():

@@ -29,7 +29,7 @@ from vrx_mj.recording.sea_meshes import (
 )
 from vrx_mj.recording.simulation_scene import scene_of
 from vrx_mj.recording.timeline import Held
-from vrx_mj.recording.water_chunks import FASTEST, OVER, WAKE_WIDTHS, WaterChunks, speed_colors
+from vrx_mj.recording.water_chunks import FASTEST, LEAD, OVER, SUNK, WAKE_WIDTHS, WaterChunks, speed_colors
 
 TRIO = np.array([[0.0, 20.0], [17.3, -10.0], [-17.3, -10.0]])
 FLEETS = {
@@ -168,18 +168,21 @@ def test_waterline_of_a_hull_in_a_storm_is_right_within_3_cm_at_every_shown_time
         assert np.maximum(near, around) == pytest.approx(height(points[:, 0], points[:, 1], moment), abs=0.03)
 
 
-def test_wakes_lie_on_the_drawn_sea(storm):
+def test_wakes_lie_on_the_drawn_sea_and_at_a_hull_on_the_sea_itself(storm):
+    """There the fleet's mesh is lower. Planes of cells of 3 m are off by some cm, rms."""
     height, _, scene, chunks = storm
-    over = OVER[0] + OVER[1] * swell_of(height).deviation
-    fleet = fleet_mesh(chunks)
+    swell = swell_of(height)
+    over, fleet = OVER[0] + OVER[1] * swell.deviation, fleet_mesh(chunks)
     time, wakes = frames(chunks, f"/world/wakes/{scene.boats()[0].name}", "vertex_positions")
-    assert len(time) == 10 * swell_of(height).rate
+    assert len(time) == 10 * swell.rate
     for moment, wake in zip(time, wakes, strict=True):
-        drawn = surface(*fleet(moment), wake[:, :2])
-        assert wake[:, 2] == pytest.approx(drawn + over, abs=STEP)
+        above = wake[:, 2] - over - surface(*fleet(moment), wake[:, :2])
+        assert -STEP < above.min() <= above.max() < SUNK * swell.deviation + STEP
+        off = wake[:, 2] - over - height(*wake[:, :2].T, moment + LEAD / swell.rate)
+        assert np.sqrt(np.mean(off**2)) < 0.1
 
 
-def test_a_wake_is_over_the_patch_of_another_boat_and_under_its_own():
+def test_a_wake_is_over_the_patches_of_its_own_boat_and_of_others():
     """A boat lies 8 m behind one that sails away from it, in a swell that lifts and sinks all of the sea at once."""
     water, time = WaterChunks(), np.arange(100) / 20
     names = ["wamv1", "wamv2"]
@@ -189,7 +192,7 @@ def test_a_wake_is_over_the_patch_of_another_boat_and_under_its_own():
     level = np.tile([1.0, 0.0, 0.0, 0.0], (100, 2, 1))
     chunks = list(water(names, time, places, level))
     moment, wakes = frames(chunks, "/world/wakes/wamv1", "vertex_positions")
-    for name, over in (("wamv2", True), ("wamv1", False)):
+    for name in names:
         patch = frames(chunks, f"/world/sea/hulls/{name}", "vertex_positions")
         place = places[:, names.index(name)]
         near = []
@@ -199,7 +202,7 @@ def test_a_wake_is_over_the_patch_of_another_boat_and_under_its_own():
             inside = (np.abs(wake[:, :2] - here[:2]) < (2.0, 1.0)).all(axis=1)
             near += list(wake[inside, 2] - points[:, 2].max())
         assert len(near) > 3
-        assert (np.array(near) > 0.0).all() == over
+        assert min(near) > 0.0
 
 
 def test_patch_does_not_depend_on_how_a_boat_leans():

@@ -279,7 +279,7 @@ def test_scene_withouts_sea_or_thrusters_records(tmp_path):
     full = recorded_run.scene()
     moving = full.layout().bodies[0]
     buoy = replace(full.bodies[3], qpos=moving.qpos, dof=moving.dof)
-    scene = replace(full, nq=7, nv=6, bodies=(buoy,), thrusters=(), sea_height=None, waypoints=(), shoreline=())
+    scene = replace(full, nq=7, nv=6, bodies=(buoy,), thrusters=(), sea_height=None)
     rows = np.arange(60.0).reshape(4, 15)
     with RecordWriter(tmp_path / "run.rrd", scene) as writer:
         writer.rows(rows)

@@ -24,9 +24,9 @@ from vrx_mj.errors import UnknownNameError, VideoError
 from vrx_mj.model.boats import boat_label
 from vrx_mj.packages import install_extra
 from vrx_mj.recording.reader import Record, read_record
-from vrx_mj.recording.video.stage import Above, Chase, Eye, Footage, Stage, TaskMoment, view_of
+from vrx_mj.recording.video.stage import Above, Chase, Eye, Footage, Stage, view_of
 from vrx_mj.sensors.view import View
-from vrx_mj.tasks.frame import score_text
+from vrx_mj.tasks.frame import TaskStatus, score_text
 
 if TYPE_CHECKING:
     from PIL import ImageFont
@@ -198,7 +198,7 @@ class Film:
         moment, eye = self._footage.at(time), eye_at(time)
         shown = fromarray(self._staged(moment.boat_set).draw(moment, eye, size))
         if self._shot.captions:
-            boats = self._footage.boat_set(moment.boat_set).parameters.boats
+            boats = self._footage.recorded.companies[moment.boat_set].parameters.boats
             labels = {boat.name: boat_label(boat.name, boat.robot) for boat in boats}
             name_boats(shown, view_of(eye, *size), self._footage.places(moment), self._colors, labels)
         return shown
@@ -209,14 +209,14 @@ class Film:
             self.close()
             seed = self._footage.recorded.properties.get("seed", 0)
             own = seed if isinstance(seed, int) else 0
-            self._stage = boat_set, Stage(self._footage.boat_set(boat_set), self._paths, self.size, own)
+            self._stage = boat_set, Stage(self._footage.recorded.companies[boat_set], self._paths, self.size, own)
         return self._stage[1]
 
     def _write(self, shown: Image, time: float) -> None:
         """Time, task and score, and what has just happened."""
-        world, status = str(self._footage.recorded.properties.get("world")), self._footage.task_at(time)
+        world, status = str(self._footage.recorded.properties.get("world")), self._footage.status_at(time)
         lines = [clock_line(world, time, self._shot.speed)]
-        write_lines(shown, lines if status is None else [*lines, *task_lines(status)])
+        write_lines(shown, lines if status is None else [*lines, *task_lines(*status)])
         since = time - EVENT_TIME * self._shot.speed
         events = [event for event in self._footage.recorded.events if since < event.time <= time and event.time > 0.0]
         write_lines(shown, [f"{event.time:.1f} s  {event.text}" for event in events[-MOST_EVENTS:]], bottom=True)
@@ -302,11 +302,13 @@ def clock_line(world: str, time: float, speed: float) -> str:
     return f"{world}  {time:.1f} s{faster}"
 
 
-def task_lines(moment: TaskMoment) -> tuple[str, str]:
-    """Phase and time left, score and collisions of a task."""
-    left = f", {moment.remaining:.0f} s left" if moment.phase == "running" else ""
-    score = score_text(moment.phase, moment.score, moment.unit)
-    return f"{moment.task}: {moment.phase}{left}", f"{score}, collisions {moment.collisions}"
+def task_lines(task: str, status: TaskStatus, unit: str) -> tuple[str, str]:
+    """Phase and time left, score in a unit, and collisions of a task."""
+    left = f", {status.remaining:.0f} s left" if status.phase == "running" else ""
+    return (
+        f"{task}: {status.phase}{left}",
+        f"{score_text(status.phase, status.score, unit)}, collisions {status.collisions}",
+    )
 
 
 def project(view: View, place: FloatArray, width: int, height: int) -> tuple[float, float, float] | None:

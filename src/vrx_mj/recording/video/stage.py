@@ -8,8 +8,9 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from operator import itemgetter
 
 import mujoco
 import numpy as np
@@ -32,6 +33,7 @@ from vrx_mj.sensors.canvas import Canvas
 from vrx_mj.sensors.displays import check_display_marks, displays_of
 from vrx_mj.sensors.sea import SeaSkin, Skin
 from vrx_mj.sensors.view import SMALLEST, View
+from vrx_mj.tasks.frame import TaskStatus
 from vrx_mj.tasks.registry import TASK_KINDS
 
 CALM = 1.2
@@ -183,21 +185,6 @@ class Instant:
     """What lights and placards show."""
 
 
-@dataclass(frozen=True)
-class TaskMoment:
-    """Status of a task from a time on."""
-
-    time: float
-    """Simulated time [s]."""
-    task: str
-    phase: str
-    score: float
-    unit: str
-    collisions: int
-    remaining: float
-    """Time until it times out [s]."""
-
-
 class Footage:
     """A recording that can be asked for any moment of it."""
 
@@ -212,21 +199,11 @@ class Footage:
         if not len(recorded.time):
             raise RecordError(f"'{recorded.path}' has no motion to draw: it ends before its first row")
         self.recorded = recorded
+        self.start, self.end = map(float, recorded.time[[0, -1]])
+        """Times of the first and the last row [s]."""
+        self.level = recorded.companies[0].parameters.sea.level
+        """Mean height of the water [m]."""
         self._columns = [columns_in(recorded.layout, boat_set.layout) for boat_set in recorded.companies]
-
-    @property
-    def start(self) -> float:
-        """Time of the first row [s]."""
-        return float(self.recorded.time[0])
-
-    @property
-    def end(self) -> float:
-        """Time of the last row [s]."""
-        return float(self.recorded.time[-1])
-
-    def boat_set(self, number: int) -> BoatSet:
-        """The boats that sail together, and their world."""
-        return self.recorded.companies[number]
 
     def at(self, time: float) -> Instant:
         """Everything at a time [s], between two rows on the straight line from one to the other."""
@@ -234,21 +211,16 @@ class Footage:
         after = bisect_right(self.recorded.time, time)
         before = max(after - 1, 0)
         number = int(numbers[before])
-        layout, columns = self.boat_set(number).layout, self._columns[number]
+        layout, columns = self.recorded.companies[number].layout, self._columns[number]
         row = rows[before, columns]
         if before < after < len(rows) and numbers[after] == number:
             row = between(row, rows[after, columns], time, [layout.pose(body).start + 3 for body in layout.bodies])
         marks = rows[before, columns][layout.marks]
         return Instant(time, number, row[layout.qpos], marks)
 
-    @cached_property
-    def level(self) -> float:
-        """Mean height of the water [m]."""
-        return self.boat_set(0).parameters.sea.level
-
     def places(self, moment: Instant) -> dict[str, FloatArray]:
         """Where the boats' origins are at a moment, (3,) [m]."""
-        boats = (body for body in self.boat_set(moment.boat_set).layout.bodies if body.kind == "boat")
+        boats = (body for body in self.recorded.companies[moment.boat_set].layout.bodies if body.kind == "boat")
         return {boat.name: moment.qpos[boat.qpos : boat.qpos + 3] for boat in boats}
 
     def path(self, boat: str) -> FloatArray:
@@ -260,23 +232,19 @@ class Footage:
         return np.column_stack([self.recorded.time[there], track.position[there, :2], heading])
 
     @cached_property
-    def task_moments(self) -> tuple[TaskMoment, ...]:
-        """Status of the task in the order of time; empty without a task."""
-        task = self.recorded.companies[0].parameters.task
-        if task is None:
+    def _statuses(self) -> tuple[tuple[float, str, TaskStatus, str], ...]:
+        """Time [s], and name, status and unit of the task whenever its referee looked; empty without a task."""
+        if self.recorded.companies[0].parameters.task is None:
             return ()
-        unit = TASK_KINDS[task.type].unit
         return tuple(
-            TaskMoment(
-                time, one.name, one.status.phase, one.status.score, unit, one.status.collisions, one.status.remaining
-            )
+            (time, one.name, replace(one.status), TASK_KINDS[one.type].unit)
             for time, one in scored_frames(self.recorded)
         )
 
-    def task_at(self, time: float) -> TaskMoment | None:
-        """Status of the task at a time [s]; None without a task, or before its referee first looked."""
-        count = bisect_right(self.task_moments, time + 1e-9, key=lambda one: one.time)
-        return self.task_moments[count - 1] if count else None
+    def status_at(self, time: float) -> tuple[str, TaskStatus, str] | None:
+        """Name, status and unit of the task at a time [s]; None without one, or before its referee first looked."""
+        count = bisect_right(self._statuses, time + 1e-9, key=itemgetter(0))
+        return self._statuses[count - 1][1:] if count else None
 
 
 def between(first: FloatArray, second: FloatArray, time: float, turns: list[int]) -> FloatArray:
@@ -417,27 +385,23 @@ class Wake:
 
     def strip(self, now: float, height: Height) -> Strip:
         """The foam at a time [s] on a sea of a height."""
-        return strip_of(self._time, self._place, self._speed, now, height)
-
-
-def strip_of(time: FloatArray, place: FloatArray, speed: FloatArray, now: float, height: Height) -> Strip:
-    """The foam left at times (m,) [s] at places (m, 2) [m] at speeds (m,) [m/s]."""
-    first = max(time[0], now - LASTS)
-    if len(time) < 2 or first >= min(now, time[-1]):
-        return np.zeros((0, 2, 3)), np.zeros(0)
-    # pieces keep their places on the water while the boat goes on: their times are whole steps of a clock
-    left = np.arange(np.ceil(first * PIECES_PER_SECOND), np.ceil(now * PIECES_PER_SECOND)) / PIECES_PER_SECOND
-    left = np.concatenate([[min(now, time[-1])], left[::-1]])
-    spots = np.column_stack([np.interp(left, time, place[:, axis]) for axis in (0, 1)])
-    fast = np.interp(left, time, speed)
-    age = np.clip(now - left, 0.0, LASTS)
-    along = np.gradient(spots, axis=0) if len(spots) > 1 else np.ones((1, 2))
-    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-6)
-    half = 0.5 * (WIDTH + SPREAD * age)[:, None] * np.column_stack([-along[:, 1], along[:, 0]])
-    edges = np.stack([spots + half, spots - half], axis=1)
-    z = np.asarray(height(edges[..., 0], edges[..., 1])) + OVER
-    opacity = WHITE * np.clip((fast - SLOWEST) / (FULL_SPEED - SLOWEST), 0.0, 1.0) * (1.0 - age / LASTS)
-    return np.concatenate([edges, z[..., None]], axis=-1), opacity
+        time, place, speed = self._time, self._place, self._speed
+        first = max(time[0], now - LASTS)
+        if len(time) < 2 or first >= min(now, time[-1]):
+            return np.zeros((0, 2, 3)), np.zeros(0)
+        # pieces keep their places on the water while the boat goes on: their times are whole steps of a clock
+        left = np.arange(np.ceil(first * PIECES_PER_SECOND), np.ceil(now * PIECES_PER_SECOND)) / PIECES_PER_SECOND
+        left = np.concatenate([[min(now, time[-1])], left[::-1]])
+        spots = np.column_stack([np.interp(left, time, place[:, axis]) for axis in (0, 1)])
+        fast = np.interp(left, time, speed)
+        age = np.clip(now - left, 0.0, LASTS)
+        along = np.gradient(spots, axis=0) if len(spots) > 1 else np.ones((1, 2))
+        along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-6)
+        half = 0.5 * (WIDTH + SPREAD * age)[:, None] * np.column_stack([-along[:, 1], along[:, 0]])
+        edges = np.stack([spots + half, spots - half], axis=1)
+        z = np.asarray(height(edges[..., 0], edges[..., 1])) + OVER
+        opacity = WHITE * np.clip((fast - SLOWEST) / (FULL_SPEED - SLOWEST), 0.0, 1.0) * (1.0 - age / LASTS)
+        return np.concatenate([edges, z[..., None]], axis=-1), opacity
 
 
 class Foam(Skin):
