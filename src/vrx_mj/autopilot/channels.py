@@ -11,9 +11,9 @@ from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import BLADES
 from vrx_mj.runtime.commands import ANGLE
 
-TRIM, SPAN = 1500.0, 400.0
-"""Width of a pulse that commands nothing, and how much more commands all [us]."""
-SAIL_TRIM, SAIL_SPAN = 1000.0, 1000.0
+TRIM, SPAN = 1500.0, (400.0, 400.0)
+"""Width of a pulse that commands nothing, and how much less and more commands all [us]."""
+SAIL_TRIM, SAIL_SPAN = 1000.0, (1000.0, 1000.0)
 """Those of a sail's winch, which is hauled in at its trim."""
 SHORTEST, LONGEST = 500, 2500
 """Pulses that a servo can get [us]; a channel without output has 0."""
@@ -26,20 +26,20 @@ class Channel:
     command: str
     """Name of the command: a thruster, or what turns with `_angle` after it."""
     astern: float
-    """The command at `trim - span`, at most 0."""
+    """The command of all astern, at most 0."""
     ahead: float
-    """The command at `trim + span`, at least 0."""
+    """The command of all ahead, at least 0."""
     trim: float = TRIM
     """Pulse that commands 0 [us]."""
-    span: float = SPAN
-    """Pulse beyond the trim that commands all [us]; below 0 for what turns the other way."""
+    span: tuple[float, float] = SPAN
+    """How much shorter and longer the pulses are that command all [us]; below 0 for what turns the other way."""
     dead_band: float = 0.0
     """How far from the trim a pulse still commands nothing [us]."""
 
     def value(self, pulse: int) -> float:
         """The command of a pulse [us]; none without a pulse."""
         off = pulse - self.trim if pulse and abs(pulse - self.trim) > self.dead_band else 0.0
-        share = max(-1.0, min(1.0, off / self.span))
+        share = max(-1.0, min(1.0, off / self.span[off > 0.0]))
         return share * self.ahead if share > 0.0 else -share * self.astern
 
 

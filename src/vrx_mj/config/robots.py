@@ -119,6 +119,14 @@ class SailEntry(Config):
         return found
 
 
+Span = Annotated[Number, Field(ge=-2000, le=2000)]
+
+
+def _both_ways(value: object) -> object:
+    """One number as the pair of both."""
+    return (value, value) if isinstance(value, int | float) else value
+
+
 def _named_channel(value: object) -> object:
     """A channel of which nothing but its command is given."""
     return {"thruster": value} if isinstance(value, str) else value
@@ -131,16 +139,18 @@ class ChannelEntry(Config):
     """Name of the command: a thruster, or what turns, with `_angle` after its name."""
     trim: Annotated[Number, Field(ge=500, le=2500)] | None = None
     """Pulse that commands nothing [us]; by default 1500, of a sail 1000."""
-    span: Annotated[Number, Field(ge=-2000, le=2000)] | None = None
-    """How much longer the pulse is that commands all [us]; below 0 for what turns the other way.
+    span: Annotated[tuple[Span, Span], BeforeValidator(_both_ways)] | None = None
+    """How much shorter and longer the pulses are that command all [us]; one number is for both.
 
-    By default 400, of a sail 1000."""
+    Below 0 for what turns the other way; by default 400, of a sail 1000."""
     dead_band: Annotated[Number, Field(ge=0, le=500)] = 0.0
     """How far from the trim a pulse still commands nothing [us]."""
 
     def _faults(self) -> Iterator[Fault]:
-        if self.span is not None and abs(self.span) <= self.dead_band:
-            yield ("span",), f"must be more than the dead band, {self.dead_band:g}, got {self.span:g}"
+        short, long = self.span or (1000.0, 1000.0)
+        if short * long <= 0.0 or min(abs(short), abs(long)) <= self.dead_band:
+            text = f"both must be above the dead band, {self.dead_band:g}, or both below -{self.dead_band:g}"
+            yield ("span",), f"{text}, got {short:g} and {long:g}"
 
 
 Channel = Annotated[ChannelEntry, BeforeValidator(_named_channel)]

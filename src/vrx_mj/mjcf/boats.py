@@ -205,8 +205,9 @@ def _thrusters(urdf: Urdf, gazebo: Gazebo, config: RobotConfig) -> Iterator[tupl
 
 
 def _blades_of(gazebo: Gazebo, config: RobotConfig) -> Mapping[str, object]:
-    """Rudders and sails of the plugins, where the YAML names none."""
-    return {key: getattr(gazebo, key) for key in ("rudders", "sails") if key not in config.model_fields_set}
+    """Rudders, sails and channels of the plugins, where the YAML names none."""
+    keys = {"rudders", "sails", "autopilot"} - config.model_fields_set
+    return {key: getattr(gazebo, key) for key in keys}
 
 
 def _pushing(

@@ -372,8 +372,8 @@ class AutopilotChannel:
     """Name of the command."""
     trim: Real | None = None
     """Pulse that commands nothing [us]; None: that of its kind."""
-    span: Real | None = None
-    """How much longer the pulse is that commands all [us]; None: that of its kind."""
+    span: tuple[Real, Real] | None = None
+    """How much shorter and longer the pulses are that command all [us]; None: those of its kind."""
     dead_band: NonNegative = 0.0
     """How far from the trim a pulse still commands nothing [us]."""
 

@@ -26,11 +26,16 @@ def test_a_pulse_is_a_share_of_all_ahead_or_astern(pulse, command):
 
 
 def test_a_span_below_0_turns_the_other_way():
-    assert Channel("left", -0.8, 1.0, span=-400.0).value(1100) == 1.0
+    assert Channel("left", -0.8, 1.0, span=(-400.0, -400.0)).value(1100) == 1.0
+
+
+def test_a_trim_off_the_middle_has_a_span_either_way():
+    channel = Channel("left", -1.0, 1.0, trim=1400.0, span=(300.0, 500.0))
+    assert [channel.value(pulse) for pulse in (1100, 1250, 1400, 1650, 1900)] == [-1.0, -0.5, 0.0, 0.5, 1.0]
 
 
 def test_a_winch_is_hauled_in_at_its_trim():
-    winch = Channel("sail_angle", -1.5, 1.5, trim=1000.0, span=1000.0)
+    winch = Channel("sail_angle", -1.5, 1.5, trim=1000.0, span=(1000.0, 1000.0))
     assert [winch.value(pulse) for pulse in (1000, 1500, 2000)] == [0.0, 0.75, 1.5]
 
 
@@ -67,7 +72,7 @@ def kinds(tmp_path):
 def test_channels_of_a_robots_yaml(kinds):
     found = kinds("{2: propeller, 14: {thruster: rudder_angle, trim: 1480, span: -350, dead_band: 5}}")
     assert found[2] == Channel("propeller", -1.0, 1.0)
-    assert found[14] == Channel("rudder_angle", -0.61, 0.61, 1480.0, -350.0, 5.0)
+    assert found[14] == Channel("rudder_angle", -0.61, 0.61, 1480.0, (-350.0, -350.0), 5.0)
 
 
 @pytest.mark.parametrize(
@@ -75,7 +80,10 @@ def test_channels_of_a_robots_yaml(kinds):
     [
         ("{1: propellor}", r"no command of b, .* named 'propellor'; did you mean 'propeller'"),
         ("{33: propeller}", r"autopilot\.33: "),
-        ("{1: {thruster: propeller, span: 0}}", r"autopilot\.1\.span: must be more than the dead band, 0, got 0"),
+        (
+            "{1: {thruster: propeller, span: 0}}",
+            r"autopilot\.1\.span: both must be above the dead band, 0, or both below -0, got 0 and 0",
+        ),
         ("{1: {thruster: propeller, trim: 100}}", r"autopilot\.1\.trim: must be at least 500, got 100"),
     ],
 )

@@ -325,8 +325,9 @@ def read_gazebo(urdf: Urdf, tags: Sequence[Node], findings: Findings) -> Gazebo:
     for node in tags:
         _read_element(node, robot)
     _newer_water(robot)
-    turned = {blade.joint for blades in (robot.rudders, robot.sails) for blade in blades.values()}
-    thrusters = controlled(robot.thrusters, robot.controls, robot, turned)
+    blades: Mapping[str, RudderEntry | SailEntry] = {**robot.rudders, **robot.sails}
+    turned = {blade.joint: name for name, blade in blades.items()}
+    thrusters, channels = controlled(robot.thrusters, robot.controls, robot, turned)
     findings.check_names("thruster", ((one.name, one.place, f"thruster '{one.name}'") for one in thrusters))
     findings.settle()
     return Gazebo(
@@ -336,6 +337,7 @@ def read_gazebo(urdf: Urdf, tags: Sequence[Node], findings: Findings) -> Gazebo:
         wind=robot.wind,
         rudders=robot.rudders,
         sails=robot.sails,
+        autopilot=channels,
         sensors=tuple(robot.sensors),
         warnings=tuple(robot.warnings),
     )

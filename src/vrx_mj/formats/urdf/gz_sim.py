@@ -1,10 +1,14 @@
 """Plugins of gz-sim and of ArduPilot that push boats: Hydrodynamics, Buoyancy, ArduPilotPlugin."""
 
+import math
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from pydantic import ValidationError
+
+from vrx_mj.config.robots import ChannelEntry
 from vrx_mj.config.wording import choice
 from vrx_mj.formats.urdf.elements import Node, Tag
 from vrx_mj.formats.urdf.gazebo_sensors import Scope
@@ -71,19 +75,25 @@ def read_buoyancy(node: Node) -> Known:
 class Control:
     """What a channel of ArduPilot does with a joint."""
 
+    channel: str
+    """Its number, from 1."""
     joint: str
     type: str
     low: float
     """Command at the least pulse [N, rad or rad/s]."""
     high: float
     """Command at the greatest pulse."""
+    trim: float
+    """Pulse that commands 0 [us]."""
+    span: tuple[float, float]
+    """How much shorter and longer those of the limits are [us]; below 0 where the longer one commands less."""
     node: Node
 
 
 def read_controls(node: Node, scope: Scope) -> list[Control]:
     """The channels of ArduPilotPlugin; a command is multiplier times the sum of offset and the share of the pulse."""
     found = []
-    for part in node.children("control"):
+    for index, part in enumerate(node.children("control")):
         name, kind = scope.joint(part, "jointName"), part.text("type", "VELOCITY").upper()
         if kind not in TYPES:
             part.fault(choice(kind, TYPES), "type")
@@ -92,22 +102,47 @@ def read_controls(node: Node, scope: Scope) -> list[Control]:
             part.fault(f"servo_min and servo_max must differ, got {least:g} for both")
         factor, offset = part.value("multiplier", 1.0), part.value("offset", 0.0)
         low, high = sorted((factor * offset, factor * (offset + 1.0)))
+        sign = math.copysign(most - least, factor)
+        shorter, longer = -offset or 1.0 + offset, 1.0 + offset or -offset
         if name is not None:
-            found.append(Control(name, kind, low, high, part))
-    scope.warn(node, "there is no link to ArduPilot; its channels give how far thrusters and steering can go")
+            channel = part.attribute("channel") or str(index)
+            number = str(int(channel) + 1) if channel.isdecimal() else channel
+            found.append(
+                Control(
+                    number,
+                    name,
+                    kind,
+                    low,
+                    high,
+                    least - offset * (most - least),
+                    (sign * shorter, sign * longer),
+                    part,
+                )
+            )
     return found
 
 
 def controlled(
-    thrusters: Sequence[UrdfThruster], controls: Sequence[Control], scope: Scope, turned: Collection[str | None] = ()
-) -> list[UrdfThruster]:
-    """Thrusters that push and steer no farther than the channels of ArduPilot let them; `turned` are other joints."""
+    thrusters: Sequence[UrdfThruster], controls: Sequence[Control], scope: Scope, turned: Mapping[str | None, str]
+) -> tuple[list[UrdfThruster], dict[str, ChannelEntry]]:
+    """Thrusters that push and steer no farther than the channels of ArduPilot let them, and these channels.
+
+    `turned` are names of what turns on other joints.
+    """
     found = [_narrowed(item, {one.joint: one for one in controls}) for item in thrusters]
-    used = {*turned, *(name for item in thrusters for name in (item.propeller_joint, item.engine_joint))}
+    commands = {joint: f"{name}_angle" for joint, name in turned.items()}
+    commands |= {item.engine_joint: f"{item.name}_angle" for item in thrusters}
+    commands |= {item.propeller_joint: item.name for item in thrusters}
+    channels = {}
     for one in controls:
-        if one.joint not in used:
+        if one.joint not in commands:
             scope.warn(one.node, f"the joint '{one.joint}' neither pushes nor steers here: no thruster is on it")
-    return found
+            continue
+        try:
+            channels[one.channel] = ChannelEntry(thruster=commands[one.joint], trim=one.trim, span=one.span)
+        except ValidationError:
+            scope.warn(one.node, f"channel {one.channel} is ignored: no servo has a trim of {one.trim:g} us")
+    return found, channels
 
 
 def _narrowed(item: UrdfThruster, controls: Mapping[str, Control]) -> UrdfThruster:

@@ -6,7 +6,7 @@ from functools import cached_property, reduce
 from pathlib import Path
 
 from vrx_mj.config.dynamics import HullConfig, HydrodynamicsConfig, ThrusterConfig
-from vrx_mj.config.robots import RudderEntry, SailEntry
+from vrx_mj.config.robots import ChannelEntry, RudderEntry, SailEntry
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.errors import Problem
@@ -151,6 +151,8 @@ class Gazebo:
     rudders: Mapping[str, RudderEntry] = field(default_factory=dict)
     """Rudders and keels."""
     sails: Mapping[str, SailEntry] = field(default_factory=dict)
+    autopilot: Mapping[str, ChannelEntry] = field(default_factory=dict)
+    """What channels of ArduPilot command, by number."""
     sensors: tuple[SensorConfig, ...] = ()
     """Posed in the root link's frame, names without the namespace."""
     warnings: tuple[str, ...] = ()

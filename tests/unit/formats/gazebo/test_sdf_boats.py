@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sdf_boats import BOATS, fossen, link, sdf, spinning, thruster
+from vrx_mj.autopilot.channels import Channel
 from vrx_mj.config.robots import load_robot
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.formats.gazebo.document import read_document
@@ -224,6 +225,22 @@ def test_a_channel_limits_the_angle_of_what_steers():
     assert found.warnings[-1].endswith(
         "control: the joint 'wheel' neither pushes nor steers here: no thruster is on it"
     )
+
+
+@pytest.mark.parametrize(("factor", "offset"), [(70.0, -0.5), (-70.0, -0.5), (40.0, -0.25), (40.0, 0.0)])
+def test_a_channel_gives_the_force_that_the_plugin_gives(factor, offset):
+    """As the plugin: force = multiplier x (offset + share of the pulse)."""
+    control = (
+        f'<control channel="4"><jointName>drive</jointName><multiplier>{factor}</multiplier><offset>{offset}</offset>'
+        "<servo_min>1100</servo_min><servo_max>1900</servo_max><type>COMMAND</type></control>"
+    )
+    pilot = f'<plugin filename="ArduPilotPlugin" name="a">{control}</plugin>'
+    found = boat(HULL, PARTS["SCREW"], PARTS["DRIVE"], thruster("drive", "1000"), pilot).gazebo
+    (entry,), (drive,) = found.autopilot.values(), [one.drive for one in found.thrusters]
+    assert (list(found.autopilot), entry.thruster) == (["5"], found.thrusters[0].name)
+    channel = Channel("drive", drive.max_force_reverse, drive.max_force_forward, entry.trim, entry.span)
+    for pulse in (1100, 1200, 1500, 1720, 1900):
+        assert channel.value(pulse) == pytest.approx(factor * (offset + (pulse - 1100) / 800))
 
 
 def test_a_model_in_a_boat_is_part_of_it_and_errors_in_it_are_of_its_file():
