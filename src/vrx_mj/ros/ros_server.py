@@ -18,7 +18,6 @@ from vrx_mj.errors import CommandError, ConfigError, SensorError, VrxError, shor
 from vrx_mj.formats.gazebo.text_models import model_of_text
 from vrx_mj.formats.urdf.reader import in_namespace
 from vrx_mj.frames import compose
-from vrx_mj.ros.autopilot import Autopilot, HeldThrust
 from vrx_mj.ros.diagnosis import Diagnosis
 from vrx_mj.ros.initial_poses import InitialPoses
 from vrx_mj.ros.interface import (
@@ -35,6 +34,7 @@ from vrx_mj.ros.interface import (
     publishers_of,
 )
 from vrx_mj.ros.messages import Message, encode
+from vrx_mj.ros.steering import HeldThrust, Steering
 from vrx_mj.ros.table import CLOCK, make_tables
 from vrx_mj.ros.table.boats import description
 from vrx_mj.ros.table.host import Bodies, CmdVel, Scenery
@@ -284,7 +284,7 @@ class RosServer:
         self.applied = AppliedForces(sim, report)
         self.diagnosis = Diagnosis(sim, report)
         self._transports, self._inbox, self._report, self._clock_rate = transports, inbox, report, clock_rate
-        self._autopilot, self._initial_poses, self._held = Autopilot(sim, report), InitialPoses(sim), HeldThrust(sim)
+        self._steering, self._initial_poses, self._held = Steering(sim, report), InitialPoses(sim), HeldThrust(sim)
         self._joined: dict[str, Newcomer] = {}
         self._left: set[str] = set()
         self._localization, self._localized = localization, dict[str, Localization]()
@@ -347,7 +347,7 @@ class RosServer:
         sim = self.sim
         then = (sample_number(self._clock_rate, sim.time) + 1) / self._clock_rate
         steps = min(most, steps_to_time(then, sim.time, sim.timestep))
-        self._autopilot.steer()
+        self._steering.steer()
         self._held.renew()
         self.applied.advance(steps)
         self.announce()
@@ -416,7 +416,7 @@ class RosServer:
 
     def command(self, boat: str, commands: Mapping[str, float]) -> None:
         """Command thrusters, as `Simulation.command`."""
-        self._autopilot.let_go(boat)
+        self._steering.let_go(boat)
         self.sim.command_all({boat: commands})
         for name in commands:
             self._held.let_go(boat, name)
@@ -440,11 +440,11 @@ class RosServer:
     def steer(self, boat: str, surge: float, turn: float) -> None:
         """Have a boat keep a speed ahead [m/s] and a turning rate [rad/s], for a second."""
         self._held.let_go(boat)
-        self._autopilot.steer_boat(boat, surge, turn)
+        self._steering.steer_boat(boat, surge, turn)
 
     def form(self, text: str) -> None:
-        """Have the fleet keep a formation, or go to another one; errors are `Autopilot.form`'s."""
-        self._report("INFO", self._autopilot.form(text))
+        """Have the fleet keep a formation, or go to another one; errors are `Steering.form`'s."""
+        self._report("INFO", self._steering.form(text))
         self._held.begin()
 
     # Who is there
@@ -552,7 +552,7 @@ class RosServer:
         self._seen = None
         self.bodies.bind()
         self.applied.bind()
-        self._autopilot.bind()
+        self._steering.bind()
         self._held.bind()
         self._initial_poses.bind()
         self.diagnosis.changed()

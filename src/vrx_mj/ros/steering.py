@@ -27,7 +27,7 @@ class _VelocityOrder(NamedTuple):
     expires: float
 
 
-class Autopilot:
+class Steering:
     """Closed loops around boats, by ground truth for velocities and by the boats' sensors for formations."""
 
     def __init__(self, sim: Simulation, report: Callable[[str, str], None]) -> None:

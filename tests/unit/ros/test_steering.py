@@ -8,7 +8,7 @@ import pytest
 from trees import partial
 from vrx_mj.errors import VrxError
 from vrx_mj.ros import autopilot
-from vrx_mj.ros.autopilot import Autopilot, HeldThrust, parse_formation
+from vrx_mj.ros.steering import HeldThrust, Steering, parse_formation
 
 
 class Sim:
@@ -61,7 +61,7 @@ def sail(sim, pilot, seconds):
 
 
 def test_a_velocity_is_kept_for_a_second_ten_times_a_second(sim):
-    pilot = Autopilot(sim, lambda _level, _text: None)
+    pilot = Steering(sim, lambda _level, _text: None)
     sail(sim, pilot, 0.5)
     pilot.steer_boat("b", 1.5, -0.2)
     sail(sim, pilot, 3.0)
@@ -70,7 +70,7 @@ def test_a_velocity_is_kept_for_a_second_ten_times_a_second(sim):
 
 
 def test_a_boat_that_is_let_go_is_not_steered(sim):
-    pilot = Autopilot(sim, lambda _level, _text: None)
+    pilot = Steering(sim, lambda _level, _text: None)
     pilot.steer_boat("b", 1.5, 0.0)
     pilot.let_go("b")
     sail(sim, pilot, 1.0)
@@ -78,7 +78,7 @@ def test_a_boat_that_is_let_go_is_not_steered(sim):
 
 
 def test_a_formation_leaves_alone_who_has_a_velocity_to_keep(sim):
-    pilot = Autopilot(sim, lambda _level, _text: None)
+    pilot = Steering(sim, lambda _level, _text: None)
     pilot.form("wedge")
     pilot.steer_boat("b", 1.0, 0.0)
     sail(sim, pilot, 0.05)
@@ -90,7 +90,7 @@ def test_a_formation_leaves_alone_who_has_a_velocity_to_keep(sim):
 
 
 def test_a_formation_ends_with_a_word_or_with_its_leader(sim):
-    pilot = Autopilot(sim, lambda _level, _text: None)
+    pilot = Steering(sim, lambda _level, _text: None)
     pilot.form("line leader=c")
     pilot.form("off")
     sail(sim, pilot, 0.5)
