@@ -185,7 +185,7 @@ def _default(field: FieldDesc) -> object:
 
 
 def _dtype(field: FieldDesc) -> str:
-    """numpy's type of an array of numbers; empty for what is none."""
+    """Type of numpy of an array of numbers; empty for what is none."""
     node, about = field
     if node not in {Nodetype.ARRAY, Nodetype.SEQUENCE} or about[0][0] != Nodetype.BASE or about[0][1][0] == "string":
         return ""
