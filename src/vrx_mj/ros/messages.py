@@ -189,7 +189,7 @@ def _dtype(field: FieldDesc) -> str:
     node, about = field
     if node not in {Nodetype.ARRAY, Nodetype.SEQUENCE} or about[0][0] != Nodetype.BASE or about[0][1][0] == "string":
         return ""
-    name = about[0][1][0]
+    name: str = about[0][1][0]
     return {"byte": "uint8", "char": "uint8"}.get(name, name)
 
 
