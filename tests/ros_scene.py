@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import vrx_mj
 from vrx_mj.ros.interface import Inbox, Traffic
-from vrx_mj.ros.messages import encode, new
+from vrx_mj.ros.messages import encode, is_known, new
 from vrx_mj.ros.ros_server import RosServer
 
 __all__ = ["SERVERS", "Fake", "call", "run", "served"]
@@ -73,4 +73,7 @@ def answer(scene, name, request):
     scene.inbox.call(name, request, "/test", lambda *answer: answers.append(answer))
     scene.server.receive()
     ((response, why),) = answers
+    half = f"{known.type}Response" if (known := scene.server.table.services.get(name)) else ""
+    if response is not None and is_known(half):
+        assert encode(response, half) is not None, "a wire carries it"
     return response if response is not None else why

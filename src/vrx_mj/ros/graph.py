@@ -193,7 +193,7 @@ class Graph:
         """What the table has registered: kind and name, type and whether it is latched."""
         self.own_parameters: Mapping[str, Any] = {}
         """Those of the simulation, by absolute name."""
-        self._registered("publisher", ROSOUT, LOG)
+        self.register("publisher", ROSOUT, node, LOG)
         for name, kind, call in (
             (f"{node}/get_loggers", "roscpp/GetLoggers", self._get_loggers),
             (f"{node}/set_logger_level", "roscpp/SetLoggerLevel", self._set_logger_level),
@@ -233,7 +233,7 @@ class Graph:
             if kind == "service":
                 self.provide(name, Service(self.node, type_name, self._simulated(name)))
             else:
-                self._registered(kind, name, type_name)
+                self.register(kind, name, self.node, type_name)
         self._offer_parameters(table.parameters)
 
     def send(self, sent: Sent) -> None:
@@ -301,7 +301,13 @@ class Graph:
 
     def register(self, kind: str, name: str, node: str, type_name: str, *, latched: bool = False) -> None:
         """Register a publisher or subscriber of a node of this process; CommandError: there are too many."""
-        self._registered(kind, name, type_name, node, latched=latched)
+        self._note_type(kind, name, type_name, is_own=node == self.node)
+        self.registrations.add(kind, name, node, self.uri)
+        self.local.add(node)  # before wires hear of it: they ask whose it is
+        if latched:
+            self._latched.setdefault(name, {})
+        self._local_types[name] = type_name
+        self._notify(kind, name)
 
     def provide(self, name: str, service: Service) -> None:
         """Register a service of a node of this process; CommandError: there are too many."""
@@ -449,15 +455,6 @@ class Graph:
 
     def _simulated(self, name: str) -> Callable[[Message, str, Answer], None]:
         return lambda request, caller, answer: self.inbox.call(name, request, caller, answer)
-
-    def _registered(self, kind: str, name: str, type_name: str, node: str = "", *, latched: bool = False) -> None:
-        self._note_type(kind, name, type_name, is_own=(node or self.node) == self.node)
-        self.registrations.add(kind, name, node or self.node, self.uri)
-        self.local.add(node or self.node)  # before wires hear of it: they ask whose it is
-        if latched:
-            self._latched.setdefault(name, {})
-        self._local_types[name] = type_name
-        self._notify(kind, name)
 
     def _note_type(self, kind: str, name: str, type_name: str, *, is_own: bool = False) -> None:
         """As ROS's master: the type is the last publisher's, or a subscriber's where no publisher gave one.

@@ -168,7 +168,7 @@ def _fields(type_name: str) -> Mapping[str, FieldDesc]:
 def _filled(field: FieldDesc, value: object) -> object:
     if field[0] == Nodetype.NAME and isinstance(value, Mapping):
         return new(field[1], **value)
-    return value
+    return np.array(value, _dtype(field)) if isinstance(value, list) and _dtype(field) else value
 
 
 def _default(field: FieldDesc) -> object:
@@ -178,14 +178,19 @@ def _default(field: FieldDesc) -> object:
         return {"string": "", "bool": False, "float32": 0.0, "float64": 0.0}.get(about[0], 0)
     if node == Nodetype.NAME:
         return new(about)
-    (inner, what), count = about
-    if inner == Nodetype.BASE and what[0] != "string":
-        return np.zeros(count if node == Nodetype.ARRAY else 0, _dtype(what[0]))
-    return [_default((inner, what)) for _ in range(count)] if node == Nodetype.ARRAY else []
+    inner, count = about
+    if kind_of_numbers := _dtype(field):
+        return np.zeros(count if node == Nodetype.ARRAY else 0, kind_of_numbers)
+    return [_default(inner) for _ in range(count)] if node == Nodetype.ARRAY else []
 
 
-def _dtype(name: str) -> str:
-    return {"byte": "uint8", "char": "uint8", "bool": "bool"}.get(name, name)
+def _dtype(field: FieldDesc) -> str:
+    """Type of numpy of an array of numbers; empty for what is none."""
+    node, about = field
+    if node not in {Nodetype.ARRAY, Nodetype.SEQUENCE} or about[0][0] != Nodetype.BASE or about[0][1][0] == "string":
+        return ""
+    name: str = about[0][1][0]
+    return {"byte": "uint8", "char": "uint8"}.get(name, name)
 
 
 def _hashed(type_name: str) -> str:

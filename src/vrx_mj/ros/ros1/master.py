@@ -103,10 +103,7 @@ class Master:
             "lookupNode": ("n", self._lookup_node),
             "lookupService": ("n", self._lookup_service),
             "getPublishedTopics": ("v", self._published_topics),
-            "getTopicTypes": (
-                "",
-                lambda _: (1, "current system state", [list(pair) for pair in self.graph.types.items()]),
-            ),
+            "getTopicTypes": ("", self._topic_types),
             "getSystemState": ("", self._system_state),
             "setParam": ("kv", self._set_parameter),
             "getParam": ("k", self._get_parameter),

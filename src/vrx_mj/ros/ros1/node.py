@@ -457,7 +457,8 @@ class Node:
         met = self.publications.get(name) if what == "publisher" else self.provided.get(name)
         if met is None:
             raise CommandError(f"[{self.graph.node}] is not a {what} of [{name[:100]}]")
-        why = met.refusal(header)
+        missing = [name for name in ("md5sum", "callerid") if name not in header]
+        why = f"Missing required '{missing[0]}' field" if missing else met.refusal(header)
         if why is not None:
             raise CommandError(why)
         transport.write(encode_header(met.reply()))

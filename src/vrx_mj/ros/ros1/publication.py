@@ -2,9 +2,11 @@
 
 import asyncio
 import contextlib
+import itertools
 import socket
 import struct
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from vrx_mj.errors import CommandError
@@ -45,12 +47,8 @@ class Stream:
     def __init__(self, node: str) -> None:
         self.node = node
         self.counts = Counts()
-        self.last_number = 0
-
-    def number(self) -> int:
-        """A new connection's."""
-        self.last_number += 1
-        return self.last_number
+        self.numbers = itertools.count(1)
+        """Of connections."""
 
 
 class Publication:
@@ -77,9 +75,6 @@ class Publication:
 
     def refusal(self, header: Mapping[str, str]) -> str | None:
         """Why somebody cannot subscribe."""
-        missing = [field for field in ("topic", "md5sum", "callerid") if field not in header]
-        if missing:
-            return f"Missing required '{missing[0]}' field"
         if len(self.met) >= MOST_MET:
             self.met.clear()
         self.met.add(header["callerid"][:LONGEST])
@@ -146,7 +141,7 @@ class Reader:
     def __init__(self, publication: Publication, transport: asyncio.Transport, header: Mapping[str, str]) -> None:
         self.publication, self.transport = publication, transport
         self.node = header["callerid"][:LONGEST]
-        self.number = publication.stream.number()
+        self.number = next(publication.stream.numbers)
         self.sent = self.messages = 0
         self._outbox: Outbox[bytearray] = Outbox(publication.stream.counts, MOST_FRAMES, self._write)
         self._rest = memoryview(b"")
@@ -214,9 +209,6 @@ class Provided:
 
     def refusal(self, header: Mapping[str, str]) -> str | None:
         """Why somebody cannot call it."""
-        missing = [field for field in ("service", "md5sum", "callerid") if field not in header]
-        if missing:
-            return f"Missing required '{missing[0]}' field"
         if not (is_known(f"{self.type}Request") and is_known(f"{self.type}Response")):
             return f"[{self.name}] has the type [{self.type}], which only clients of rosbridge can call"
         wanted, own = header["md5sum"], service_md5sum(self.type)
@@ -346,26 +338,18 @@ Meet = Callable[[Mapping[str, str], asyncio.Transport, Place], Role | None]
 """Takes a header; sends ours and gives who that is, or None if it asked for nothing more. CommandError: refused."""
 
 
+@dataclass
 class TcprosListener:
     """Listens for TCPROS."""
 
-    def __init__(
-        self,
-        meet: Meet,
-        connection_limit: ConnectionLimit,
-        intake: Intake,
-        notices: Notices,
-        changed: Callable[[], None],
-    ) -> None:
-        self.meet, self.connection_limit, self.intake, self.notices, self.changed = (
-            meet,
-            connection_limit,
-            intake,
-            notices,
-            changed,
-        )
-        self.inside: set[Incoming] = set()
-        self._servers: list[asyncio.Server] = []
+    meet: Meet
+    connection_limit: ConnectionLimit
+    intake: Intake
+    notices: Notices
+    changed: Callable[[], None]
+    """Called when somebody has come or gone."""
+    inside: "set[Incoming]" = field(default_factory=set)
+    _servers: list[asyncio.Server] = field(default_factory=list)
 
     async def start(self, hosts: Sequence[str], port: int = 0) -> int:
         """Listen; returns the port. OSError: that cannot be done."""

@@ -29,7 +29,7 @@ OPENING = 5.0
 
 
 class Bridge:
-    """A connection. Once it is lost, `is_open` is False, what is sent is dropped, and a new one is to be made."""
+    """A connection. Once it is lost, what is sent is dropped, and a new one is to be made."""
 
     def __init__(self, url: str) -> None:
         """Connect.
@@ -40,16 +40,12 @@ class Bridge:
         self.url = url
         self._stack = contextlib.ExitStack()
         self._socket = _connected(url, self._stack)
-        self._open = True
+        self.is_open = True
+        """Whether the connection stands."""
         self._listeners: dict[str, Callable[[Values], None]] = {}
         self._calls: dict[str, Callable[[Any, bool], None]] = {}
         self._advertised: set[str] = set()
         self._numbers = itertools.count()
-
-    @property
-    def is_open(self) -> bool:
-        """Whether the connection stands."""
-        return self._open
 
     def subscribe(self, topic: str, kind: str, take: Callable[[Values], None], *, period: float = 0.0) -> None:
         """Have `take` called with the topic's messages, one every `period` [s] of wall time at most."""
@@ -85,18 +81,18 @@ class Bridge:
         except TimeoutError:
             return
         except ConnectionClosed:
-            self._open = False
+            self.is_open = False
 
     def close(self) -> None:
         """End the connection, after all that was sent."""
-        self._open = False
+        self.is_open = False
         self._stack.close()
 
     def _send(self, operation: Values) -> None:
         try:
             self._socket.send(json.dumps(operation))
         except ConnectionClosed:
-            self._open = False
+            self.is_open = False
 
     def _take(self, text: str | bytes) -> None:
         try:
