@@ -37,13 +37,8 @@ def _off(value: object) -> object:
     return OFF if value is False else value
 
 
-Symbol = Annotated[
-    str,
-    demand(
-        SYMBOLS.__contains__,
-        f"expected a symbol COLOUR_SHAPE of {', '.join(LIGHT_COLORS)} and {', '.join(SHAPES)}, got {{}}",
-    ),
-]
+_OF_SYMBOLS = f"COLOUR_SHAPE of {', '.join(LIGHT_COLORS)} and {', '.join(SHAPES)}"
+Symbol = Annotated[str, demand(SYMBOLS.__contains__, f"expected a symbol {_OF_SYMBOLS}, got {{}}")]
 """What a placard shows, as `red_circle`."""
 LightColor = Annotated[Literal["red", "green", "blue", "yellow", "off"], BeforeValidator(_off)]
 Pattern = Annotated[tuple[LightColor, LightColor, LightColor], several(3, "three of red, green, blue, yellow and off")]

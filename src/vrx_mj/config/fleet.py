@@ -22,14 +22,8 @@ from vrx_mj.config.values import MAX_COORDINATE, Cartesian, Color, Coordinate, N
 from vrx_mj.config.world import Sensors, SpawnConfig, WorldConfig
 from vrx_mj.errors import ConfigError, Problem
 
-Controller = Annotated[
-    str,
-    demand(
-        re.compile(r"[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*").fullmatch,
-        "expected module:function, as in my_boat:controller, got {}",
-    ),
-]
-
+_FUNCTION = re.compile(r"[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
+Controller = Annotated[str, demand(_FUNCTION.fullmatch, "expected module:function, as in my_boat:controller, got {}")]
 Engines = Literal["fixed", "hinged"]
 
 

@@ -33,8 +33,9 @@ def load_fleet(source: Source | None, world: WorldConfig) -> FleetConfig:
     if problems:
         raise ConfigError(dict.fromkeys(problems))
     if not fleet.is_empty:
-        _warn_of_bearings(fleet)
-        _warn_of_radians(fleet)
+        if fleet.headings is None:
+            _warn_of_bearings(fleet)
+            _warn_of_radians(fleet)
         warn_of_degrees(f"fleet {fleet.name}", _angles(fleet))
     return fleet
 
@@ -103,7 +104,7 @@ def far_from_all(fleet: FleetConfig, boats: Sequence[tuple[BoatConfig, Slot]], w
 
 def _warn_of_bearings(fleet: FleetConfig) -> None:
     """Positions whose headings point away from their middle, all of them, if they are bearings, and only then."""
-    if fleet.headings is not None or len(fleet.positions) < 2:
+    if len(fleet.positions) < 2:
         return
     if _all_outward(fleet.positions, "compass") and not _all_outward(fleet.positions, "math"):
         text = f"fleet {fleet.name}: its headings point outward only as compass bearings, and are read as degrees"
@@ -113,8 +114,6 @@ def _warn_of_bearings(fleet: FleetConfig) -> None:
 
 def _warn_of_radians(fleet: FleetConfig) -> None:
     """Headings in degrees that are all within a full turn in radians, the unit of poses."""
-    if fleet.headings is not None:
-        return
     places = [(f"positions[{i}].Y", position.Y) for i, position in enumerate(fleet.positions)]
     own = [(key, getattr(fleet, key)) for key in ("heading", "start_angle")]
     said = [(key, angle) for key, angle in (*places, *own) if isinstance(angle, float | int) and angle]
