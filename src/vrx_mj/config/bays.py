@@ -218,14 +218,10 @@ def _bays_toward(blocks: frozenset[Cell], opens: Cell) -> Iterator[Bay]:
             yield Bay(min(corners), max(corners), opens)
 
 
-def board_holes(bay: int, placard: PlacardConfig) -> tuple[HoleConfig, ...]:
+def board_holes(bay: int, placard: PlacardConfig) -> Iterator[HoleConfig]:
     """The holes in the board of a bay, counted from 1: a `placard_2022` has two."""
-    if placard.model != "placard_2022":
-        return ()
     turn = rotation(*placard.pose[3:])
-    found = []
-    for size, x, box in HOLES:
+    for size, x, box in HOLES if placard.model == "placard_2022" else ():
         px, py, pz = (a + b for a, b in zip(placard.pose, apply(turn, (x, 0.0, HOLE_HEIGHT)), strict=False))
         ex, ey, ez = (abs(edge) for edge in apply(turn, box))
-        found.append(HoleConfig(bay=bay, size=size, center=(px, py, pz), box=(ex, ey, ez)))
-    return tuple(found)
+        yield HoleConfig(bay=bay, size=size, center=(px, py, pz), box=(ex, ey, ez))
