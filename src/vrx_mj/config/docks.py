@@ -242,15 +242,13 @@ def _placards(dock: DockPlacement, found: Sequence[Bay]) -> dict[int, PlacardCon
 
 def _bay_faults(dock: DockPlacement, found: int) -> Iterator[Fault]:
     has = f"the drawing has {found} bay{'s' * (found != 1)}"
-    for index, bay in list(enumerate(dock.bays or ()))[found:]:
+    bays = list(enumerate(dock.bays or ()))
+    for index, bay in bays[found:]:
         if bay.internal is None or bay.external is None:
             yield ("bays", index), f"{has}; a further bay needs `internal` and `external`"
         elif dock.placards is None and bay.placard != "none":
             yield ("bays", index), f"{has}; a further bay needs `placard: none`, or the dock `placards`"
-    named = (
-        bay.model_copy(update={"name": bay.name or f"bay{number}"}) for number, bay in enumerate(dock.bays or (), 1)
-    )
-    yield from repeated(bays=named)
+    yield from repeated(bays=(bay.model_copy(update={"name": bay.name or f"bay{i + 1}"}) for i, bay in bays))
 
 
 def _placard_faults(dock: DockPlacement, found: Sequence[Bay]) -> Iterator[Fault]:

@@ -278,8 +278,7 @@ def _warn_if_it_sinks(thing: ObjectConfig, file: Path) -> None:
         return
     wet = [part for part in (thing.buoyancy, *(link.buoyancy for link in thing.links)) if part]
     displaced = sum(part.fluid_density * sum(element.volume for element in part.elements) for part in wet)
-    mass = thing.whole_mass
-    if mass > displaced:
+    if (mass := thing.whole_mass) > displaced:
         text = f"{display(file)}: sinks: mass {mass:g} kg; its buoyancy displaces at most {displaced:g} kg"
         warnings.warn(text, VrxWarning, stacklevel=2)
 
