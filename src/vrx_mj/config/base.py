@@ -147,7 +147,7 @@ class InFolder(Config):
     folder: Folder = None
 
 
-class FromFile(Config):
+class FromFile(InFolder):
     """The content of a file, which knows its places."""
 
     _section: Section | None = PrivateAttr(default=None)

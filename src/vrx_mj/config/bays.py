@@ -37,13 +37,8 @@ def _off(value: object) -> object:
     return OFF if value is False else value
 
 
-Symbol = Annotated[
-    str,
-    demand(
-        SYMBOLS.__contains__,
-        f"expected a symbol COLOUR_SHAPE of {', '.join(LIGHT_COLORS)} and {', '.join(SHAPES)}, got {{}}",
-    ),
-]
+_OF_SYMBOLS = f"COLOUR_SHAPE of {', '.join(LIGHT_COLORS)} and {', '.join(SHAPES)}"
+Symbol = Annotated[str, demand(SYMBOLS.__contains__, f"expected a symbol {_OF_SYMBOLS}, got {{}}")]
 """What a placard shows, as `red_circle`."""
 LightColor = Annotated[Literal["red", "green", "blue", "yellow", "off"], BeforeValidator(_off)]
 Colors = Annotated[tuple[ColorName, ColorName, ColorName], several(3, f"three colours of {', '.join(LIGHT_COLORS)}")]
@@ -225,14 +220,10 @@ def _bays_toward(blocks: frozenset[Cell], opens: Cell) -> Iterator[Bay]:
             yield Bay(min(corners), max(corners), opens)
 
 
-def board_holes(bay: int, placard: PlacardConfig) -> tuple[HoleConfig, ...]:
+def board_holes(bay: int, placard: PlacardConfig) -> Iterator[HoleConfig]:
     """The holes in the board of a bay, counted from 1: a `placard_2022` has two."""
-    if placard.model != "placard_2022":
-        return ()
     turn = rotation(*placard.pose[3:])
-    found = []
-    for size, x, box in HOLES:
+    for size, x, box in HOLES if placard.model == "placard_2022" else ():
         px, py, pz = (a + b for a, b in zip(placard.pose, apply(turn, (x, 0.0, HOLE_HEIGHT)), strict=False))
         ex, ey, ez = (abs(edge) for edge in apply(turn, box))
-        found.append(HoleConfig(bay=bay, size=size, center=(px, py, pz), box=(ex, ey, ez)))
-    return tuple(found)
+        yield HoleConfig(bay=bay, size=size, center=(px, py, pz), box=(ex, ey, ez))

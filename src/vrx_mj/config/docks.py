@@ -11,7 +11,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
-from pydantic import BeforeValidator, field_validator
+from pydantic import AfterValidator, BeforeValidator
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import Config, Fault, InFolder, Only, fault, faults, repeated
@@ -122,14 +122,18 @@ def _drawing(value: object) -> object:
     return value
 
 
-Drawing = Annotated[str, BeforeValidator(_drawing)]
+def _is_a_dock(value: str, info: ValidationInfo) -> str:
+    if not is_drawing(value):
+        check(info, lambda: load_dock(value, info.data.get("folder")))
+    elif found := dock_faults(value.split("\n")):
+        raise faults(*(((), fault(message, row=row, column=column)) for row, column, message in found))
+    return value
+
+
+Drawing = Annotated[str, BeforeValidator(_drawing), AfterValidator(_is_a_dock)]
 """A dock's drawing, or what names one."""
-
-
-Block = Annotated[
-    Number,
-    demand(BLOCKS.__contains__, f"a block is {one_of([f'{edge:g}' for edge in BLOCKS])} m long, got {{}}"),
-]
+_EDGES = one_of([f"{edge:g}" for edge in BLOCKS])
+Block = Annotated[Number, demand(BLOCKS.__contains__, f"a block is {_EDGES} m long, got {{}}")]
 
 
 class MooringConfig(Config):
@@ -165,15 +169,6 @@ class DockPlacement(Placed):
     def cells(self) -> tuple[Cell, ...]:
         """Row and column of every block, counted from 0."""
         return load_dock(self.layout, self.folder)
-
-    @field_validator("layout")
-    @classmethod
-    def _is_a_dock(cls, value: str, info: ValidationInfo) -> str:
-        if not is_drawing(value):
-            check(info, lambda: load_dock(value, info.data.get("folder")))
-        elif found := dock_faults(value.split("\n")):
-            raise faults(*(((), fault(message, row=row, column=column)) for row, column, message in found))
-        return value
 
     def _faults(self) -> Iterator[Fault]:
         with contextlib.suppress(VrxError):  # what is wrong with the drawing is reported with it
@@ -247,15 +242,13 @@ def _placards(dock: DockPlacement, found: Sequence[Bay]) -> dict[int, PlacardCon
 
 def _bay_faults(dock: DockPlacement, found: int) -> Iterator[Fault]:
     has = f"the drawing has {found} bay{'s' * (found != 1)}"
-    for index, bay in list(enumerate(dock.bays or ()))[found:]:
+    bays = list(enumerate(dock.bays or ()))
+    for index, bay in bays[found:]:
         if bay.internal is None or bay.external is None:
             yield ("bays", index), f"{has}; a further bay needs `internal` and `external`"
         elif dock.placards is None and bay.placard != "none":
             yield ("bays", index), f"{has}; a further bay needs `placard: none`, or the dock `placards`"
-    named = (
-        bay.model_copy(update={"name": bay.name or f"bay{number}"}) for number, bay in enumerate(dock.bays or (), 1)
-    )
-    yield from repeated(bays=named)
+    yield from repeated(bays=(bay.model_copy(update={"name": bay.name or f"bay{i + 1}"}) for i, bay in bays))
 
 
 def _placard_faults(dock: DockPlacement, found: Sequence[Bay]) -> Iterator[Fault]:

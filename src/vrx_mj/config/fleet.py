@@ -22,14 +22,8 @@ from vrx_mj.config.values import MAX_COORDINATE, Cartesian, Color, Coordinate, N
 from vrx_mj.config.world import Sensors, SpawnConfig, WorldConfig
 from vrx_mj.errors import ConfigError, Problem
 
-Controller = Annotated[
-    str,
-    demand(
-        re.compile(r"[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*").fullmatch,
-        "expected module:function, as in my_boat:controller, got {}",
-    ),
-]
-
+_FUNCTION = re.compile(r"[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
+Controller = Annotated[str, demand(_FUNCTION.fullmatch, "expected module:function, as in my_boat:controller, got {}")]
 Engines = Literal["fixed", "hinged"]
 
 
@@ -186,12 +180,10 @@ class FleetConfig(Layout, _Built, FromFile):
 
     def frame(self, world: WorldConfig) -> tuple[float, float, float]:
         """x, y [m] and yaw [rad] in the world of the frame that positions are given in."""
-        if self.origin == "world":
-            return 0.0, 0.0, 0.0
         if isinstance(self.origin, tuple):
             return self.origin
         x, y, _, _, _, yaw = world.spawn.pose
-        return x, y, yaw
+        return (x, y, yaw) if self.origin == "spawn" else (0.0, 0.0, 0.0)
 
     def resolve(self, world: WorldConfig) -> tuple[BoatConfig, ...]:
         """Every boat of the fleet in a world, posed in world coordinates."""
@@ -229,7 +221,10 @@ def joining_boat(said: Mapping[str, object], spawn: SpawnConfig) -> BoatConfig:
 
 
 def _boat(fleet: FleetConfig, spawn: SpawnConfig, slot: Slot) -> BoatConfig:
-    """A boat of its own kind, thrusters and engines, or else the fleet's, or else the world's."""
+    """A boat of its own kind, thrusters and engines, or else the fleet's, or else the world's.
+
+    A robot that has not the layout of the world has its own first one.
+    """
     levels: list[_Built] = [slot.entry, fleet] if slot.entry else [fleet]
     given: dict[str, Any] = {"robot": spawn.robot, "folder": spawn.folder}
     for key in ("robot", "thrusters", "components", "engines", "controller"):
@@ -238,30 +233,26 @@ def _boat(fleet: FleetConfig, spawn: SpawnConfig, slot: Slot) -> BoatConfig:
             given |= {name: getattr(level, name) for name in (key, *folders)}
     robot = given["robot"]
     if "thrusters" not in given:
-        given["thrusters"] = _layout(robot, given["folder"], spawn)
+        known = load_robot(robot, given["folder"]).layouts
+        given["thrusters"] = spawn.thrusters if spawn.thrusters in known else next(iter(known), None)
     return BoatConfig(
         name=slot.name,
         pose=slot.pose,
         color=slot.entry.color if slot.entry else None,
-        arguments=_arguments(levels, spawn),
+        arguments=_arguments([*levels, spawn]),
         sensors=_sensors(levels, robot, spawn),
         **given,
     )
 
 
-def _arguments(levels: Sequence[_Built], spawn: SpawnConfig) -> dict[str, str]:
+def _arguments(levels: Sequence[_Built | SpawnConfig]) -> dict[str, str]:
     """The arguments of the level that names the robot, and of those before it on top."""
-    owner = next((index for index, level in enumerate(levels) if level.robot), len(levels))
-    found = dict(spawn.arguments) if owner == len(levels) else {}
-    for level in reversed(levels[: owner + 1]):
-        found |= level.arguments or {}
+    found: dict[str, str] = {}
+    for level in levels:
+        found = (level.arguments or {}) | found
+        if level.robot:
+            break
     return found
-
-
-def _layout(robot: str, folder: Path | None, spawn: SpawnConfig) -> str | None:
-    """The layout of the world, or else the robot's first; None: it has no layouts."""
-    known = load_robot(robot, folder).layouts
-    return spawn.thrusters if spawn.thrusters in known else next(iter(known), None)
 
 
 def _sensors(levels: Sequence[_Built], robot: str, spawn: SpawnConfig) -> tuple[str, ...] | None:
@@ -320,13 +311,12 @@ def _slot_of(entry: BoatEntry, index: int, count: int) -> int | None:
 
 
 def _count_faults(fleet: FleetConfig) -> Iterator[Fault]:
-    given, placed = fleet.usv_count, len(fleet.positions)
-    if given is not None and (given < placed or (given != placed and placed and not fleet.layout)):
-        yield ("usv_count",), f"{given}, but `positions` has {placed}"
-    alone = not fleet.positions and not fleet.layout and any(entry.pose for entry in fleet.boats)
-    if given is not None and alone and given != len(fleet.boats):
-        yield ("usv_count",), f"{given}, but `boats` has {len(fleet.boats)}"
-    if fleet.layout and given is None and not placed:
+    given, key = fleet.usv_count, "positions" if fleet.positions else "boats"
+    listed = len(getattr(fleet, key))
+    counted = fleet.positions or (not fleet.layout and any(entry.pose for entry in fleet.boats))
+    if given is not None and counted and (given < listed or (given > listed and not fleet.layout)):
+        yield ("usv_count",), f"{given}, but `{key}` has {listed}"
+    if fleet.layout and given is None and not fleet.positions:
         yield ("usv_count",), f"required for layout {fleet.layout} without positions"
 
 
@@ -344,8 +334,6 @@ def _entry_faults(fleet: FleetConfig) -> Iterator[Fault]:
 
 def room_faults(fleet: FleetConfig, seed: int) -> Iterator[Fault]:
     """A random layout whose square is full before all its boats have a place."""
-    if fleet.layout != "random":
-        return
     count = _count(fleet)
     done = len(spots(fleet, count, seed))
     if done < count:

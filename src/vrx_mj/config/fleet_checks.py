@@ -27,12 +27,13 @@ def load_fleet(source: Source | None, world: WorldConfig) -> FleetConfig:
     fleet._section = section
     boats = fleet.located(world)
     found = [*_name_faults(boats, world), *_thruster_faults(boats), *room_faults(fleet, world.seed)]
-    problems = [problem_at(section, loc, str(message)) for loc, message in found] + _wind_problems(world, boats)
+    problems = [*(problem_at(section, loc, str(message)) for loc, message in found), *_wind_problems(world, boats)]
     if problems:
         raise ConfigError(dict.fromkeys(problems))
     if not fleet.is_empty:
-        _warn_of_bearings(fleet)
-        _warn_of_radians(fleet)
+        if fleet.headings is None:
+            _warn_of_bearings(fleet)
+            _warn_of_radians(fleet)
         warn_of_degrees(f"fleet {fleet.name}", _angles(fleet))
     return fleet
 
@@ -57,19 +58,17 @@ def _thruster_faults(boats: Sequence[tuple[BoatConfig, Slot]]) -> Iterator[Fault
             yield (*slot.own, "thrusters"), str(error)
 
 
-def _wind_problems(world: WorldConfig, boats: Sequence[tuple[BoatConfig, Slot]]) -> list[Problem]:
+def _wind_problems(world: WorldConfig, boats: Sequence[tuple[BoatConfig, Slot]]) -> Iterator[Problem]:
     """Wind on things that are no boats, docks, objects of the world, nor kinds of such."""
     listed = (world.wind.objects if world.wind else None) or ()
     if not listed:
-        return []
+        return
     known = {name for boat, _ in boats for name in (boat.name, boat.robot)} | set(catalogue("robots"))
     known |= {*_names(world.objects, ""), *(dock.name for dock in world.docks)}
-    return [
-        problem_at(world.section, ("wind", "objects", index, "model"), str(error))
-        for index, thing in enumerate(listed)
-        if thing.model not in known
-        for error in [UnknownNameError("boat, object, dock or robot", thing.model, sorted(known))]
-    ]
+    for index, thing in enumerate(listed):
+        if thing.model not in known:
+            error = UnknownNameError("boat, object, dock or robot", thing.model, sorted(known))
+            yield problem_at(world.section, ("wind", "objects", index, "model"), str(error))
 
 
 def _names(placements: Sequence[Placement], prefix: str) -> Iterator[str]:
@@ -92,9 +91,8 @@ def far_from_all(fleet: FleetConfig, boats: Sequence[tuple[BoatConfig, Slot]], w
 
 def _warn_of_bearings(fleet: FleetConfig) -> None:
     """Positions whose headings point away from their middle, all of them, if they are bearings, and only then."""
-    if fleet.headings is not None or len(fleet.positions) < 2:
-        return
-    if _all_outward(fleet.positions, "compass") and not _all_outward(fleet.positions, "math"):
+    places = fleet.positions
+    if len(places) > 1 and _all_outward(places, "compass") and not _all_outward(places, "math"):
         text = f"fleet {fleet.name}: its headings point outward only as compass bearings, and are read as degrees"
         advice = "write `headings: compass` for bearings, or `headings: math` to keep this"
         warnings.warn(f"{text} counter-clockwise from x; {advice}", VrxWarning, stacklevel=3)
@@ -102,8 +100,6 @@ def _warn_of_bearings(fleet: FleetConfig) -> None:
 
 def _warn_of_radians(fleet: FleetConfig) -> None:
     """Headings in degrees that are all within a full turn in radians, the unit of poses."""
-    if fleet.headings is not None:
-        return
     places = [(f"positions[{i}].Y", position.Y) for i, position in enumerate(fleet.positions)]
     own = [(key, getattr(fleet, key)) for key in ("heading", "start_angle")]
     said = [(key, angle) for key, angle in (*places, *own) if isinstance(angle, float | int) and angle]

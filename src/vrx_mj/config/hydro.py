@@ -111,8 +111,6 @@ def read_hydro(path: str, folder: Path | None) -> Hydro:
     """
     try:
         return Hydro.model_validate_json(read_limited(contained(path, folder), MOST_BYTES))
-    except ReadingError as error:
-        reason = str(error)
-    except ValidationError as error:
-        reason = fault_text(error)
-    raise VrxError(f"hydro '{path}': {reason}")
+    except (ReadingError, ValidationError) as error:
+        reason = fault_text(error) if isinstance(error, ValidationError) else error
+        raise VrxError(f"hydro '{path}': {reason}") from None

@@ -104,7 +104,7 @@ class LinkConfig(InFolder):
 
 def tree_faults(root: str, links: Sequence[LinkConfig], joints: Sequence[JointConfig]) -> list[Fault]:
     """What keeps the links of an object from being a tree on its own link, `root`."""
-    return list(_name_faults(root, links, joints)) or _loose(links, joints)
+    return list(_name_faults(root, links, joints)) or list(_loose(links, joints))
 
 
 def _name_faults(root: str, links: Sequence[LinkConfig], joints: Sequence[JointConfig]) -> Iterator[Fault]:
@@ -131,19 +131,16 @@ def _child_fault(root: str, joint: JointConfig, holder: str) -> str | None:
     return f"link '{joint.child}' already hangs on the joint '{holder}'" if holder != joint.name else None
 
 
-def _loose(links: Sequence[LinkConfig], joints: Sequence[JointConfig]) -> list[Fault]:
+def _loose(links: Sequence[LinkConfig], joints: Sequence[JointConfig]) -> Iterator[Fault]:
     """Links without a joint, and links that hang on each other in a circle."""
     above = {joint.child: [joint.parent] for joint in joints}
-    found: list[Fault] = [
-        (("links", index, "name"), f"no joint has the link '{link.name}' as its child")
-        for index, link in enumerate(links)
-        if link.name not in above
-    ]
+    for index, link in enumerate(links):
+        if link.name not in above:
+            yield ("links", index, "name"), f"no joint has the link '{link.name}' as its child"
     try:
         TopologicalSorter(above).prepare()
     except CycleError as error:
-        found.append((("joints",), f"the links hang on each other in a circle: {' > '.join(reversed(error.args[1]))}"))
-    return found
+        yield ("joints",), f"the links hang on each other in a circle: {' > '.join(reversed(error.args[1]))}"
 
 
 def link_order(root: str, joints: Sequence[JointConfig]) -> list[str]:

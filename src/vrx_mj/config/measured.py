@@ -1,5 +1,6 @@
 """A case of `vrx-mj validate` with data that a user has measured: which world, which boat, what it did, and bands."""
 
+import contextlib
 import csv
 import io
 import itertools
@@ -140,23 +141,19 @@ def _rows(name: str, rows: Any, columns: list[tuple[str, int]]) -> Iterator[tupl
     before = -math.inf
     for row in rows:
         if any(map(str.strip, row)):
-            values = tuple(_value(name, rows.line_num, column, row, place) for column, place in columns)
+            place = f"{name}, line {rows.line_num}"
+            values = tuple(_value(place, column, row[index] if index < len(row) else "") for column, index in columns)
             if not values[0] > before:
-                place = f"{name}, line {rows.line_num}"
                 raise VrxError(f"{place}: a time above that of the row before, {before:g} s, is needed")
             before = values[0]
             yield values
 
 
-def _value(name: str, number: int, column: str, row: list[str], index: int) -> float:
+def _value(place: str, column: str, word: str) -> float:
     """A value of a row; an empty one of a signal is not a number."""
-    word = row[index].strip() if index < len(row) else ""
-    if not word and column != "time":
+    if not word.strip() and column != "time":
         return math.nan
-    try:
-        value = float(word)
-    except ValueError:
-        value = math.nan
-    if not abs(value) < LARGEST:
-        raise VrxError(f"{name}, line {number}: {column} needs a number, got {shown(word)}")
-    return value
+    with contextlib.suppress(ValueError):
+        if abs(value := float(word)) < LARGEST:
+            return value
+    raise VrxError(f"{place}: {column} needs a number, got {shown(word.strip())}")

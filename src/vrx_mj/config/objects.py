@@ -1,20 +1,21 @@
 """Things in the water and on the shore: floating, static, or courses composed of others, and fields of them."""
 
+import contextlib
 import math
 import warnings
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import Config, Fault, InFolder, Only, exclusive, faults, repeated
+from vrx_mj.config.base import Config, Fault, InFolder, Only, exclusive, repeated
 from vrx_mj.config.bays import LightConfig, Symbol
 from vrx_mj.config.docks import DockPlacement, Placed, berths
 from vrx_mj.config.joints import JointConfig, LinkConfig, tree_faults
-from vrx_mj.config.loading import Loading, check, document, loads, referenced, validated
+from vrx_mj.config.loading import Loading, document, loads, referenced, validated
 from vrx_mj.config.search import display, kind_name
 from vrx_mj.config.shapes import BuoyancyConfig, Shape, Visual
 from vrx_mj.config.values import Inertia, Name, NonNegative, NotEmpty, Number, Point, Pose, Positive, Seed, Switch, Vec3
@@ -131,12 +132,6 @@ class Placement(Placed):
         """The object model."""
         return load_object(self.model, self.folder)
 
-    @model_validator(mode="after")
-    def _suits_its_model(self, info: ValidationInfo) -> Self:
-        if self.path or self.symbols or self.mooring:
-            check(info, lambda: _must_suit(self))
-        return self
-
     @field_validator("model")
     @classmethod
     def _exists(cls, value: str, info: ValidationInfo) -> str:
@@ -145,6 +140,11 @@ class Placement(Placed):
             folder = info.data.get("folder")
             whole.check(lambda: _count(referenced("objects", value, folder), whole))
         return value
+
+    def _faults(self) -> Iterator[Fault]:
+        if self.path or self.symbols or self.mooring:
+            with contextlib.suppress(VrxError):  # what is wrong with the model is reported with it
+                yield from _misfits(self, self.config)
 
 
 class ObjectConfig(InFolder):
@@ -225,20 +225,15 @@ def load_object(name: str, near: Path | None = None) -> ObjectConfig:
     return validated(ObjectConfig, section, Loading((file.resolve(),)))
 
 
-def _must_suit(item: Placement) -> None:
-    """Refuse a path, symbols or a rope that an object model has no use for."""
-    model, found = item.config, list[Fault]()
+def _misfits(item: Placement, model: ObjectConfig) -> Iterator[Fault]:
+    """A path, symbols or a rope that an object model has no use for."""
     if item.path and model.kind != "floating":
-        found.append((("path",), f"'{item.model}' does not float, so it cannot follow a path"))
-    if item.symbols:
-        count = sum(len(berths(dock).placards) for dock in model.docks)
-        if len(item.symbols) > count:
-            text = f"{len(item.symbols)} symbols; '{item.model}' has {count} placard{'s' * (count != 1)}"
-            found.append((("symbols",), text))
+        yield ("path",), f"'{item.model}' does not float, so it cannot follow a path"
+    count = sum(len(berths(dock).placards) for dock in model.docks) if item.symbols else 0
+    if len(item.symbols) > count:
+        yield ("symbols",), f"{len(item.symbols)} symbols; '{item.model}' has {count} placard{'s' * (count != 1)}"
     if item.mooring and not _drifts(item):
-        found.append((("mooring",), f"does nothing: '{item.model}' does not float, or follows a path"))
-    if found:
-        raise faults(*found)
+        yield ("mooring",), f"does nothing: '{item.model}' does not float, or follows a path"
 
 
 def _drifts(item: Placement) -> bool:
@@ -272,8 +267,7 @@ def _warn_if_it_sinks(thing: ObjectConfig, file: Path) -> None:
         return
     wet = [part for part in (thing.buoyancy, *(link.buoyancy for link in thing.links)) if part]
     displaced = sum(part.fluid_density * sum(element.volume for element in part.elements) for part in wet)
-    mass = thing.whole_mass
-    if mass > displaced:
+    if (mass := thing.whole_mass) > displaced:
         text = f"{display(file)}: sinks: mass {mass:g} kg; its buoyancy displaces at most {displaced:g} kg"
         warnings.warn(text, VrxWarning, stacklevel=2)
 

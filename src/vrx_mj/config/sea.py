@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
-from vrx_mj.config.base import Config, Fault, Folder, Only, exclusive
+from vrx_mj.config.base import Fault, InFolder, Only, exclusive
 from vrx_mj.config.loading import loads
 from vrx_mj.config.search import ReadingError, contained, read_limited
 from vrx_mj.config.tree import Section
@@ -102,11 +102,10 @@ Direction = Annotated[
 ]
 
 
-class SeaConfig(Config):
+class SeaConfig(InFolder):
     """The waves: VRX's, with the tags, meanings and defaults of its `ocean_waves`, or those of a spectrum."""
 
     folder_keys: ClassVar = {"folder": "file"}
-    folder: Folder = None
     model: Literal["pms", "cwr", "none", "jonswap", "pm", "tma", "file", "regular", "stokes5"] = "pms"
     """Kind of sea.
 

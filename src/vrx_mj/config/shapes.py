@@ -25,14 +25,12 @@ def _three(value: object) -> object:
     return (value,) * 3 if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
-Mesh = Annotated[
-    str,
-    demand(
-        lambda value: value.lower().endswith(MESH_SUFFIXES),
-        f"expected a mesh that ends in {one_of(MESH_SUFFIXES)}, got {{}}",
-    ),
-    loads(contained),
-]
+def _is_mesh(file: str) -> bool:
+    return file.lower().endswith(MESH_SUFFIXES)
+
+
+_ENDS = one_of(MESH_SUFFIXES)
+Mesh = Annotated[str, demand(_is_mesh, f"expected a mesh that ends in {_ENDS}, got {{}}"), loads(contained)]
 
 
 class Shape(InFolder):

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import Config, Fault, Folder, FromFile, fault, repeated
+from vrx_mj.config.base import Config, Fault, FromFile, InFolder, fault, repeated
 from vrx_mj.config.current import CurrentConfig
 from vrx_mj.config.docks import DockPlacement, Placed
 from vrx_mj.config.loading import Loading, Source, check, document, loads, validated
@@ -84,11 +84,10 @@ Sensors = Annotated[tuple[str, ...], BeforeValidator(_names)]
 """Which sensors a boat carries: `vrx`, `none`, or a list of suites or of sensors by name."""
 
 
-class SpawnConfig(Config):
+class SpawnConfig(InFolder):
     """The one boat of a run without a fleet."""
 
     folder_keys: ClassVar = {"folder": "robot"}
-    folder: Folder = None
     pose: Pose = (0.0, 0.0, 0.1, 0.0, 0.0, 0.0)
     """Pose in the world [m, rad]."""
     robot: Annotated[str, loads(load_robot)] = "wamv"
@@ -112,7 +111,6 @@ class WorldConfig(FromFile):
     """A world's file, on top of those that it extends."""
 
     folder_keys: ClassVar = {"folder": "terrain"}
-    folder: Folder = None
     name: str = "world"
     """Name of the world; by default that of the file."""
     description: str = ""

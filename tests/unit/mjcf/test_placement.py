@@ -138,7 +138,7 @@ def test_no_number_of_the_stream_is_used_for_two_coordinates(course):
 
 @pytest.mark.parametrize(("away", "clear"), [(0.7, False), (1.1, True)])
 def test_distances_to_a_dock_are_from_the_corners_of_its_blocks(away, clear):
-    dock = SimpleNamespace(config=SimpleNamespace(block=2.0), pose=(0.0,) * 6, layout=SimpleNamespace(cells=[(0, 0)]))
+    dock = SimpleNamespace(config=SimpleNamespace(block=2.0), pose=(0.0,) * 6, cells=[(0, 0)])
     ground = _Ground(SimpleNamespace(terrain=None, folder=None), [dock])
     place = 1.0 + away / math.sqrt(2.0)
     assert ground.clear(place, place, 1.0) == clear
