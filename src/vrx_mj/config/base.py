@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError,
 from pydantic.fields import FieldInfo
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from vrx_mj.config.tree import Entry, Section
+from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import one_of, shown, unknown_key
 
 Fault = tuple[tuple[str | int, ...], str | PydanticCustomError]
@@ -113,7 +113,7 @@ class Config(BaseModel):
         if not plain.keys() <= fields.keys():  # for the message about an unknown key
             plain |= dict.fromkeys(plain.keys() - fields.keys(), keys_of(cls))
         if isinstance(data, Section):
-            plain = without_ignored_keys(cls, plain, data.entries)
+            plain = without_ignored_keys(cls, plain, data)
             for own in (name for name, field in fields.items() if field.exclude):
                 if own in data:
                     raise faults(((own,), unknown_key(own, keys_of(cls))))
@@ -188,24 +188,20 @@ def limited_keys(model: type[Config]) -> Mapping[str, Only]:
 
 
 def without_ignored_keys(
-    model: type[Config], content: Mapping[str, Any], entries: Mapping[str, Entry] | None = None
+    model: type[Config], content: Mapping[str, Any], section: Section | None = None
 ) -> dict[str, Any]:
     """The keys of a model without those that do nothing with the values of others.
 
-    With the `entries` of a file only those stay away whose selector's value is further down the chain of `extends`.
+    With the `section` of a file only those stay away whose selector's value is further down the chain of `extends`.
     """
     ignored = {
         key
         for key, only in limited_keys(model).items()
         if key in content
-        and (entries is None or _overruled(entries.get(only.selector), entries.get(key)))
+        and (section is None or section.depth(only.selector) < section.depth(key))
         and not only.allows(content.get(only.selector, model.model_fields[only.selector].default))
     }
     return {key: value for key, value in content.items() if key not in ignored}
-
-
-def _overruled(selector: Entry | None, key: Entry | None) -> bool:
-    return selector is not None and (key is None or selector.depth < key.depth)
 
 
 def _may_be_empty(field: FieldInfo) -> bool:

@@ -152,12 +152,11 @@ def loads(load: Callable[[Any, Path | None], object], folder: str = "folder") ->
     return AfterValidator(loaded)
 
 
-def file_of(kind: str, source: str | Path) -> Path:
+def file_of(kind: str, source: object) -> Path:
     """The file of a name or path that the user gave: paths start in the current folder."""
     if not isinstance(source, str | Path):
-        raise ConfigError(
-            [Problem(f"<{KINDS[kind]}>", None, None, "", f"expected a name, a path or a mapping, got {shown(source)}")]
-        )
+        said = f"expected a name, a path or a mapping, got {shown(source)}"
+        raise ConfigError([Problem(f"<{KINDS[kind]}>", None, None, "", said)])
     if not is_path(source):
         return find(kind, str(source))
     return of_format(kind, str(source), path_of(kind, source), Path.cwd())
@@ -174,11 +173,14 @@ def path_of(kind: str, source: str | Path) -> Path:
     raise ConfigError([Problem(str(source), None, None, "", reason)])
 
 
-def referenced(kind: str, text: str, folder: Path | None, skip: Path | None = None) -> Path:
+def referenced(kind: str, text: str, folder: Path | None) -> Path:
     """The file, of ours or of others, that another file calls by a name or by a path relative to its own folder."""
     of_others = function_of(kind, text, find=True)
-    if of_others and (found := of_others(text, folder)):
-        return Path(found)
+    found: Path | None = of_others(text, folder) if of_others else None
+    return found or _own_file(kind, text, folder)
+
+
+def _own_file(kind: str, text: str, folder: Path | None, skip: Path | None = None) -> Path:
     if not is_path(text):
         return find(kind, text, folder, skip)
     return of_format(kind, text, contained(text, folder), folder or Path.cwd())
@@ -196,7 +198,7 @@ def document(kind: str, source: Source, name: str = "") -> tuple[Section, str]:
     try:
         section = read_source(kind, file)
     except ConfigError:
-        if kind == "worlds" and (refuse := function_of("series", file)):  # a series has a message of its own
+        if kind == "worlds" and (refuse := function_of("series", file)):
             refuse(file, source)
         raise
     return section, file.stem if is_path(source) else str(source)
@@ -247,7 +249,7 @@ def _base(kind: str, section: Section, file: Path | None, chain: tuple[Path, ...
     text = section["extends"]
     if not isinstance(text, str):
         raise VrxError(f"expected a name or a path, got {shown(text)}")
-    base = referenced(kind, text, section.folder, file)
+    base = _own_file(kind, text, section.folder, file)
     if base.resolve() in chain:
         names = " > ".join(step.stem for step in (*chain[chain.index(base.resolve()) :], base))
         raise VrxError(f"this file extends itself: {names}")

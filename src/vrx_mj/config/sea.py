@@ -70,10 +70,9 @@ def read_spectrum(path: str, folder: Path | None) -> SpectrumTable:
     points: list[tuple[float, float]] = []
     for number, line in enumerate(text.splitlines(), 1):
         words = line.partition("#")[0].replace(",", " ").replace(";", " ").split()
-        if words and (points or words[0][0] in "+-.0123456789"):
-            fault_of_line = _add_point(points, words)
-            if fault_of_line:
-                raise VrxError(f"spectrum '{path}', line {number}: {fault_of_line}, got {shown(line)}")
+        is_point = words and (points or words[0][0] in "+-.0123456789")
+        if is_point and (wrong := _add_point(points, words)):
+            raise VrxError(f"spectrum '{path}', line {number}: {wrong}, got {shown(line)}")
     if len(points) < 2 or not any(density for _, density in points):
         needed = "at least 2 points, not all of density 0, are needed"
         raise VrxError(f"spectrum '{path}': {needed}, got {len(points)}")

@@ -278,6 +278,8 @@ WORLD_SUFFIXES = (".world.xacro", ".sdf.xacro", ".world", ".sdf")
 """How worlds of Gazebo end, the longest first."""
 MODEL_SUFFIXES = (*WORLD_SUFFIXES, ".sdf.erb")
 """How the files that models of Gazebo are in end."""
+TERRAIN = "terrain"
+"""The kind of files of shorelines."""
 PATH_SUFFIXES = (".yaml", ".yml", ".txt", *WORLD_SUFFIXES, *XML_SUFFIXES)
 PACKAGE_PATH = "VRX_MJ_PACKAGE_PATH"
 """Environment variable with the folders in which `package://` and `$(find ...)` look."""
@@ -333,12 +335,8 @@ def catalogue(kind: str, near: Path | None = None) -> dict[str, Path]:
 
     A file straight in the current folder can be named too, but it may be of any kind: it is not listed.
     """
-    if kind not in KINDS:
+    if kind not in {*KINDS, TERRAIN}:
         raise UnknownNameError("kind of file", kind, KINDS)
-    return _found(kind, near)
-
-
-def _found(kind: str, near: Path | None) -> dict[str, Path]:
     found: dict[str, Path] = {}
     for folder in _folders(near):
         for place in (folder / kind, folder / "assets" / kind):
@@ -349,9 +347,9 @@ def _found(kind: str, near: Path | None) -> dict[str, Path]:
 
 def find_terrain(name: str, near: Path | None = None) -> Path:
     """The file of a terrain, which is of any type, in `assets/terrain` along the search path."""
-    known = _found("terrain", near)
+    known = catalogue(TERRAIN, near)
     if name not in known:
-        raise UnknownNameError("terrain", name, known)
+        raise UnknownNameError(TERRAIN, name, known)
     return known[name]
 
 
@@ -403,12 +401,8 @@ def display(path: Path) -> str:
     return "the current folder" if inside == "." else inside
 
 
-def _folders(near: Path | None) -> Iterator[Path]:
-    yield Path.cwd()
-    if near is not None:
-        yield near
-    yield from allowed_folders()
-    yield root()
+def _folders(near: Path | None) -> tuple[Path, ...]:
+    return (Path.cwd(), *([near] if near else []), *allowed_folders(), root())
 
 
 def _candidates(folder: Path, kind: str, name: str) -> Iterator[Path]:
@@ -420,7 +414,7 @@ def _candidates(folder: Path, kind: str, name: str) -> Iterator[Path]:
 
 
 def _suffixes(kind: str) -> tuple[str, ...]:
-    return {"docks": (".txt",), "terrain": (".*",)}.get(kind, (".yaml", ".yml"))
+    return {"docks": (".txt",), TERRAIN: (".*",)}.get(kind, (".yaml", ".yml"))
 
 
 def _listed(kind: str, place: Path) -> Iterator[tuple[str, Path]]:

@@ -147,12 +147,14 @@ def locate(root: Section, loc: Loc, *, tagged: bool = False) -> Spot:
     """Where the value at `loc` is.
 
     A step that the file does not have is skipped, unless it is the last and a key: that is one missing there. With
-    `tagged` so is the value of a section's `type`, by which pydantic says which member of a union it took.
+    `tagged` so is, once in a section, the value of its `type`, by which pydantic says which member of a union it took.
     """
     node: Any = root
+    chosen: Section | None = None
     owner, place, path = None, root.place, list[str | int]()
     for index, step in enumerate(loc):
-        if tagged and isinstance(node, Section) and step == node.get("type"):
+        if tagged and isinstance(node, Section) and node is not chosen and step == node.get("type"):
+            chosen = node
             continue
         last = index == len(loc) - 1
         owner = node if last and isinstance(node, Section) else None

@@ -1,7 +1,9 @@
 """Values that keys of files may have: numbers within bounds, lists of them, colours, names and switches."""
 
+import json
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field
@@ -17,24 +19,9 @@ MIN_POSITIVE = 1e-12
 MAX_COORDINATE = 1e6
 """Farthest coordinate [m] that a file may give."""
 
-COLORS = {
-    "white": (1.0, 1.0, 1.0),
-    "black": (0.0, 0.0, 0.0),
-    "red": (1.0, 0.0, 0.0),
-    "green": (0.0, 1.0, 0.0),
-    "blue": (0.0, 0.0, 1.0),
-    "yellow": (1.0, 1.0, 0.0),
-    "orange": (1.0, 0.5, 0.0),
-    "purple": (0.5, 0.0, 0.5),
-    "magenta": (1.0, 0.0, 1.0),
-    "cyan": (0.0, 1.0, 1.0),
-    "turquoise": (0.0, 1.0, 1.0),
-    "pink": (1.0, 0.6, 0.7),
-    "brown": (0.45, 0.28, 0.12),
-    "grey": (0.5, 0.5, 0.5),
-    "gray": (0.5, 0.5, 0.5),
-    "dark_grey": (0.175, 0.175, 0.175),
-    "light_grey": (0.75, 0.75, 0.75),
+COLORS: Mapping[str, tuple[float, float, float]] = {
+    name: (red, green, blue)
+    for name, (red, green, blue) in json.loads((Path(__file__).parent / "colors.json").read_bytes()).items()
 }
 """Colours by name, each [r, g, b] in 0..1. The pure ones are those of Gazebo's stock materials."""
 

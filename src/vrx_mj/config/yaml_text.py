@@ -185,9 +185,8 @@ def _parsed(file: File, builder: "_Builder") -> Section:
     tree = builder.value(node, ())
     if not isinstance(tree, Section):
         builder.problem(node, (), f"expected keys and values, got {shown(tree)}")
-    if builder.problems:
+    if builder.problems or not isinstance(tree, Section):
         raise ConfigError(builder.problems)
-    assert isinstance(tree, Section), "a builder without problems returns a section"
     return tree
 
 

@@ -173,6 +173,14 @@ def test_a_file_that_is_no_object_or_dock(here):
     assert NEEDS.keys() == KINDS.keys()
 
 
+def test_an_object_does_not_extend_sdf(here):
+    (here / "my.sdf").write_text(SDF, encoding="utf-8")
+    (here / "buoy.yaml").write_text("extends: ./my.sdf\nmass: 5\n", encoding="utf-8")
+    said = f"not an object model: {IN_SDF.format(file='./my.sdf')}"
+    (here / "mine.yaml").write_text("objects: [{name: a, model: ./buoy.yaml}]", encoding="utf-8")
+    assert message(lambda: load_world("mine.yaml")) == f"buoy.yaml:1:10: extends: './my.sdf' is SDF of Gazebo, {said}"
+
+
 def test_an_object_in_sdf_is_a_model(here):
     (here / "my.sdf").write_text(SDF, encoding="utf-8")
     (here / "mine.yaml").write_text("objects: [{name: a, model: ./my.sdf}]", encoding="utf-8")
@@ -186,6 +194,8 @@ def test_a_file_of_another_kind_is_called_by_its_kind(here):
     (here / "world.yaml").write_text("extends: ocean\nsea: {gain: 0.2}\n", encoding="utf-8")
     text = "fleet.yaml: the file of a fleet, which commands take with --fleet: it has the key 'layout'"
     assert message(lambda: load_world("fleet.yaml")) == text
+    (here / "mine.yaml").write_text("extends: fleet.yaml\n", encoding="utf-8")
+    assert message(lambda: load_world("mine.yaml")) == text
     text = "world.yaml: the file of a world, which commands take as WORLD: it has the key 'sea'"
     assert message(lambda: load_fleet("world.yaml", load_world("ocean"))) == text
 

@@ -71,6 +71,18 @@ def test_a_task_of_the_same_type_is_merged_and_one_of_another_type_replaces_it(h
     assert load_world({"extends": "base", "task": None}).task is None
 
 
+def test_a_fault_of_a_key_with_the_name_of_the_type_is_at_the_key(here):
+    (here / "mine.yaml").write_text(
+        "task:\n  type: dock\n  dock: 5\n  bays: [{symbol: red_circle}]\n", encoding="utf-8"
+    )
+    with pytest.raises(ConfigError, match=r"^mine.yaml:3:9: task\.dock: expected text, got 5; put it in quotes$"):
+        load_world("mine")
+
+
+def test_an_empty_list_is_its_default():
+    assert task_of("navigation_course", gates=None).gates == ()
+
+
 def test_the_task_knows_where_it_stands(here):
     (here / "mine.yaml").write_text("name: mine\ntask:\n  type: wildlife\n  time_bonus: 1\n", encoding="utf-8")
     section = load_world("mine").section["task"]
