@@ -161,7 +161,9 @@ class _Run:
 
     def ignore(self, element: Element, _: _Scope) -> None:
         """Note an element that is not of the simulation."""
-        self.report.note(element, "ignored", "not part of the simulation; start it beside `vrx-mj serve`")
+        beside = "not part of the simulation; start it beside `vrx-mj serve`"
+        variable = "a variable of the environment; set it in the shell"
+        self.report.note(element, "ignored", variable if element.tag == "env" else beside)
 
     def holds(self, element: Element, scope: _Scope) -> bool:
         """Whether an element's conditions hold."""

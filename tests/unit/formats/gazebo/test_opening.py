@@ -251,9 +251,10 @@ def test_a_package_on_the_path_of_ros_is_found(here, monkeypatch):
 
 
 def test_packages_of_vrx_need_not_be_there():
-    assert file_in("vrx_gazebo", "vrx.launch") == "vrx.launch"
-    assert file_in("vrx_2019", "vrx.launch") == "vrx2019/example_course"
-    assert file_in("vrx_2019", "sandisland.launch") == "sandisland.launch"
+    for package, world in (("vrx_gazebo", "example_course"), ("vrx_2019", "vrx2019/example_course")):
+        launch = launch_of(file_in(package, "vrx.launch"), {"x": "-520"})
+        assert (launch.world, launch.boats[0].pose[0]) == (world, -520)
+    assert launch_of(file_in("vrx_2019", "sandisland.launch"), {}).world == "vrx2019/example_course"
 
 
 def test_what_a_folder_has_not_is_said_with_what_it_has():
