@@ -46,18 +46,18 @@ class Spawned:
     """Arguments of its xacro."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class Launch:
     """What a launch file starts, as far as it is a simulation."""
 
-    world: Path | str | None
+    world: Path | str | None = None
     """File of the world, or the name of one of ours; None: it opens none."""
-    boats: tuple[Spawned, ...]
-    objects: tuple[Spawned, ...]
-    report: Report
+    boats: list[Spawned] = field(default_factory=list)
+    objects: list[Spawned] = field(default_factory=list)
+    report: Report = field(default_factory=Report)
     unlocked: bool = False
     """Whether it frees the boat that a task would hold at the start."""
-    included: tuple[Path, ...] = ()
+    included: list[Path] = field(default_factory=list)
     """The launch files that it includes."""
     fleet: Path | None = None
     """A fleet's file among those that its parameters are loaded from."""

@@ -12,9 +12,9 @@ from vrx_mj.config.search import (
     catalogue,
     display,
     is_built_in,
-    package_name,
     package_paths,
     packages_around,
+    packages_named,
 )
 from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
@@ -215,10 +215,8 @@ def file_in(folder: str, name: str) -> str:
 
 def _package(name: str) -> Path | None:
     """The folder of a package, by its name."""
-    found = packages_around(Path.cwd()).get(name)
-    below = [folder for path in package_paths() for folder in (path / name, path)]
-    named = (folder for folder in below if is_folder(folder) and name in {folder.name, package_name(folder)})
-    place = found or next(named, None)
+    found = packages_named(name, Path.cwd(), [packages_around(Path.cwd())], package_paths())
+    place = next(filter(is_folder, found), None)
     return None if place is None or is_built_in(place) else place
 
 
