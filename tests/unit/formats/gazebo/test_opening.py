@@ -193,7 +193,7 @@ def test_packages_of_the_workspace_are_found_from_a_launch_file(given):
     launch = launch_of(given, {})
     robot = Path("ws/src/team_description/urdf/team_boat.urdf.xacro").resolve()
     assert launch.boats[0].model == robot
-    assert launch.included == (Path("ws/src/team_control/launch/follow.launch").resolve(),)
+    assert launch.included == [Path("ws/src/team_control/launch/follow.launch").resolve()]
 
 
 def test_models_of_the_workspace_are_found_from_a_world():
@@ -287,7 +287,7 @@ def test_short_names_are_ends_that_no_other_file_has():
 
 def test_a_check_of_arguments_may_be_left_out():
     written(a_dot_launch="<launch/>")
-    assert read_launch(Path("a.launch"), {"x": "1"}, strict=False).boats == ()
+    assert read_launch(Path("a.launch"), {"x": "1"}, strict=False).boats == []
     said = "a.launch: x:=: no argument named 'x'; known: none"
     assert message(read_launch, Path("a.launch"), {"x": "1"}) == said
 
