@@ -333,8 +333,10 @@ class _Run:
         try:
             options = spawn_options(words)
             pose = pose_of_words(options.get(key, "0") for key in POSE)
-        except (VrxError, ValueError) as error:
+        except VrxError as error:
             raise element.fault(str(error), "args") from None
+        except ValueError as error:
+            raise element.fault(f"-x -y -z -R -P -Y: {error}", "args") from None
         name = options.get("model") or options.get("entity")
         if not name:
             raise element.fault("a spawned model needs -model NAME", "args")
