@@ -67,6 +67,10 @@ class Imported:
     """What can be sailed: each a world, by its path in the folder or its name, and the path of a fleet or None."""
     failed: list[str] = field(default_factory=list)
     """Messages of files that could not be read."""
+    paths: dict[tuple[str, str], str] = field(default_factory=dict)
+    """Paths of what is written, by its folder and what it is made from."""
+    robots: set[Path] = field(default_factory=set)
+    """Files of boats that are written."""
 
     def count(self, fate: Fate) -> int:
         """How many parts became of a kind."""
@@ -81,71 +85,6 @@ class Imported:
         head = [TITLE, "| file | part | | here |", "|---|---|---|---|"]
         failed = ["", "# Files that were not read", "", *(f"- {message}" for message in self.failed)]
         return "\n".join([*head, *rows, *(failed if self.failed else ()), ""])
-
-
-@budget()
-def import_files(source: Path, arguments: Mapping[str, str] | None = None) -> Imported:
-    """What a file of Gazebo or ROS, or all such files of a folder, become here.
-
-    Args:
-        source: a world (`.world`, `.world.xacro`, `.sdf`), a launch file, a boat (`.urdf`, `.xacro`), a model or its
-            folder, a dock's template (`.sdf.erb`), or a folder of them.
-        arguments: arguments of the launch file or of the xacro.
-
-    Raises:
-        ConfigError: the file is wrong; of a folder wrong files are listed in `failed` instead.
-        VrxError: there is nothing to import.
-    """
-    made = Imported()
-    writer = _Writer(made)
-    if not is_folder(source):
-        _check_arguments(source, arguments or {})
-        writer.add(source, dict(arguments or {}))
-        return made
-    if arguments:
-        raise VrxError(f"arguments NAME:=VALUE are for one launch file or xacro, not for the folder {display(source)}")
-    files = list(files_below(source, KINDS))
-    if not files:
-        raise VrxError(f"no file to import in {display(source)}: none ends in {', '.join(KINDS)}")
-    for file in sorted(files, key=lambda file: file.name.lower().endswith(ROBOTS)):  # launch files bring boats
-        try:
-            writer.add_unless_known(file)
-        except VrxError as error:
-            made.failed += str(error).splitlines()
-    if not made.texts and made.failed:
-        raise VrxError("\n".join(made.failed))
-    if not (made.texts or made.notes or made.sails):
-        raise VrxError(f"no file to import in {display(source)}: its boats are only macros for other files")
-    return made
-
-
-def _check_arguments(file: Path, arguments: Mapping[str, str]) -> None:
-    """Raise a VrxError where a file that is no launch file does not declare what it is given."""
-    if not arguments or file.name.lower().endswith(".launch"):
-        return
-    known: Collection[str] = ()
-    if file.name.lower().endswith(".xacro") and is_file(file):
-        known = declared_arguments(file) if is_gazebo_world(file) else declared(file, arguments, package_paths())
-    name = next((name for name in arguments if name not in known), None)
-    if name is not None:
-        raise ConfigError(
-            [Problem(display(file), None, None, f"{name}:=", str(UnknownNameError("argument", name, known)))]
-        )
-
-
-def _cell(text: str) -> str:
-    return html.escape(" ".join(text.split()), quote=False).replace("|", "\\|")
-
-
-class _Writer:
-    """Texts of files of ours, one import at a time."""
-
-    def __init__(self, made: Imported) -> None:
-        self.made = made
-        self.paths: dict[tuple[str, str], str] = {}
-        """Paths of what is written, by its folder and what it is made from."""
-        self.robots: set[Path] = set()
-        """Files of boats that are written."""
 
     def path_of(self, folder: str, name: str, source: str, ending: str = ".yaml") -> str:
         """The path in the folder of what is made from a source: two of one name are numbered."""
@@ -186,11 +125,11 @@ class _Writer:
         with warnings.catch_warnings(action="ignore", category=VrxWarning):  # `vrx-mj run` says them again
             validated(WorldConfig, read_source("worlds", world.section), Loading(), name=world.name)
         path = self.path_of("", _stem(file), str(file.resolve()))
-        if path in self.made.texts:
+        if path in self.texts:
             return path
-        self.made.notes += world.notes
-        self.made.texts[path] = self.text(file, self.with_objects(world.section, file.parent))
-        self.made.sails.append((path, self.add_fleet(file, world.fleet)))
+        self.notes += world.notes
+        self.texts[path] = self.text(file, self.with_objects(world.section, file.parent))
+        self.sails.append((path, self.add_fleet(file, world.fleet)))
         return path
 
     def add_fleet(self, file: Path, fleet: Section | str | None) -> str | None:
@@ -210,18 +149,18 @@ class _Writer:
     def add_boat(self, source: str, file: Path) -> str:
         """Write a boat as a URDF, with its meshes beside it, and return its path."""
         path = self.path_of("robots/", _model_name(source), str(file.resolve()), ".urdf")
-        if path in self.made.texts:
+        if path in self.texts:
             return path
         stem = path.removeprefix("robots/").removesuffix(".urdf")
         with warnings.catch_warnings(action="ignore", category=VrxWarning):
             boat = read_boat(file)
         model = model_element(file)[0]
-        self.made.notes.append(Note(model.place, model.label, "taken over", f"`{path}`, a boat"))
+        self.notes.append(Note(model.place, model.label, "taken over", f"`{path}`, a boat"))
         for remark in (*boat.remarks, *boat.gazebo.warnings):
             what, _, text = remark.partition(": ")[2].rpartition(": ")
             line = remark.partition(": ")[0].rpartition(":")[2]
             place = model.place._replace(line=int(line)) if line.isdigit() else model.place
-            self.made.notes.append(Note(place, what, "approximated", text))
+            self.notes.append(Note(place, what, "approximated", text))
 
         text = boat.text
         for shape in (shape for link in boat.links.values() for shape in (*link.collisions, *link.visuals)):
@@ -229,7 +168,7 @@ class _Writer:
                 source_file = shape.folder / str(shape.file)
                 own = self.copied("robots", stem, source_file, str(shape.file))
                 text = text.replace(quoteattr(source_file.resolve().as_uri()), quoteattr(own))
-        self.made.texts[path] = text
+        self.texts[path] = text
         return path
 
     def add_robot(self, name: str, file: Path, arguments: Mapping[str, str]) -> str:
@@ -245,18 +184,18 @@ class _Writer:
             check_library(config.description_file)
         path = self.path_of("robots/", name, f"{text}{section}", ".urdf")
         self.robots.add(file.resolve())
-        if path in self.made.texts:
+        if path in self.texts:
             return path
         stem = path.removeprefix("robots/").removesuffix(".urdf")
         files = MeshFiles(config.description_file.absolute().parent, own_packages(), package_paths())
-        self.made.texts[path] = with_mesh_names(text, files, partial(self.add_mesh, stem))
+        self.texts[path] = with_mesh_names(text, files, partial(self.add_mesh, stem))
         place = Place(File(display(file), file.absolute().parent))
-        self.made.notes.append(Note(place, "<robot>", "taken over", f"`{path}`, a boat"))
+        self.notes.append(Note(place, "<robot>", "taken over", f"`{path}`, a boat"))
         left_out = text.made.left_out if isinstance(text, ExpandedText) else ()
-        self.made.notes += [Note(place, "<robot>", "not read", one) for one in left_out]
+        self.notes += [Note(place, "<robot>", "not read", one) for one in left_out]
         if section is not None:
             kept = {key: value for key, value in section.items() if key not in EXPANDED}
-            self.made.texts[f"robots/{stem}.yaml"] = self.text(file, section.holding(kept))
+            self.texts[f"robots/{stem}.yaml"] = self.text(file, section.holding(kept))
         return path
 
     def add_mesh(self, robot: str, folder: Path, name: str) -> str | None:
@@ -267,7 +206,7 @@ class _Writer:
 
     def copied(self, area: str, owner: str, source: Path, name: str) -> str:
         """Copy a mesh, and return its path beside the file of what it belongs to: others of its name are numbered."""
-        copies = self.made.copies
+        copies = self.copies
         names = (f"meshes/{owner}/{number}{name}" for number in ("", *(f"{count}/" for count in range(2, 1000))))
         own = next(own for own in names if copies.get(f"{area}/{own}", source) == source)
         copies[f"{area}/{own}"] = source
@@ -294,18 +233,18 @@ class _Writer:
     def add_object(self, name: str, file: Path, source: str) -> str:
         """Write an object, with its meshes beside it, and return its path."""
         path = self.path_of("objects/", name, str(file.absolute()))
-        if path in self.made.texts:
+        if path in self.texts:
             return path
         report = Report()
         section = model_section(file, report)
         with warnings.catch_warnings(action="ignore", category=VrxWarning):
             validated(ObjectConfig, section, Loading((file.resolve(),)))
-        self.made.notes += report.notes
-        self.made.texts[path] = ""
+        self.notes += report.notes
+        self.texts[path] = ""
         folder = Path(str(file).partition("#")[0]).parent
         stem = path.removeprefix("objects/").removesuffix(".yaml")
         content = self.with_meshes(self.with_objects(section, folder, "objects/"), folder, stem)
-        self.made.texts[path] = self.text(Path(source), content)
+        self.texts[path] = self.text(Path(source), content)
         return path
 
     def with_meshes(self, value: Any, folder: Path, name: str) -> Any:
@@ -322,7 +261,7 @@ class _Writer:
 
     def add_launch(self, file: Path, launch: Launch) -> None:
         """Write the world and the fleet of a launch file."""
-        self.made.notes += launch.report.notes
+        self.notes += launch.report.notes
         world = self.add_world(launch.world, {}) if isinstance(launch.world, Path) else launch.world
         if launch.objects and world is not None:
             assert launch.world is not None, "a launch file that opens a world"
@@ -330,19 +269,19 @@ class _Writer:
                 section, _ = joined(launch.world, launch, None)
                 validated(WorldConfig, read_source("worlds", section), Loading())
             items = objects_of(launch)
-            base = f"./{world}" if world in self.made.texts else world
+            base = f"./{world}" if world in self.texts else world
             own = Section({"extends": base, "objects": items}, items.places[0])
             world = self.write("world", file, self.with_objects(own, None))
         fleet = fleet_of(launch)
         if fleet is None:
-            known = {name for name, _ in self.made.sails}
-            self.made.sails += [(world, launch.fleet_of_world)] if world is not None and world not in known else []
+            known = {name for name, _ in self.sails}
+            self.sails += [(world, launch.fleet_of_world)] if world is not None and world not in known else []
             return
         loaded = len(fleet.get("boats", ())) - len(launch.boats)
         robots = [*[None] * loaded, *map(self.add_spawned, launch.boats)]
         path = self.write("fleet", file, _with_robots(fleet, robots))
         if world is not None:
-            self.made.sails.append((world, path))
+            self.sails.append((world, path))
 
     def add_spawned(self, boat: Spawned) -> str | None:
         """Write a boat of a launch file, and return its path; None: it is one of ours."""
@@ -355,12 +294,65 @@ class _Writer:
     def write(self, kind: str, file: Path, section: Section, stem: str = "") -> str:
         """Write the fleet or the world of a file, and return its path."""
         path = self.path_of("", f"{stem or _stem(file)}_{kind}", f"{kind} of {file.resolve()}")
-        self.made.texts[path] = self.text(file, section)
+        self.texts[path] = self.text(file, section)
         return path
 
     def text(self, source: Path, section: Section) -> str:
         """A file of ours."""
         return f"{HEAD}{shortened(source.name)}\n{section_text(section)}"
+
+
+@budget()
+def import_files(source: Path, arguments: Mapping[str, str] | None = None) -> Imported:
+    """What a file of Gazebo or ROS, or all such files of a folder, become here.
+
+    Args:
+        source: a world (`.world`, `.world.xacro`, `.sdf`), a launch file, a boat (`.urdf`, `.xacro`), a model or its
+            folder, a dock's template (`.sdf.erb`), or a folder of them.
+        arguments: arguments of the launch file or of the xacro.
+
+    Raises:
+        ConfigError: the file is wrong; of a folder wrong files are listed in `failed` instead.
+        VrxError: there is nothing to import.
+    """
+    made = Imported()
+    if not is_folder(source):
+        _check_arguments(source, arguments or {})
+        made.add(source, dict(arguments or {}))
+        return made
+    if arguments:
+        raise VrxError(f"arguments NAME:=VALUE are for one launch file or xacro, not for the folder {display(source)}")
+    files = list(files_below(source, KINDS))
+    if not files:
+        raise VrxError(f"no file to import in {display(source)}: none ends in {', '.join(KINDS)}")
+    for file in sorted(files, key=lambda file: file.name.lower().endswith(ROBOTS)):  # launch files bring boats
+        try:
+            made.add_unless_known(file)
+        except VrxError as error:
+            made.failed += str(error).splitlines()
+    if not made.texts and made.failed:
+        raise VrxError("\n".join(made.failed))
+    if not (made.texts or made.notes or made.sails):
+        raise VrxError(f"no file to import in {display(source)}: its boats are only macros for other files")
+    return made
+
+
+def _check_arguments(file: Path, arguments: Mapping[str, str]) -> None:
+    """Raise a VrxError where a file that is no launch file does not declare what it is given."""
+    if not arguments or file.name.lower().endswith(".launch"):
+        return
+    known: Collection[str] = ()
+    if file.name.lower().endswith(".xacro") and is_file(file):
+        known = declared_arguments(file) if is_gazebo_world(file) else declared(file, arguments, package_paths())
+    name = next((name for name in arguments if name not in known), None)
+    if name is not None:
+        raise ConfigError(
+            [Problem(display(file), None, None, f"{name}:=", str(UnknownNameError("argument", name, known)))]
+        )
+
+
+def _cell(text: str) -> str:
+    return html.escape(" ".join(text.split()), quote=False).replace("|", "\\|")
 
 
 def _urdf(file: Path, arguments: Mapping[str, str]) -> str:

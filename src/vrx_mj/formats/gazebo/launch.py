@@ -13,7 +13,7 @@ from vrx_mj.config.tree import File, Place
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, shortened
 from vrx_mj.foreign import budget, spend
-from vrx_mj.formats.gazebo.document import Element, Fate, Note, Report, home_path, is_file, read_document
+from vrx_mj.formats.gazebo.document import Element, Fate, Note, home_path, is_file, read_document
 from vrx_mj.formats.gazebo.erb_docks import is_template
 from vrx_mj.formats.gazebo.launched import ENDING, POSE, Launch, Spawned, checked_fleet, pose_of_words, spawn_options
 from vrx_mj.formats.gazebo.models import NO_MODEL, has_model, is_gazebo_model, model_element, model_file
@@ -96,18 +96,14 @@ class _Run:
 
     def __init__(self, file: Path) -> None:
         self.files = Files(file, {}, package_paths())
-        self.report = Report()
+        self.launch = Launch()
+        self.report = self.launch.report
         self.substitutions = Substitutions(self.files)
-        self.world: Path | str | None = None
-        self.boats: list[Spawned] = []
-        self.objects: list[Spawned] = []
         self.places: dict[str, Place] = {}
         self.descriptions: dict[str, Description] = {}
-        self.open, self.included = list[Path](), list[Path]()
+        self.open = list[Path]()
         self.documents: dict[Path, Element | None] = {}
         self.nodes: dict[str, Place] = {}
-        self.unlocked = False
-        self.fleet: Path | None = None
 
     @cached_property
     def known_objects(self) -> Mapping[str, Path]:
@@ -117,13 +113,12 @@ class _Run:
     def result(self) -> Launch:
         """What they start."""
         self.report.settle()
-        joins = self.world is not None
+        joins = self.launch.world is not None
         fate: Fate = "taken over" if joins else "ignored"
         ours = "`objects` of the world" if joins else "no world to join: this launch file opens none"
-        for thing in self.objects:
+        for thing in self.launch.objects:
             self.report.notes.append(Note(thing.place, f"<node> '{thing.name}'", fate, ours))
-        boats, objects, included = tuple(self.boats), tuple(self.objects), tuple(self.included)
-        return Launch(self.world, boats, objects, self.report, self.unlocked, included, self.fleet)
+        return self.launch
 
     def read(self, file: Path, scope: _Scope) -> set[str]:
         """Go through a file, and return the names of the arguments that it declares."""
@@ -161,7 +156,9 @@ class _Run:
 
     def ignore(self, element: Element, _: _Scope) -> None:
         """Note an element that is not of the simulation."""
-        self.report.note(element, "ignored", "not part of the simulation; start it beside `vrx-mj serve`")
+        beside = "not part of the simulation; start it beside `vrx-mj serve`"
+        variable = "a variable of the environment; set it in the shell"
+        self.report.note(element, "ignored", variable if element.tag == "env" else beside)
 
     def holds(self, element: Element, scope: _Scope) -> bool:
         """Whether an element's conditions hold."""
@@ -214,8 +211,8 @@ class _Run:
             self.leave_out(element, name, f"<include> {PurePosixPath(name).name}")
             return
         if not name.startswith(NOWHERE):
-            self.included.append(self.allowed(element, name))
-            declared = self.read(self.included[-1], inner)
+            self.launch.included.append(self.allowed(element, name))
+            declared = self.read(self.launch.included[-1], inner)
             unknown = sorted(set(passed) - set(scope.arguments if passes_all else ()) - declared)
             if unknown:
                 raise element.fault(str(UnknownNameError("argument", unknown[0], sorted(declared))))
@@ -238,7 +235,7 @@ class _Run:
         if not path:
             self.report.note(element, "ignored", "it names no world")
             return
-        self.world = self.world_of(element, path)
+        self.launch.world = self.world_of(element, path)
         self.report.note(element, "taken over", f"the world: {shown(PurePosixPath(path).name)}")
 
     def world_of(self, element: Element, path: str) -> Path | str:
@@ -262,18 +259,20 @@ class _Run:
             message = str(UnknownNameError(f"argument of {stock.name}", sorted(unknown)[0], stock.arguments))
             raise element.fault(message) if element else ConfigError([Problem(stock.name, None, None, "", message)])
         world, urdf = given.get("world"), given.get("urdf")
-        self.world = stock.world if world is None else self.world_of(element, world) if element else named_world(world)
+        self.launch.world = (
+            stock.world if world is None else self.world_of(element, world) if element else named_world(world)
+        )
         own: dict[str, Any] = {}
         if urdf is not None:
             robot = self.robot_file(element, urdf) if element else robot_named(urdf) or home_path(urdf)
             own = {"model": robot, **({"arguments": {}} if isinstance(robot, Path) else {})}
         place = element.place if element else Place(File(stock.name, None))
-        self.unlocked = self.unlocked or unlocks(stock, given)
+        self.launch.unlocked = self.launch.unlocked or unlocks(stock, given)
         for name, value in given.items():
             if instead := unused(stock, name, value):
                 self.report.notes.append(Note(place, f"{name}:={shortened(value)}", "ignored", instead))
         for boat in stock.started(given, place):
-            self.spawn(element, replace(boat, **own), self.boats)
+            self.spawn(element, replace(boat, **own), self.launch.boats)
         if element is not None:
             self.report.note(element, "taken over", f"VRX's {stock.name}")
 
@@ -293,8 +292,8 @@ class _Run:
         """Take over a fleet's file that `<rosparam>` loads; other parameters are those of nodes."""
         path = self.value(element, "file", scope, "")
         try:
-            self.fleet = checked_fleet(self.allowed(element, path))
-            self.report.note(element, "taken over", f"the fleet: `{self.fleet.name}`")
+            self.launch.fleet = checked_fleet(self.allowed(element, path))
+            self.report.note(element, "taken over", f"the fleet: `{self.launch.fleet.name}`")
         except VrxError:
             self.ignore(element, scope)
 
@@ -321,8 +320,8 @@ class _Run:
         kind = element.attributes.get("type")
         if kind == SERVING:
             self.serve(element, scope)
-        elif self.fleet and kind == "spawn_usvs.py":
-            self.report.note(element, "taken over", f"the boats of `{self.fleet.name}`")
+        elif self.launch.fleet and kind == "spawn_usvs.py":
+            self.report.note(element, "taken over", f"the boats of `{self.launch.fleet.name}`")
         elif kind in {"spawn_model", "spawn_wamv.bash", "spawn_entity.py"}:
             self.spawn_model(element, self.claim_node(element, scope))
         else:
@@ -334,8 +333,10 @@ class _Run:
         try:
             options = spawn_options(words)
             pose = pose_of_words(options.get(key, "0") for key in POSE)
-        except (VrxError, ValueError) as error:
+        except VrxError as error:
             raise element.fault(str(error), "args") from None
+        except ValueError as error:
+            raise element.fault(f"-x -y -z -R -P -Y: {error}", "args") from None
         name = options.get("model") or options.get("entity")
         if not name:
             raise element.fault("a spawned model needs -model NAME", "args")
@@ -355,7 +356,7 @@ class _Run:
         if isinstance(robot, Path) and is_gazebo_model(robot.name):
             pose = _with_own(pose, robot)
         boat = Spawned(name, pose, element.place, robot, self.known(element, name, robot, arguments))
-        self.spawn(element, boat, self.boats)
+        self.spawn(element, boat, self.launch.boats)
         self.report.note(element, "taken over", "a boat of the fleet", f"<node> '{name}'")
 
     def claim_node(self, element: Element, scope: _Scope) -> _Scope:
@@ -395,7 +396,7 @@ class _Run:
         """Add an object, whose name no other model has; a pose in its own file is in the frame of the spawned one."""
         if isinstance(thing.model, Path) and not is_template(thing.model):
             thing = replace(thing, pose=_with_own(thing.pose, thing.model))
-        self.spawn(element, thing, self.objects)
+        self.spawn(element, thing, self.launch.objects)
 
     def known(self, element: Element, name: str, robot: Path | str, given: dict[str, str]) -> dict[str, str]:
         """The arguments that the xacro of a boat declares; xacro ignores others."""

@@ -46,18 +46,18 @@ class Spawned:
     """Arguments of its xacro."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class Launch:
     """What a launch file starts, as far as it is a simulation."""
 
-    world: Path | str | None
+    world: Path | str | None = None
     """File of the world, or the name of one of ours; None: it opens none."""
-    boats: tuple[Spawned, ...]
-    objects: tuple[Spawned, ...]
-    report: Report
+    boats: list[Spawned] = field(default_factory=list)
+    objects: list[Spawned] = field(default_factory=list)
+    report: Report = field(default_factory=Report)
     unlocked: bool = False
     """Whether it frees the boat that a task would hold at the start."""
-    included: tuple[Path, ...] = ()
+    included: list[Path] = field(default_factory=list)
     """The launch files that it includes."""
     fleet: Path | None = None
     """A fleet's file among those that its parameters are loaded from."""
@@ -162,7 +162,9 @@ def _is_on(boat: Spawned, key: str, value: str) -> bool:
 
 def with_objects(world: Section, launch: Launch) -> Section:
     """A world with a launch file's lock and the objects that it spawns. Raises ConfigError for names that are taken."""
-    world = _unlocked(world) if launch.unlocked else world
+    if launch.unlocked and isinstance(world.get("task"), Section):
+        place = world.entries["task"].value
+        world = merged(world, Section({"task": Section({"locked": False}, place)}, place))
     items = objects_of(launch)
     if not items:
         return world
@@ -172,14 +174,6 @@ def with_objects(world: Section, launch: Launch) -> Section:
     if problems:
         raise ConfigError(problems)
     return merged(world, Section({"objects": items}, items.places[0]))
-
-
-def _unlocked(world: Section) -> Section:
-    """A world whose task, if it has one, does not hold its boat at the start."""
-    if not isinstance(world.get("task"), Section):
-        return world
-    place = world.entries["task"].value
-    return merged(world, Section({"task": Section({"locked": False}, place)}, place))
 
 
 def _is_there(thing: Section, first: Place) -> Problem:

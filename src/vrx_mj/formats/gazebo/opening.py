@@ -12,9 +12,9 @@ from vrx_mj.config.search import (
     catalogue,
     display,
     is_built_in,
-    package_name,
     package_paths,
     packages_around,
+    packages_named,
 )
 from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
@@ -52,8 +52,6 @@ MOST_LAUNCHES = 200
 """Launch files of a folder that are read to choose one."""
 NEWER = ("vrx_gz", "vrx_ros")
 """VRX's packages whose launch files are programs of ROS 2, or open no world."""
-OLDER = "vrx_2019"
-"""VRX's package with worlds of 2019, some of whose launch files are called as those of `vrx_gazebo`."""
 LISTED = 3
 """Names of boats that a line lists."""
 
@@ -217,24 +215,18 @@ def file_in(folder: str, name: str) -> str:
 
 def _package(name: str) -> Path | None:
     """The folder of a package, by its name."""
-    found = packages_around(Path.cwd()).get(name)
-    below = [folder for path in package_paths() for folder in (path / name, path)]
-    named = (folder for folder in below if is_folder(folder) and name in {folder.name, package_name(folder)})
-    place = found or next(named, None)
+    found = packages_named(name, Path.cwd(), [packages_around(Path.cwd())], package_paths())
+    place = next(filter(is_folder, found), None)
     return None if place is None or is_built_in(place) else place
 
 
 def _of_vrx(package: str, name: str) -> str:
-    """One of VRX's own launch files, whose package is not there; of the package of 2019 a world."""
+    """One of VRX's own launch files, whose package is not there."""
     if package not in PACKAGES and not (package in NEWER and is_tool(name)):
         raise UnknownNameError("folder or package", package, sorted({*packages_around(Path.cwd()), *PACKAGES}))
-    stock = stock_launch(name)
-    if stock is None:
-        if not is_tool(name):
-            launch_of(name, {})  # raises: it has none of this name
-        return name
-    older = f"{OLDER.replace('_', '')}/{stock.world}"
-    return older if package == OLDER and older in catalogue("worlds") else name
+    if not is_tool(name):
+        launch_of(name, {})  # raises where VRX has none of this name
+    return f"{package}/{name}" if stock_launch(name) else name
 
 
 def _launches(folder: Path, arguments: Mapping[str, str]) -> _Found:

@@ -1,6 +1,7 @@
 """What `$(...)` means in a launch file of ROS 1; the environment stays closed."""
 
 import os
+import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -15,6 +16,7 @@ LONGEST = 20_000
 """Characters of a text."""
 MOST = 4_000_000
 """Characters of all texts of the launch files that one includes."""
+_SUBSTITUTION = re.compile(r"\$\(([^)]*)\)")
 _ONE_WORD = ("find", "arg", "anon", "env")
 
 
@@ -33,14 +35,9 @@ class Substitutions:
         elif "$(eval" in text:
             raise VrxError("$(eval ...) must be the whole value, as in roslaunch; give it an <arg> of its own")
         else:
-            parts, start = list[str](), 0
-            while (begin := text.find("$(", start)) >= 0:
-                end = text.find(")", begin)
-                if end < 0:
-                    raise VrxError("'$(' is never closed")
-                parts += [text[start:begin], self._resolved(text[begin + 2 : end], arguments, folder)]
-                start = end + 1
-            found = "".join([*parts, text[start:]])
+            if "$(" in text.rpartition(")")[2]:
+                raise VrxError("'$(' is never closed")
+            found = _SUBSTITUTION.sub(lambda match: self._resolved(match[1], arguments, folder), text)
         if len(found) > LONGEST:
             raise VrxError(f"a text of more than {LONGEST} characters is too long")
         self.left -= len(found)

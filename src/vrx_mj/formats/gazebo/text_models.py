@@ -54,27 +54,22 @@ def model_of_text(text: str, folder: Path) -> TextModel:
         raise root.fault("expected <sdf> with a <model> or an <include>")
     included = found.tag == "include"
     name = model_name(found) if included else found.attributes.get("name", "")
+    x, y, z, roll, pitch, yaw = pose_of(found).value
+    pose = x, y, z, roll, pitch, yaw
     if name in catalogue("objects"):
-        return TextModel(name, _pose(found), f"the catalogue's {name}")
+        return TextModel(name, pose, f"the catalogue's {name}")
     there = model_file(SCHEME + name, file.parent) if has_model(name, file.parent) else None
     if included and there is None:
         raise found.fault(f"no model '{name}' in `vrx-mj list objects`, nor on {PATHS[0]} or {PATHS[1]}", "uri")
     if there is not None and (included or _is_text_of(there, found)):
-        boat = not is_template(there) and is_boat(model_element(there)[0])
-        pose = boat_pose(_pose(found), there) if boat else _pose(found)
-        return TextModel(there.absolute(), pose, f"{SCHEME}{name}", boat)
-    own = folder / "own" / safe_name(name) / "model.sdf"
-    own.parent.mkdir(parents=True, exist_ok=True)
-    file.replace(own)
-    title = f"the SDF's own {safe_name(name)}"
-    if is_boat(found):
-        return TextModel(own, boat_pose(_pose(found), own), title, is_boat=True)
-    return TextModel(own, _pose(found), title, notes=_notes(own))
-
-
-def _pose(element: Element) -> Pose:
-    x, y, z, roll, pitch, yaw = pose_of(element).value
-    return x, y, z, roll, pitch, yaw
+        own, title, notes = there.absolute(), f"{SCHEME}{name}", False
+    else:
+        own, title, notes = folder / "own" / safe_name(name) / "model.sdf", f"the SDF's own {safe_name(name)}", True
+        own.parent.mkdir(parents=True, exist_ok=True)
+        file.replace(own)
+    if not is_template(own) and is_boat(model_element(own).model):
+        return TextModel(own, boat_pose(pose, own), title, is_boat=True)
+    return TextModel(own, pose, title, notes=_notes(own) if notes else ())
 
 
 def _is_text_of(file: Path, model: Element) -> bool:

@@ -1,12 +1,10 @@
 """The macros of VRX's worlds (vrx_gazebo/worlds/xacros, gazebo_classic), which are a xacro file of ours."""
 
 import functools
-import json
 import re
 import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
@@ -17,6 +15,7 @@ from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning
 from vrx_mj.formats.gazebo.document import Element, parsed
 from vrx_mj.formats.series.calls import BLOCK, Call
+from vrx_mj.formats.series.pieces import TABLE
 from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.formats.urdf.expand import MACROS
 from vrx_mj.formats.urdf.xml_document import read_text
@@ -27,7 +26,7 @@ PLACES = {f"{name}{end}" for name in ("sydneyregatta", "sandisland", "marina") f
 """Macros that make a place."""
 PARTS = {"ocean_waves": "sea", "usv_wind_gazebo": "wind", "scene_macro": "scene", "insert_model": "objects"}
 """What other macros make; of those that are not here it is the task."""
-BLOCKS: Mapping[str, Mapping[str, Any]] = json.loads(Path(__file__).with_name("blocks.json").read_bytes())
+BLOCKS = TABLE["blocks"]
 """Blocks of macros: the `element` in each, what is `inside` of it, and whether a call `needs` the block."""
 Line = tuple[str, Place]
 """A line of a xacro file, and where the axes file says it."""

@@ -1,9 +1,11 @@
 """The pieces of a world that macros and plugins make, put together to one world."""
 
+import json
 import re
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from vrx_mj.config.loading import read_source
@@ -63,14 +65,8 @@ def _place(value: object, place: Place) -> Place:
 
 SYMBOLS = re.compile(r"vrx_dock_([a-z]+_[a-z]+)__([a-z]+_[a-z]+)")
 """The floating docks of 2018 with fixed symbols, one folder for each pair."""
-OWN_NAMES = (
-    (re.compile(r"short_navigation_course(\d)"), r"short_navigation_course_\1"),
-    (re.compile(r"navigation_course(\d)"), r"vrx_navigation_course_\1"),
-    (re.compile(r"navigation_course"), "vrx_navigation_course"),
-    (re.compile(r"obstacle_course"), "robotx_obstacle_course"),
-    (re.compile(r"(dock_20(?:16|18|22))(?:_dynamic)?"), r"robotx_\1"),
-)
-"""Folders whose models go by another name."""
+TABLE: Mapping[str, Mapping[str, Any]] = json.loads(Path(__file__).with_name("names.json").read_bytes())
+"""Blocks of the macros of VRX's worlds, and folders whose models go by another name."""
 Object = dict[str, Any]
 
 
@@ -86,8 +82,8 @@ def thing(uri: At, pose: object, name: At | None = None) -> Object:
 
 def named_as(model: str) -> str:
     """The name that a model has by itself."""
-    for pattern, name in OWN_NAMES:
-        found = pattern.fullmatch(model)
+    for pattern, name in TABLE["names"].items():
+        found = re.fullmatch(pattern, model)
         if found:
             return found.expand(name)
     return model

@@ -122,6 +122,20 @@ def test_meshes_are_copied():
     assert found["visuals"][0]["file"] == "meshes/hull/meshes/a.stl"
 
 
+@pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
+def test_meshes_of_one_name_of_a_boat_are_two_files(tmp_path, monkeypatch):
+    shelf, mesh = tmp_path.parent / f"{tmp_path.name}_shelf", '<visual name="{0}"><geometry><mesh><uri>package://{0}'
+    for name in "ab":
+        (shelf / name / "meshes").mkdir(parents=True)
+        (shelf / name / "meshes/hull.obj").write_text(tetrahedron(1), encoding="utf-8")
+    monkeypatch.setenv("VRX_MJ_PACKAGE_PATH", os.pathsep.join(str(shelf / name) for name in "ab"))
+    shapes = "".join(f"{mesh.format(name)}/meshes/hull.obj</uri></mesh></geometry></visual>" for name in "ab")
+    Path("skiff.sdf").write_text(BOATS["skiff"]().replace("</link>", f"{shapes}</link>", 1), encoding="utf-8")
+    made = import_files(Path("skiff.sdf"))
+    named = re.findall(r'<mesh filename="([^"]*)"', made.texts["robots/skiff.urdf"])
+    assert [made.copies[f"robots/{name}"] for name in named] == [shelf / name / "meshes/hull.obj" for name in "ab"]
+
+
 @pytest.mark.slow
 def test_meshes_of_other_folders_are_copied_and_sail_alike(monkeypatch):
     uris = ("meshes/a.obj", "model://crate/meshes/a.obj", "../../meshes/a.obj", "package://ports/meshes/a.obj")

@@ -166,6 +166,12 @@ def test_options_are_those_of_the_programs(kind, more):
     assert (found.name, found.pose[0], found.model.name) == ("cat", -3.0, "boat.urdf")
 
 
+def test_a_variable_of_the_environment_is_one_of_the_shell():
+    (note,) = launched('<env name="VRX_DEBUG" value="false"/>').report.notes
+    assert (note.what, note.fate) == ("<env> 'VRX_DEBUG'", "ignored")
+    assert note.ours == "a variable of the environment; set it in the shell"
+
+
 def test_an_unknown_option_is_an_error():
     with pytest.raises(ConfigError, match=r"no option of spawn_model named '-modle'; did you mean '-model'\?"):
         launched('<node type="spawn_model" name="s" args="-modle cat"/>')

@@ -225,7 +225,7 @@ def test_what_is_imported_compiles_and_sails_alike():
     ends = []
     for source, fleet in (("bay.launch", None), ("out/bay_world.yaml", "none")):
         simulation = Simulation(compile_world(source, fleet=fleet))
-        assert simulation.world.boats == ()
+        assert not simulation.world.boats
         simulation.reset(seed=3)
         simulation.step({}, duration=2.0)
         ends.append(simulation.data.qpos.tobytes())

@@ -193,7 +193,7 @@ def test_packages_of_the_workspace_are_found_from_a_launch_file(given):
     launch = launch_of(given, {})
     robot = Path("ws/src/team_description/urdf/team_boat.urdf.xacro").resolve()
     assert launch.boats[0].model == robot
-    assert launch.included == (Path("ws/src/team_control/launch/follow.launch").resolve(),)
+    assert launch.included == [Path("ws/src/team_control/launch/follow.launch").resolve()]
 
 
 def test_models_of_the_workspace_are_found_from_a_world():
@@ -251,9 +251,10 @@ def test_a_package_on_the_path_of_ros_is_found(here, monkeypatch):
 
 
 def test_packages_of_vrx_need_not_be_there():
-    assert file_in("vrx_gazebo", "vrx.launch") == "vrx.launch"
-    assert file_in("vrx_2019", "vrx.launch") == "vrx2019/example_course"
-    assert file_in("vrx_2019", "sandisland.launch") == "sandisland.launch"
+    for package, world in (("vrx_gazebo", "example_course"), ("vrx_2019", "vrx2019/example_course")):
+        launch = launch_of(file_in(package, "vrx.launch"), {"x": "-520"})
+        assert (launch.world, launch.boats[0].pose[0]) == (world, -520)
+    assert launch_of(file_in("vrx_2019", "sandisland.launch"), {}).world == "vrx2019/example_course"
 
 
 def test_what_a_folder_has_not_is_said_with_what_it_has():
@@ -286,7 +287,7 @@ def test_short_names_are_ends_that_no_other_file_has():
 
 def test_a_check_of_arguments_may_be_left_out():
     written(a_dot_launch="<launch/>")
-    assert read_launch(Path("a.launch"), {"x": "1"}, strict=False).boats == ()
+    assert read_launch(Path("a.launch"), {"x": "1"}, strict=False).boats == []
     said = "a.launch: x:=: no argument named 'x'; known: none"
     assert message(read_launch, Path("a.launch"), {"x": "1"}) == said
 
