@@ -28,7 +28,6 @@ from vrx_mj.recording.parts import APPLICATION, COMPANIES, EVENTS, FRAMES, ROWS,
 from vrx_mj.recording.raw_file import raw_parts
 from vrx_mj.recording.reader import all_events
 from vrx_mj.recording.record_scene import RecordScene
-from vrx_mj.recording.repacking import repacked
 from vrx_mj.recording.sensor_chunks import SensedChunks, sensor_chunks
 from vrx_mj.recording.static_chunks import boat_chunks, change_chunks, still_chunks
 from vrx_mj.recording.task_chunks import TaskChunks, WrittenFrame, frame_chunk, task_chunks
@@ -40,8 +39,8 @@ from vrx_mj.unix import release_memory
 
 JOIN_SECONDS = 600.0
 """Longest that rerun may take to join files."""
-MOST_ROWS, MOST_BYTES = 1280, 64 << 20
-"""Rows, and bytes, that become chunks at once: over a minute, as each chunk takes 1 kB besides what is in it."""
+MOST_ROWS, MOST_BYTES = 2560, 64 << 20
+"""Rows, and bytes, that become chunks at once: over two minutes, as each chunk takes 1 kB besides what is in it."""
 
 
 class UnwrittenError(RecordError):
@@ -70,7 +69,7 @@ def encode(raw: Path, scenes: Iterable[RecordScene], target: Path) -> None:
             if encoder.error is None:
                 raise OSError(str(error)) from error
             raise RecordError(f"cannot write the recording '{raw}': {encoder.error}") from encoder.error
-        join_views(repacked(bare, folder / "packed.rrd"), encoder.save_views(folder / "views.rbl"), draft)
+        join_views(bare, encoder.save_views(folder / "views.rbl"), draft)
 
 
 @contextlib.contextmanager

@@ -46,7 +46,7 @@ RANGED = 50
 """Values of a plot for one of its range: an axis fits what is in view."""
 PLOT_STEP = 1.0 / 1024.0
 """What plots are rounded to, in their units."""
-POSE_STEP = (*[1.0 / 512.0] * 3, *[1.0 / 4096.0] * 4)
+POSE_STEP = (*[1.0 / 512.0] * 3, *[1.0 / 2048.0] * 4)
 """What shown poses are rounded to: position [m], and quaternion."""
 NEAR = (*[0.005] * 3, *[0.002] * 4)
 """How far a pose of what is no boat may be from the one that is shown."""
