@@ -85,7 +85,7 @@ class WaterChunks:
             self._sea = Ticker(self._swell.rate)
         for boat in (boat for boat in self._bodies if boat.name not in self._hulls):
             lines = sea.hull_lines(boat, self._swell.cell)
-            held = sea.hull_water(lines), sea.shades(), Held(WAKE_STEPS, keep=1.0)
+            held = sea.hull_water(lines), sea.shades(), Held(WAKE_STEPS, keep=sea.KEEP)
             self._hulls[boat.name] = Shown(lines, *held)
 
     def __call__(
