@@ -28,14 +28,13 @@ from vrx_mj.recording.parts import APPLICATION, COMPANIES, EVENTS, FRAMES, ROWS,
 from vrx_mj.recording.raw_file import raw_parts
 from vrx_mj.recording.reader import all_events
 from vrx_mj.recording.record_scene import RecordScene
+from vrx_mj.recording.rrd_file import viewer_binary, viewer_environment
 from vrx_mj.recording.sensor_chunks import SensedChunks, sensor_chunks
 from vrx_mj.recording.static_chunks import boat_chunks, change_chunks, still_chunks
 from vrx_mj.recording.task_chunks import TaskChunks, WrittenFrame, frame_chunk, task_chunks
 from vrx_mj.recording.timeline import times
 from vrx_mj.recording.touch_chunks import touch_chunks
-from vrx_mj.recording.viewer import viewer_binary, viewer_environment
 from vrx_mj.recording.weather_chunks import plan_chunks
-from vrx_mj.unix import release_memory
 
 JOIN_SECONDS = 600.0
 """Longest that rerun may take to join files."""
@@ -59,7 +58,6 @@ def encode(raw: Path, scenes: Iterable[RecordScene], target: Path) -> None:
         UnwrittenError: it cannot be written.
         RecordError: what is in the file is damaged.
     """
-    release_memory()
     encoder = Encoder(iter(scenes))
     with written(target, "the recording", UnwrittenError) as draft, beside(target) as folder:
         stream, bare = LazyChunkStream.from_iter(encoder.chunks(raw_parts(raw))), folder / "bare.rrd"
