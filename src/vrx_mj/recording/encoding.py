@@ -5,7 +5,6 @@ The parts are read from the file once, some at a time, and go as chunks into ano
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import subprocess
 import tempfile
@@ -59,22 +58,19 @@ def encode(raw: Path, scenes: Iterable[RecordScene], target: Path) -> None:
         RecordError: what is in the file is damaged.
     """
     encoder = Encoder(iter(scenes))
-    with written(target, "the recording", UnwrittenError) as draft, beside(target) as folder:
-        stream, bare = LazyChunkStream.from_iter(encoder.chunks(raw_parts(raw))), folder / "bare.rrd"
+    parent = target.absolute().parent
+    with (
+        written(target, "the recording", UnwrittenError) as draft,
+        tempfile.TemporaryDirectory(dir=parent, prefix=".record-") as folder,  # on the same disk
+    ):
+        stream, bare = LazyChunkStream.from_iter(encoder.chunks(raw_parts(raw))), Path(folder) / "bare.rrd"
         try:
             stream.write_rrd(bare, application_id=APPLICATION, recording_id=str(uuid.uuid4()))
         except RuntimeError as error:
             if encoder.error is None:
                 raise OSError(str(error)) from error
             raise RecordError(f"cannot write the recording '{raw}': {encoder.error}") from encoder.error
-        join_views(bare, encoder.save_views(folder / "views.rbl"), draft)
-
-
-@contextlib.contextmanager
-def beside(target: Path) -> Iterator[Path]:
-    """A folder beside a file, on the same disk, that is removed at the end."""
-    with tempfile.TemporaryDirectory(dir=target.absolute().parent, prefix=".record-") as folder:
-        yield Path(folder)
+        join_views(bare, encoder.save_views(bare.with_name("views.rbl")), draft)
 
 
 def join_views(recording: Path, views: Path, output: Path) -> None:

@@ -20,6 +20,7 @@ from vrx_mj.arguments import as_flag, as_number, as_path, as_text
 from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.errors import RecordError, UnknownNameError, shown
+from vrx_mj.frames import in_world_axes
 from vrx_mj.recording.boat_sets import (
     HUGE,
     BoatSet,
@@ -350,18 +351,11 @@ def track(rows: FloatArray, layout: RowLayout, body: MovingBody) -> Track:
         name=body.name,
         position=pose[:, :3],
         quaternion=pose[:, 3:],
-        velocity=to_body(pose[:, 3:], velocity[:, :3]),
+        velocity=in_world_axes(pose[:, 3:] * (1.0, -1.0, -1.0, -1.0), velocity[:, :3]),
         angular_velocity=velocity[:, 3:],
         thrust={name: thrust[:, i] for i, name in mine},
         angle={name: angle[:, i] for i, name in mine},
     )
-
-
-def to_body(quaternion: FloatArray, vector: FloatArray) -> FloatArray:
-    """World vectors (n, 3) in the axes of bodies turned by quaternions (n, 4)."""
-    w, axis = quaternion[:, :1], -quaternion[:, 1:]
-    twice = 2.0 * np.cross(axis, vector)
-    return vector + w * twice + np.cross(axis, twice)
 
 
 READING_COLUMNS: Mapping[str, str] = {
