@@ -29,8 +29,9 @@ from rerun.experimental import ViewerClient
 
 import vrx_mj
 from vrx_mj.recording.blueprint import PLAN_WATER
+from vrx_mj.recording.rrd_file import viewer_binary, viewer_environment
 from vrx_mj.recording.video import Film, Shot, looking
-from vrx_mj.recording.viewer import Server, free_port, viewer_binary, viewer_environment
+from vrx_mj.recording.viewer import Server, free_port
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests"))

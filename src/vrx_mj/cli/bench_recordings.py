@@ -118,17 +118,13 @@ def rows_of(costs: Mapping[str, Sequence[float]]) -> list[Row]:
 
 def sizes(recording: Path) -> Counter[str]:
     """Bytes of a recording by what they are for: those of its chunks, and the rest."""
-    import pyarrow as pa
-
-    from vrx_mj.recording.repacking import CHUNK, CONTENT, SIZE, fields_of, messages, unpacked
+    from rerun.chunk import RrdReader
 
     found = Counter({"the rest": recording.stat().st_size})
-    for kind, _, message in messages(recording):
-        if kind == CHUNK:
-            fields = fields_of(message)
-            schema = pa.ipc.open_stream(unpacked(fields[CONTENT], fields[SIZE])).schema
-            entity = schema.metadata[b"rerun:entity_path"].decode()
-            part = next((part for path, part in PARTS.items() if entity.startswith(path)), "the rest")
-            found[part] += len(message)
-            found["the rest"] -= len(message)
+    index = RrdReader(recording).store()._chunk_index().to_arrow()
+    columns = (index[f"chunk_{name}"].to_pylist() for name in ("entity_path", "byte_size"))
+    for entity, size in zip(*columns, strict=True):
+        part = next((part for path, part in PARTS.items() if entity.startswith(path)), "the rest")
+        found[part] += size
+        found["the rest"] -= size
     return found

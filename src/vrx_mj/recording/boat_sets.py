@@ -7,13 +7,13 @@ not there. Headers are JSON, each read by one schema: wrong kinds are errors tha
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
-from pydantic import AllowInfNan, FailFast, Field, TypeAdapter, ValidationError
+from pydantic import AllowInfNan, FailFast, Field, ValidationError
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.config.loading import fault_text
@@ -21,7 +21,7 @@ from vrx_mj.errors import RecordError, StateError
 from vrx_mj.mjcf.world import World, world_of
 from vrx_mj.model.world import Parameters
 from vrx_mj.recording.packing import archive, unpack_all, unpacked
-from vrx_mj.recording.parts import LONGEST, ROWS, Part
+from vrx_mj.recording.parts import LONGEST, ROWS, Part, validator
 from vrx_mj.recording.record_scene import FORMAT, MovingBody, RecordedSensor, RecordScene, RowLayout
 
 HUGE = 1e9
@@ -260,9 +260,6 @@ class BoatSetHead:
 
 Sent = list[tuple[int, list[tuple[str, Any]]]]
 """Numbers of frames, and topic and content of what was sent with each."""
-
-VERSION, HEAD, BOAT_SET = TypeAdapter(Version), TypeAdapter(Head), TypeAdapter(BoatSetHead)
-SENT: TypeAdapter[Sent] = TypeAdapter(Sent)
 Schema = TypeVar("Schema")
 
 
@@ -272,10 +269,10 @@ def head_of(text: str) -> Head:
     Raises:
         RecordError: it is damaged, or of another version.
     """
-    version = checked(VERSION, "head", text)
+    version = checked(Version, "head", text)
     if not 1 <= version.format <= FORMAT:  # the first held its blueprint, later ones packed rows otherwise
         raise RecordError(f"head: format {version.format}; this version reads 1 to {FORMAT}")
-    head = checked(HEAD, "head", text)
+    head = checked(Head, "head", text)
     check_layout("head", head.layout)
     check_sensors(head.sensors)
     return head
@@ -287,7 +284,7 @@ def boat_set_head(text: str) -> BoatSetHead:
     Raises:
         RecordError: it is damaged.
     """
-    head = checked(BOAT_SET, "companies", text)
+    head = checked(BoatSetHead, "companies", text)
     check_layout("companies", head.layout)
     return head
 
@@ -298,17 +295,18 @@ def sent_messages(text: str) -> Sent:
     Raises:
         RecordError: it is damaged.
     """
-    return checked(SENT, "sent", text)
+    return checked(Sent, "sent", text)
 
 
-def checked(schema: TypeAdapter[Schema], name: str, text: str) -> Schema:
+def checked(schema: Callable[..., Schema], name: str, text: str) -> Schema:
     """The values in a JSON text, by its schema.
 
     Raises:
         RecordError: it does not fit.
     """
     try:
-        return schema.validate_json(text, strict=True)
+        found: Schema = validator(schema).validate_json(text, strict=True)
+        return found
     except ValidationError as error:
         raise RecordError(f"{name}: {fault_text(error)}") from None
 

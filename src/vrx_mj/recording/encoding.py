@@ -5,7 +5,6 @@ The parts are read from the file once, some at a time, and go as chunks into ano
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import subprocess
 import tempfile
@@ -29,19 +28,17 @@ from vrx_mj.recording.parts import APPLICATION, COMPANIES, EVENTS, FRAMES, ROWS,
 from vrx_mj.recording.raw_file import raw_parts
 from vrx_mj.recording.reader import all_events
 from vrx_mj.recording.record_scene import RecordScene
-from vrx_mj.recording.repacking import repacked
+from vrx_mj.recording.rrd_file import viewer_binary, viewer_environment
 from vrx_mj.recording.sensor_chunks import SensedChunks, sensor_chunks
 from vrx_mj.recording.static_chunks import change_chunks, still_chunks
 from vrx_mj.recording.task_chunks import TaskChunks, WrittenFrame, frame_chunk, task_chunks
 from vrx_mj.recording.timeline import times
 from vrx_mj.recording.touch_chunks import touch_chunks
-from vrx_mj.recording.viewer import viewer_binary, viewer_environment
-from vrx_mj.unix import release_memory
 
 JOIN_SECONDS = 600.0
 """Longest that rerun may take to join files."""
-MOST_ROWS, MOST_BYTES = 1280, 64 << 20
-"""Rows, and bytes, that become chunks at once: over a minute, as each chunk takes 1 kB besides what is in it."""
+MOST_ROWS, MOST_BYTES = 2560, 64 << 20
+"""Rows, and bytes, that become chunks at once: over two minutes, as each chunk takes 1 kB besides what is in it."""
 
 
 class UnwrittenError(RecordError):
@@ -60,24 +57,20 @@ def encode(raw: Path, scenes: Iterable[RecordScene], target: Path) -> None:
         UnwrittenError: it cannot be written.
         RecordError: what is in the file is damaged.
     """
-    release_memory()
     encoder = Encoder(iter(scenes))
-    with written(target, "the recording", UnwrittenError) as draft, beside(target) as folder:
-        stream, bare = LazyChunkStream.from_iter(encoder.chunks(raw_parts(raw))), folder / "bare.rrd"
+    parent = target.absolute().parent
+    with (
+        written(target, "the recording", UnwrittenError) as draft,
+        tempfile.TemporaryDirectory(dir=parent, prefix=".record-") as folder,  # on the same disk
+    ):
+        stream, bare = LazyChunkStream.from_iter(encoder.chunks(raw_parts(raw))), Path(folder) / "bare.rrd"
         try:
             stream.write_rrd(bare, application_id=APPLICATION, recording_id=str(uuid.uuid4()))
         except RuntimeError as error:
             if encoder.error is None:
                 raise OSError(str(error)) from error
             raise RecordError(f"cannot write the recording '{raw}': {encoder.error}") from encoder.error
-        join_views(repacked(bare, folder / "packed.rrd"), encoder.save_views(folder / "views.rbl"), draft)
-
-
-@contextlib.contextmanager
-def beside(target: Path) -> Iterator[Path]:
-    """A folder beside a file, on the same disk, that is removed at the end."""
-    with tempfile.TemporaryDirectory(dir=target.absolute().parent, prefix=".record-") as folder:
-        yield Path(folder)
+        join_views(bare, encoder.save_views(bare.with_name("views.rbl")), draft)
 
 
 def join_views(recording: Path, views: Path, output: Path) -> None:

@@ -13,7 +13,7 @@ import rerun as rr
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.frames import compass, rotation_matrix
+from vrx_mj.frames import compass, in_world_axes, rotation_matrix
 from vrx_mj.recording.eyes import FLEET, PLAN, PLAN_SLOPE, RATE, Sailed, WeatherChunks, plan_eye
 from vrx_mj.recording.parts import EVENTS, Part
 from vrx_mj.recording.record_scene import (
@@ -45,7 +45,7 @@ RANGED = 50
 """Values of a plot for one of its range: an axis fits what is in view."""
 PLOT_STEP = 1.0 / 1024.0
 """What plots are rounded to, in their units."""
-POSE_STEP = (*[1.0 / 512.0] * 3, *[1.0 / 4096.0] * 4)
+POSE_STEP = (*[1.0 / 512.0] * 3, *[1.0 / 2048.0] * 4)
 """What shown poses are rounded to: position [m], and quaternion."""
 NEAR = (*[0.005] * 3, *[0.002] * 4)
 """How far a pose of what is no boat may be from the one that is shown."""
@@ -144,7 +144,7 @@ class MovingChunks:
 
     def _cover(self, rows: FloatArray) -> None:
         """Widen what the plan frames to where the boats are."""
-        places = self._boat_positions(rows)
+        places = self._layout_poses(rows)
         ends = [places.min(axis=(0, 1))[:2], places.max(axis=(0, 1))[:2], *([] if self.track is None else self.track)]
         self.track = np.array([np.min(ends, axis=0), np.max(ends, axis=0)])
         if self._plan_size is None and (taken := self._sailed(rows[:, 0])).any():
@@ -153,13 +153,9 @@ class MovingChunks:
     def _middle(self, rows: FloatArray) -> FloatArray:
         """Places (n, 3) [m] of what the camera follows, at the mean water level."""
         own = [i for i, boat in enumerate(self._boats) if boat.name == self._scene.follow]
-        middle: FloatArray = self._boat_positions(rows)[:, own or slice(None)].mean(axis=1) * (1.0, 1.0, 0.0)
+        places = self._layout_poses(rows)[:, own or slice(None), :3]
+        middle: FloatArray = places.mean(axis=1) * (1.0, 1.0, 0.0)
         return middle
-
-    def _boat_positions(self, rows: FloatArray) -> FloatArray:
-        """Positions (n, boats, 3) of the boats [m]."""
-        start = [self._layout.pose(boat).start for boat in self._boats]
-        return rows[:, np.add.outer(start, np.arange(3))]
 
     def _slow(self, rows: FloatArray) -> Iterator[Chunk]:
         """What is written at rates of its own."""
@@ -341,21 +337,14 @@ def part_poses(part: RecordedPart, qpos: FloatArray) -> tuple[FloatArray, FloatA
     for joint in part.joints:
         value, axis = qpos[:, joint.qpos : joint.qpos + 1], np.array(joint.axis)
         if joint.kind == "slide":
-            position = position + _turned(turn, axis * value)
+            position = position + in_world_axes(turn, axis * value)
             continue
         half = 0.5 * value
         hinge = np.hstack([np.cos(half), np.sin(half) * axis])
-        place = position + _turned(turn, np.array(joint.anchor))
+        place = position + in_world_axes(turn, np.array(joint.anchor))
         turn = _product(turn, hinge if joint.kind == "hinge" else qpos[:, joint.qpos : joint.qpos + 4])
-        position = place - _turned(turn, np.array(joint.anchor))
+        position = place - in_world_axes(turn, np.array(joint.anchor))
     return position, turn
-
-
-def _turned(quaternion: FloatArray, vector: FloatArray) -> FloatArray:
-    """Vectors (3,) or (n, 3) turned by quaternions (n, 4)."""
-    w, axis = quaternion[:, :1], quaternion[:, 1:]
-    twice = 2.0 * np.cross(axis, vector)
-    return vector + w * twice + np.cross(axis, twice)
 
 
 def _product(one: FloatArray, other: FloatArray) -> FloatArray:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
@@ -145,7 +146,10 @@ def cell_of(kind: str, content: memoryview) -> Cell:
     return bytes(content) if kind == "bytes" else None
 
 
-LENGTHS: TypeAdapter[Lengths] = TypeAdapter(Lengths)
+@cache
+def validator(kind: Any) -> TypeAdapter[Any]:
+    """What reads JSON of a kind, made when it is first used: to write a recording needs none."""
+    return TypeAdapter(kind)
 
 
 def parts_of(blocks: memoryview) -> Iterator[Part]:
@@ -158,7 +162,7 @@ def parts_of(blocks: memoryview) -> Iterator[Part]:
         if len(blocks) < LENGTH.size:
             raise ValueError(f"{len(blocks)} bytes are no block")
         start = LENGTH.size + LENGTH.unpack_from(blocks)[0]
-        lengths = LENGTHS.validate_json(bytes(blocks[LENGTH.size : start]))
+        lengths = validator(Lengths).validate_json(bytes(blocks[LENGTH.size : start]))
         end = start + sum(size for cells in lengths.columns.values() for _, size in cells)
         yield Part(lengths.entity, lengths.static, columns_of(lengths, blocks[start:end]))
         blocks = blocks[end:]

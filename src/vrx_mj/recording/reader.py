@@ -14,12 +14,13 @@ from typing import Any, Self, TypeVar, overload
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 
 from vrx_mj.arguments import as_flag, as_number, as_path, as_text
 from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.errors import RecordError, UnknownNameError, shown
+from vrx_mj.frames import in_world_axes
 from vrx_mj.recording.boat_sets import (
     HUGE,
     BoatSet,
@@ -32,7 +33,7 @@ from vrx_mj.recording.boat_sets import (
     sound_rows,
 )
 from vrx_mj.recording.packing import unpacked
-from vrx_mj.recording.parts import COMPANIES, EVENTS, FRAMES, ROWS, RUN, STATES, Part
+from vrx_mj.recording.parts import COMPANIES, EVENTS, FRAMES, ROWS, RUN, STATES, Part, validator
 from vrx_mj.recording.record_scene import MovingBody, RecordedSensor, RowLayout
 from vrx_mj.recording.rrd_file import allowance, parsed_file
 from vrx_mj.runtime.subscriptions import Touch
@@ -244,7 +245,6 @@ Content = TypeVar("Content", str, bytes)
 
 OURS = (RUN, ROWS, STATES, EVENTS, COMPANIES, FRAMES)
 """Entities that are read; all others are for looking at."""
-TOUCH: TypeAdapter[Touch] = TypeAdapter(Touch)
 COLUMNS = (
     "head", "files", "block", "company", "time", "blob", "sent", "sim_time", "TextLog:text", "TextLog:level",
     "touch",
@@ -297,7 +297,7 @@ def _events(part: Part) -> Iterator[Event]:
     touches = part.texts("touch") if "touch" in part.columns else [""] * len(times)
     for time, text, level, touch in zip(times, texts, part.texts("TextLog:level"), touches, strict=True):
         try:
-            yield Event(time / 1e9, text, level, TOUCH.validate_json(touch) if touch else None)
+            yield Event(time / 1e9, text, level, validator(Touch).validate_json(touch) if touch else None)
         except ValidationError as error:
             raise RecordError(f"{EVENTS}: touch: {error.errors()[0]['msg']}") from None
 
@@ -351,18 +351,11 @@ def track(rows: FloatArray, layout: RowLayout, body: MovingBody) -> Track:
         name=body.name,
         position=pose[:, :3],
         quaternion=pose[:, 3:],
-        velocity=to_body(pose[:, 3:], velocity[:, :3]),
+        velocity=in_world_axes(pose[:, 3:] * (1.0, -1.0, -1.0, -1.0), velocity[:, :3]),
         angular_velocity=velocity[:, 3:],
         thrust={name: thrust[:, i] for i, name in mine},
         angle={name: angle[:, i] for i, name in mine},
     )
-
-
-def to_body(quaternion: FloatArray, vector: FloatArray) -> FloatArray:
-    """World vectors (n, 3) in the axes of bodies turned by quaternions (n, 4)."""
-    w, axis = quaternion[:, :1], -quaternion[:, 1:]
-    twice = 2.0 * np.cross(axis, vector)
-    return vector + w * twice + np.cross(axis, twice)
 
 
 READING_COLUMNS: Mapping[str, str] = {

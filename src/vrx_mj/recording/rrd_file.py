@@ -10,6 +10,7 @@ import contextlib
 import os
 import shutil
 import struct
+import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -178,3 +179,19 @@ def whole_bytes(file: Path) -> int:
                 return size
             end += MESSAGE_HEADER.size + length
     return size
+
+
+def viewer_binary() -> Path:
+    """The executable inside the installed rerun package: the script beside Python only wraps it."""
+    import rerun
+
+    name = "rerun.exe" if sys.platform == "win32" else "rerun"
+    path = Path(rerun.__file__).parent.parent / "rerun_cli" / name
+    if not path.is_file():
+        raise RecordError(f"no rerun viewer at '{path}': install rerun-sdk for this platform")
+    return path
+
+
+def viewer_environment() -> dict[str, str]:
+    """Environment variables in which rerun's program sends no usage statistics, nor writes settings of them."""
+    return {**os.environ, "CI": "true"}  # rerun has no variable of its own for it

@@ -177,6 +177,15 @@ def _lines(places: FloatArray) -> FloatArray:
     return np.concatenate([[way[0] - HORIZON], inner, [way[-1] + HORIZON]])
 
 
+BAND = 10
+"""Rows of cells in one entity: of so few vertices rerun's LZ4 finds each in the frame before."""
+
+
+def bands(rows: int) -> list[slice]:
+    """The rows of a grid by bands, of which each begins with the last row of the one before."""
+    return [slice(first, first + BAND + 1) for first in range(0, rows - 1, BAND)]
+
+
 def triangles(rows: int, columns: int) -> npt.NDArray[np.uint32]:
     """Triangles (2 (rows - 1) (columns - 1), 3) of a grid, counter-clockwise from above."""
     corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).reshape(-1, 1)

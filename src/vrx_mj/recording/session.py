@@ -24,9 +24,8 @@ from vrx_mj.recording.raw_file import is_raw
 from vrx_mj.recording.reader import Record, read_record
 from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.rescoring import rescore
-from vrx_mj.recording.rrd_file import copy_without_views
+from vrx_mj.recording.rrd_file import copy_without_views, viewer_binary, viewer_environment
 from vrx_mj.recording.simulation_scene import Choice, check_columns, scene_of
-from vrx_mj.recording.viewer import LOOPBACK, Server, viewer_binary, viewer_environment, where_to_look
 from vrx_mj.recording.writer import RecordWriter
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
@@ -267,6 +266,8 @@ def open_viewer(path: str | Path, *, follow: str | None = None, write: Callable[
         RecordError: the file is not a recording, or damaged: all of it is parsed before the viewer has it; or the
             viewer does not start.
     """
+    from vrx_mj.recording.viewer import LOOPBACK, Server, where_to_look
+
     record = read_record(path, whole=True)
     with tempfile.TemporaryDirectory() as folder:
         file = viewable(record, follow, Path(folder))

@@ -1,14 +1,12 @@
-"""rerun's own program, without its usage statistics: it joins recordings, and shows them in a window or a browser."""
+"""rerun's own program as a server of recordings for a browser, which connects to nothing else."""
 
 from __future__ import annotations
 
 import contextlib
 import http.client
-import os
 import re
 import socket
 import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -20,23 +18,7 @@ from typing import Any
 from urllib.parse import quote
 
 from vrx_mj.errors import RecordError
-
-
-def viewer_binary() -> Path:
-    """The executable inside the installed rerun package: the script beside Python only wraps it."""
-    import rerun
-
-    name = "rerun.exe" if sys.platform == "win32" else "rerun"
-    path = Path(rerun.__file__).parent.parent / "rerun_cli" / name
-    if not path.is_file():
-        raise RecordError(f"no rerun viewer at '{path}': install rerun-sdk for this platform")
-    return path
-
-
-def viewer_environment() -> dict[str, str]:
-    """Environment variables in which rerun's program sends no usage statistics, nor writes settings of them."""
-    return {**os.environ, "CI": "true"}  # rerun has no variable of its own for it
-
+from vrx_mj.recording.rrd_file import viewer_binary, viewer_environment
 
 LOOPBACK = "127.0.0.1"
 PAGE_PORT, DATA_PORT = 9090, 9876

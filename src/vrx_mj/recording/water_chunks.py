@@ -23,8 +23,8 @@ FASTEST = 3.0
 """Speed of the last colour of a trail [m/s]; the first is that of a boat at rest."""
 SPEED_COLORS = np.array([(203, 70, 121), (229, 108, 91), (248, 149, 64), (253, 197, 39), (240, 249, 33)])
 """Colours of a trail, evenly spaced over the speed: the light part of the map plasma (Smith and van der Walt, 2015)."""
-SEA_FRAMES = 128
-"""Pictures of the sea in one chunk: 2 MB."""
+SEA_FRAMES = 256
+"""Pictures of the sea in one chunk: 4 MB."""
 LEAD = 0.4
 """When a picture of the sea is right, in shares of its time: half-way from its first shown moment to its last."""
 MOVED = 8.0
@@ -145,9 +145,10 @@ class WaterChunks:
         for frames, grid in self._grids(poses[..., :2]):
             path = f"/world/sea/{len(grid.y)}x{len(grid.x)}"
             if path != self._mesh:
-                yield from self._begin(path, grid.y, grid.x)
+                for band in sea.bands(len(grid.y)):
+                    yield from self._begin(f"{path}/{band.start}", grid.y[band], grid.x)
                 if self._mesh:
-                    yield shown(time[frames][0], self._mesh, rr.Clear(recursive=False))
+                    yield shown(time[frames][0], self._mesh, rr.Clear(recursive=True))
                 self._mesh = path
             z = grid.heights(swell, time[frames] + LEAD / swell.rate)
             _, bright = self._bright(sea.light(z - swell.level, grid.toward(z)))
@@ -158,8 +159,11 @@ class WaterChunks:
             drawn["hulls"].append((height, grid.sampled(bright, patches[frames])))
         height, bright = map(np.concatenate, zip(*drawn.pop("hulls"), strict=True))
         for path, parts in drawn.items():
-            moments, positions, tints = zip(*parts, strict=True)
-            yield mesh_chunk(path, np.concatenate(moments), vertex_positions=positions, vertex_colors=tints)
+            moments, *meshes = zip(*parts, strict=True)
+            for band in sea.bands(meshes[0][0].shape[1]):
+                positions, tints = ([mesh[:, band] for mesh in several] for several in meshes)
+                moment = np.concatenate(moments)
+                yield mesh_chunk(f"{path}/{band.start}", moment, vertex_positions=positions, vertex_colors=tints)
         foam = np.concatenate([wakes, height[..., None]], axis=-1)
         for i, (boat, own) in enumerate(zip(boats, np.split(bright, ends[:-1], axis=1), strict=True)):
             yield from self._wake(boat, time, foam[:, :, :, i], left)
@@ -168,15 +172,13 @@ class WaterChunks:
                 yield mesh_chunk(patch_path(boat), time[taken], vertex_colors=[sea.colors(seen[taken])])
 
     def _wake(self, boat: str, time: FloatArray, foam: FloatArray, left: IntArray) -> Iterator[Chunk]:
-        """Pieces of a wake between both sides (n, points, 2, 3) [m]: each has its place in the mesh while it lasts."""
-        age = (left[:, None] + 1 - np.arange(WAKE_PIECES)) % WAKE_PIECES
+        """A wake through both sides (n, points, 2, 3) [m] of points: each is held in one place of a ring."""
+        order = (left[:, None] + 1 - np.arange(WAKE_POINTS)) % WAKE_POINTS  # places of ages, and ages of places
         frame = np.arange(len(time))[:, None]
-        pieces = np.stack([foam[frame, age + 1], foam[frame, age]], axis=2)
-        taken, pieces = self._hulls[boat].wake(pieces)
+        taken, ring = self._hulls[boat].wake(foam[frame, order])
         if taken.any():
-            points, age = pieces[taken].astype(np.float32), age[taken]
-            tints = np.stack([FOAM[age + 1], FOAM[age]], axis=2).repeat(2, axis=2)
-            yield mesh_chunk(wake_path(boat), time[taken], vertex_positions=[points], vertex_colors=[tints])
+            sides = ring[frame, order][taken].astype(np.float32)
+            yield mesh_chunk(wake_path(boat), time[taken], vertex_positions=[sides])
 
     def _begin(self, path: str, y: FloatArray, x: FloatArray, *more: rr.AsComponents) -> Iterator[Chunk]:
         """What an entity with a mesh always has, once: triangles alone, without which a viewer drops the mesh."""
@@ -260,17 +262,16 @@ def wake_path(boat: str) -> str:
 
 
 def wake_looks() -> rr.Mesh3D:
-    """Triangles of a wake, four corners to a piece."""
-    corners = 4 * np.arange(WAKE_PIECES)[:, None, None] + np.array([[0, 1, 3], [0, 3, 2]])
-    return rr.Mesh3D.from_fields(triangle_indices=corners.reshape(-1, 3).astype(np.uint32))
+    """Triangles and colours of a wake, through both sides of its points from the boat on."""
+    return rr.Mesh3D.from_fields(triangle_indices=sea.triangles(WAKE_POINTS, 2), vertex_colors=FOAM.repeat(2))
 
 
 WAKE_RATE = 1.5
 """Points that a boat leaves [Hz]."""
-WAKE_POINTS, WAKE_PIECES = 20, 19
-"""Points of a wake, the boat's place included, and pieces between them."""
-WAKE_STEPS = np.tile([1.0 / 128.0, 1.0 / 128.0, sea.STEP], 4 * WAKE_PIECES)
-"""What corners of pieces are rounded to [m]."""
+WAKE_POINTS = 20
+"""Points of a wake, the boat's place included."""
+WAKE_STEPS = np.tile([1.0 / 128.0, 1.0 / 128.0, sea.STEP], 2 * WAKE_POINTS)
+"""What both sides of points are rounded to [m]."""
 WAKE_WIDTHS = (0.7, 1.3)
 """Width of a wake at the boat and behind it [m]."""
 SLOW = 0.2

@@ -1,6 +1,7 @@
 """The water of a recording: the sea's meshes, wakes on them, and tracks in the colours of speeds."""
 
 import re
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from vrx_mj.recording.sea_meshes import (
     MOST_LINES,
     STEP,
     STILL,
+    bands,
     grid_around,
     hull_lines,
     patch_heights,
@@ -118,19 +120,32 @@ def latest(shown, moment):
     return values[np.searchsorted(time, moment + 1e-6) - 1]
 
 
+def fleet_frames(chunks, rows, columns):
+    """Times [s] and vertices of the fleet's mesh of so many rows and columns, whose bands are put together."""
+    path, (first, *more) = f"/world/sea/{rows}x{columns}", bands(rows)
+    time, whole = map(np.array, frames(chunks, f"{path}/{first.start}", "vertex_positions"))
+    for band in more:
+        moment, part = map(np.array, frames(chunks, f"{path}/{band.start}", "vertex_positions"))
+        np.testing.assert_array_equal(moment, time)
+        np.testing.assert_array_equal(part[:, :columns], whole[:, -columns:])  # no gap
+        whole = np.concatenate([whole, part[:, columns:]], axis=1)
+    return time, whole
+
+
 def fleet_mesh(chunks):
     """A function of time [s]: vertices and triangles of the fleet's mesh that is shown then, of whatever size."""
-    paths = {chunk.entity_path for chunk in chunks if MESH.fullmatch(chunk.entity_path)}
-    meshes = {path: frames(chunks, path, "vertex_positions") for path in paths}
+    found = (MESH.fullmatch(chunk.entity_path) for chunk in chunks)
+    sizes = {(int(size[1]), int(size[2])) for size in found if size}
+    meshes = {size: fleet_frames(chunks, *size) for size in sizes}
 
     def at(moment):
-        path = max(paths, key=lambda path: max(t for t in (-1.0, *meshes[path][0]) if t <= moment + 1e-6))
-        return latest(meshes[path], moment), triangles(*map(int, MESH.fullmatch(path).groups()))
+        size = max(sizes, key=lambda size: max(t for t in (-1.0, *meshes[size][0]) if t <= moment + 1e-6))
+        return latest(meshes[size], moment), triangles(*size)
 
     return at
 
 
-MESH = re.compile("/world/sea/([0-9]+)x([0-9]+)")
+MESH = re.compile("/world/sea/([0-9]+)x([0-9]+)/0")
 STORM = {
     "physics": {"profile": "marine"},
     "sea": {"model": "jonswap", "significant_height": 1.2, "peak_period": 5.0, "direction": [1.0, 0.3]},
@@ -234,7 +249,8 @@ def made_up(block):
 def test_water_does_not_depend_on_the_blocks_of_rows():
     whole, parts = made_up(200), made_up(7)
     grid = grid_around(np.array([recorded_run.row_at(0.0)])[0, 14:35].reshape(3, 7)[:, :2])
-    for path in (f"/world/sea/{len(grid.y)}x{len(grid.x)}", "/world/wakes/wamv1", "/world/trails/wamv1"):
+    mesh = [f"/world/sea/{len(grid.y)}x{len(grid.x)}/{band.start}" for band in bands(len(grid.y))]
+    for path in (*mesh, "/world/wakes/wamv1", "/world/trails/wamv1"):
         name = "strips" if "trails" in path else "vertex_positions"
         one, other = frames(whole, path, name), frames(parts, path, name)
         np.testing.assert_array_equal(one[0], other[0])
@@ -308,7 +324,7 @@ def test_one_mesh_of_the_fleet_is_shown_at_a_time_while_boats_sail_apart():
     first, last = (min(shown, key=lambda path: shown[path][0]), max(shown, key=lambda path: shown[path][-1]))
     assert len(np.unique(np.concatenate(list(shown.values())))) == 60 * swell_of(recorded_run.sea_height).rate
     for path in paths - {last}:
-        cleared = frames(meshes, path, "is_recursive")[0]
+        cleared = frames(chunks, path.removesuffix("/0"), "is_recursive")[0]
         assert any(moment > shown[path][-1] for moment in cleared)
     assert shown[first][0] == 0.0
 
@@ -330,6 +346,20 @@ def test_a_wake_begins_at_the_boat_and_gets_wider():
     assert middle[0] == pytest.approx((0.0, 0.0))
     assert middle[1:] == pytest.approx(left[0, :, 0])
     assert width[[0, -1]] == pytest.approx(WAKE_WIDTHS)
+
+
+def test_points_of_a_wake_are_shown_where_they_were_until_they_are_the_last():
+    """In the order from the boat on, for which there are triangles and colours."""
+    sides = np.array(frames(made_up(200), "/world/wakes/wamv1", "vertex_positions")[1]).reshape(-1, 20, 2, 3)[..., :2]
+    assert len(sides) > 15
+    stayed = [(now[2:] == before[2:]).all() for before, now in pairwise(sides)]
+    passed = [(now[2:] == before[1:-1]).mean() > 0.9 for before, now in pairwise(sides)]
+    assert any(stayed)
+    assert any(passed)
+    assert all(one or other for one, other in zip(stayed, passed, strict=True))
+    looks = water_chunks.wake_looks()
+    assert np.unique(looks.triangle_indices.as_arrow_array().flatten()).tolist() == list(range(40))
+    assert len(looks.vertex_colors.as_arrow_array()) == 40
 
 
 def test_points_of_a_wake_stay_while_the_boat_goes_on():

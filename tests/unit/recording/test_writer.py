@@ -12,7 +12,7 @@ from vrx_mj.errors import RecordError
 from vrx_mj.recording.motion_chunks import POSE_STEP
 from vrx_mj.recording.reader import Event, read_record
 from vrx_mj.recording.rrd_file import FILE_HEADER, MESSAGE_HEADER, whole_bytes
-from vrx_mj.recording.sea_meshes import grid_around, swell_of
+from vrx_mj.recording.sea_meshes import bands, grid_around, swell_of
 from vrx_mj.recording.water_chunks import LEAD, TRAIL_RATE
 from vrx_mj.recording.writer import RecordWriter
 
@@ -136,10 +136,12 @@ def test_headings_are_wrapped(tmp_path, monkeypatch):
 def test_sea_is_where_the_sea_is(recording):
     """In the middle between the boats, where it is neither faded nor lowered under hulls."""
     grid = grid_around(all_rows()[0, 14:35].reshape(3, 7)[:, :2])
-    time, frames = displayed(recording, f"/world/sea/{len(grid.y)}x{len(grid.x)}", "Mesh3D:vertex_positions")
+    path = f"/world/sea/{len(grid.y)}x{len(grid.x)}"
+    meshes = [displayed(recording, f"{path}/{band.start}", "Mesh3D:vertex_positions") for band in bands(len(grid.y))]
+    time = meshes[0][0]
     rate = swell_of(recorded_run.sea_height).rate
     np.testing.assert_array_equal(time, np.arange(np.ceil(all_rows()[-1, 0] * rate + 1e-6)) / rate)
-    vertices = np.array(frames[10])
+    vertices = np.concatenate([frames[10] for _, frames in meshes])
     middle = vertices[np.hypot(*vertices[:, :2].T) < 3.0]
     assert len(middle) > 1
     expected = recorded_run.sea_height(middle[:, 0], middle[:, 1], time[10] + LEAD / rate)
