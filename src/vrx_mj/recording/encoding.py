@@ -32,9 +32,8 @@ from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.repacking import repacked
 from vrx_mj.recording.sensor_chunks import SensedChunks, sensor_chunks
 from vrx_mj.recording.static_chunks import change_chunks, still_chunks
-from vrx_mj.recording.task_chunks import TaskChunks, WrittenFrame, frame_chunk, task_chunks
+from vrx_mj.recording.task_chunks import TaskChunks, WrittenFrame, frame_chunk, task_chunks, touch_chunks
 from vrx_mj.recording.timeline import times
-from vrx_mj.recording.touch_chunks import touch_chunks
 from vrx_mj.recording.viewer import viewer_binary, viewer_environment
 from vrx_mj.unix import release_memory
 

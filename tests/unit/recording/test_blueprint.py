@@ -34,8 +34,8 @@ from vrx_mj.recording.eyes import (
     name_spots,
     sea_eye,
 )
-from vrx_mj.recording.static_chunks import boat_chunks, still_chunks
-from vrx_mj.recording.touch_chunks import touch_chunks
+from vrx_mj.recording.static_chunks import still_chunks
+from vrx_mj.recording.task_chunks import touch_chunks
 from vrx_mj.runtime.subscriptions import Touch
 
 CALM = recorded_run.PARAMETERS | {"wind": {"mean": 0.0, "gain": 0.0}}
@@ -83,7 +83,7 @@ def test_a_recording_s_plan_frames_the_track_that_was_sailed(tmp_path):
 def test_a_viewer_that_meets_what_it_follows_in_its_first_picture_looks_from_the_same_distance(follow):
     """It then goes to 1.5 times the diagonal of what the followed entity holds (rerun 0.41), whatever the views say."""
     scene = replace(recorded_run.scene(), follow=follow)
-    chunks = [*still_chunks(scene), *boat_chunks(scene)]
+    chunks = list(still_chunks(scene))
     for view in (sea_view(scene), plan_view(scene)):
         (path,), eye = eye_of(view), view.properties["EyeControls3D"]
         columns = [chunk.to_record_batch().to_pydict() for chunk in chunks if chunk.entity_path == path]
