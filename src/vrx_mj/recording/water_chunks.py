@@ -55,6 +55,8 @@ class WaterChunks:
         self._left = 0
         self._hulls: dict[str, Shown] = {}
         self._begun: set[str] = set()
+        self._bodies: Sequence[RecordedBody] = ()
+        self._height: SeaHeight | None = None
         self._swell: Swell | None = None
         self._laid = np.zeros((0, 2))
         self._heights = self._bright = Held(0.0)
@@ -63,6 +65,7 @@ class WaterChunks:
     @property
     def fast(self) -> bool:
         """Whether the sea moves so fast that it is shown at every row."""
+        self._take()
         return self._swell is not None and self._swell.fast
 
     def keep(self, boats: Sequence[RecordedBody], height: SeaHeight | None) -> None:
@@ -71,12 +74,16 @@ class WaterChunks:
         self._trail_end = {boat: end for boat, end in self._trail_end.items() if boat in names}
         self._wakes = {boat: wake for boat, wake in self._wakes.items() if boat in names}
         self._hulls = {boat: hull for boat, hull in self._hulls.items() if boat in names}
-        if height is None or not boats:
+        self._bodies, self._height = boats, height
+
+    def _take(self) -> None:
+        """Measure the sea, once, and take up the boats that are new."""
+        if self._height is None:
             return
         if self._swell is None:
-            self._swell = sea.swell_of(height)
+            self._swell = sea.swell_of(self._height)
             self._sea = Ticker(self._swell.rate)
-        for boat in (boat for boat in boats if boat.name not in self._hulls):
+        for boat in (boat for boat in self._bodies if boat.name not in self._hulls):
             lines = sea.hull_lines(boat, self._swell.cell)
             held = sea.hull_water(lines), sea.shades(), Held(WAKE_STEPS, keep=sea.KEEP)
             self._hulls[boat.name] = Shown(lines, *held)
@@ -87,6 +94,7 @@ class WaterChunks:
         """Chunks of boats at times (n,) [s], places (n, boats, 3) [m] and quaternions (n, boats, 4)."""
         if (taken := self._trail(time)).any():
             yield from self._trails(boats, time[taken], places[taken])
+        self._take()
         if self._swell is None:
             return
         poses = np.concatenate([places, quaternions], axis=-1)
