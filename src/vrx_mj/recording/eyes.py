@@ -253,8 +253,8 @@ def name_spots(
 ) -> FloatArray:
     """Where names of boats at places (n, boats, 2) [m] are in a plan, in halves of its height along x and y.
 
-    A name covers no other one, no figures of the weather and no other boat; where there is no such place it is not
-    shown, NaN. `middle` (2,) and `height` [m] are those of the plan's eye.
+    A name is inside of the plan and covers no other one, no figures of the weather and no other boat; where there is no
+    such place it is not shown, NaN. `middle` (2,) and `height` [m] are those of the plan's eye.
     """
     axes, line, still, (_, corner) = east_and_north(scene), 2.0 / PLAN_LINES, still_names(scene), corners_of(scene)
     texts = [*still, *(KINDS[name][1] for name in scene.weather())]
@@ -272,7 +272,8 @@ def name_spots(
             covered = (beside < half + half[own]) & (above < PLATE * line)
             beside, above = np.moveaxis(there - spot[:, None], -1, 0)
             boated = (np.abs(beside) < half[own]) & (above < -0.1 * line) & (above > -PLATE * line)
-            free = np.isnan(taken[:, own, 0]) & ~covered.any(axis=1) & ~boated.any(axis=1)
+            inside = (spot[:, 1] < 1.0) & (spot[:, 1] > PLATE * line - 1.0)
+            free = np.isnan(taken[:, own, 0]) & inside & ~covered.any(axis=1) & ~boated.any(axis=1)
             taken[free, own] = spot[free]
     return taken[:, len(texts) :] @ axes
 

@@ -207,7 +207,7 @@ def boxes(spots, names):
     return np.array([spots[:, 0] - half, spots[:, 1] - PLATE * LINE, spots[:, 0] + half, spots[:, 1]])
 
 
-@given(places=arrays(np.float64, (3, 5, 2), elements=st.floats(-0.5, 0.5)))
+@given(places=arrays(np.float64, (3, 5, 2), elements=st.floats(-1.0, 0.6)))
 @example(np.zeros((3, 5, 2)))
 @example(np.linspace(-0.1, 0.1, 30).reshape(3, 5, 2))
 def test_names_in_the_plan_of_a_track_cover_neither_each_other_nor_another_boat(places):
@@ -217,8 +217,9 @@ def test_names_in_the_plan_of_a_track_cover_neither_each_other_nor_another_boat(
     spots = name_spots(scene, names, 100.0 * places, np.zeros(2), 100.0 / PLAN_SLOPE)
     every = np.concatenate([places, np.tile(still / 100.0, (3, 1, 1))], axis=1)
     east, north = np.moveaxis(np.abs(every[:, None] - every[:, :, None]) + np.eye(7)[..., None], -1, 0)
-    lonely = ((east > 1.2) | (north > 0.2)).all(axis=(1, 2))
+    lonely = ((east > 1.2) | (north > 0.2)).all(axis=(1, 2)) & (places[..., 1].min(axis=1) > 2.0 * LINE - 1.0)
     assert spots[lonely] == pytest.approx(places[lonely])
+    assert np.nanmin(spots[..., 1], initial=0.0) > PLATE * LINE - 1.0
     for moment, there in zip(spots, places, strict=True):
         known = np.flatnonzero(np.isfinite(moment[:, 0]))
         west, south, east, north = boxes(
