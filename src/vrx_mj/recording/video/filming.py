@@ -22,6 +22,7 @@ from vrx_mj.bar import Bar
 from vrx_mj.draw.colors import boat_colors
 from vrx_mj.errors import UnknownNameError, VideoError
 from vrx_mj.model.boats import boat_label
+from vrx_mj.outputs import written
 from vrx_mj.packages import install_extra
 from vrx_mj.recording.reader import Record, read_record
 from vrx_mj.recording.video.stage import Above, Chase, Eye, Footage, Stage, view_of
@@ -100,19 +101,14 @@ def write_video(
     encoder, size, fps = encoder_of(target)
     recorded = (source if isinstance(source, Record) else read_record(source)).sound()
     film = Film(recorded, shot or Shot(), size=size, fps=fps, eye=eye)
-    part = target.with_name(f".{target.name}.part")  # a video that fails leaves an older one as it is
-    try:
+    with (
+        written(target, "the video", VideoError) as draft,
+        closing(film),
+    ):  # one that fails leaves an older one as it is
         if target.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-        part.touch()
-        try:
-            with closing(film):
-                encoder(part, film.pictures(progress), len(film.times), film.rate)
-            part.replace(target)
-        finally:
-            part.unlink(missing_ok=True)
-    except OSError as error:
-        raise VideoError(f"cannot write the video '{target}': {error.strerror or error}") from error
+        draft.touch()
+        encoder(draft, film.pictures(progress), len(film.times), film.rate)
     return len(film.times)
 
 
