@@ -147,7 +147,12 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
     return rrb.Spatial3DView(
         name="Sea",
         origin="/world",
-        contents=["+ /world/**", f"- {PLAN}/**", *(UNDER_WAVES if scene.sea_height else [])],
+        contents=[
+            "+ /world/**",
+            f"- {PLAN}/**",
+            *(UNDER_WAVES if scene.sea_height else []),
+            *(without_names(others) if len(others) > FEW_NAMES else []),
+        ],
         background=rrb.Background(color=SKY),
         line_grid=rrb.LineGrid3D(visible=False),
         spatial_information=bare(),
@@ -158,7 +163,7 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
             eye_up=(0.0, 0.0, 1.0),
             tracking_entity=FLEET if scene.follow is None else f"/world/boats/{scene.follow}/label",
         ),
-        overrides=trails(scene) | (without_names(others) if len(others) > FEW_NAMES else {}),
+        overrides=trails(scene),
     )
 
 
@@ -176,6 +181,7 @@ def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatia
             f"- {TOUCH_WORDS}/**",  # boats that touch have their names there
             f"- {FLEET}/weather/**" if track is None else f"- {FLEET}/**",
             *(f"- {camera.path}" for camera in scene.of_type("camera")),
+            *(unnamed(scene, middle, height) if track is None else without_names(scene.roster())),
         ],
         background=rrb.Background(color=PLAN_WATER),
         line_grid=rrb.LineGrid3D(
@@ -189,12 +195,12 @@ def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatia
             eye_up=(*north, 0.0),
             tracking_entity=PLANNED if track is None else None,
         ),
-        overrides=trails(scene) | (unnamed(scene, middle, height) if track is None else without_names(scene.roster())),
+        overrides=trails(scene),
     )
 
 
-def unnamed(scene: RecordScene, middle: FloatArray, height: float) -> dict[str, Any]:
-    """Names of boats hidden that would cover something as the fleet starts, in a plan from a `height` [m]."""
+def unnamed(scene: RecordScene, middle: FloatArray, height: float) -> list[str]:
+    """Names of boats left out that would cover something as the fleet starts, in a plan from a `height` [m]."""
     places = np.reshape([boat.pose[:2] for boat in scene.boats()], (1, -1, 2))
     spots = middle + height * PLAN_SLOPE * name_spots(
         scene, [boat.name for boat in scene.boats()], places, middle, height
@@ -203,9 +209,9 @@ def unnamed(scene: RecordScene, middle: FloatArray, height: float) -> dict[str, 
     return without_names(boat.name for boat, hidden in zip(scene.boats(), moved, strict=True) if hidden)
 
 
-def without_names(boats: Iterable[str]) -> dict[str, Any]:
-    """Names of boats hidden: dots in their colours stay, and the legend beside the plots."""
-    return {f"/world/boats/{boat}/label": rr.Points3D.from_fields(show_labels=False) for boat in boats}
+def without_names(boats: Iterable[str]) -> list[str]:
+    """Names of boats left out of a view's contents: dots in their colours stay, and the legend beside the plots."""
+    return [f"- /world/boats/{boat}/label/name" for boat in boats]
 
 
 def bare() -> rrb.archetypes.SpatialInformation:

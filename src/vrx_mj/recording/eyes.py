@@ -16,7 +16,7 @@ from vrx_mj.draw.colors import CURRENT_COLOR, WAVE_COLOR, WIND_COLOR
 from vrx_mj.draw.course import Course, course_of
 from vrx_mj.frames import compass
 from vrx_mj.recording.record_scene import RecordScene
-from vrx_mj.recording.timeline import NAMED, Held, Ticker, static, times
+from vrx_mj.recording.timeline import NAMED, Held, Ticker, changes, static, times
 
 FLEET, PLANNED, PLAN = "/world/fleet", "/world/fleet/plan", "/world/plan"
 """Entities: in the middle of what the camera follows, what a plan follows there, and one that frames a track."""
@@ -240,12 +240,10 @@ def plan_chunks(scene: RecordScene, track: FloatArray, sailed: Sequence[Sailed])
         end += len(part.time)
         places[end - len(part.time) : end, [boats.index(boat) for boat in part.boats]] = part.places
     spots = np.nan_to_num(name_spots(scene, boats, places, middle, height), nan=HIDDEN)
-    for i, boat in enumerate(boats):
-        path, (taken, own) = f"{PLAN}/names/{boat}", Held(1.0 / 512.0, within=1.0 / PLAN_LINES / 3.0)(spots[:, i])
-        own = np.insert(own[taken], 2, 0.0, axis=1).astype(np.float32)
-        shown = own[:, 0] < HIDDEN / 2.0
-        yield static(path, rr.Points3D.from_fields(labels=[boat], **NAMED))
-        yield Chunk.from_columns(path, [times(time[taken])], rr.Points3D.columns(positions=own[shown]).partition(shown))
+    taken, spots = Held(1.0 / 512.0, within=1.0 / PLAN_LINES / 3.0)(spots)
+    points = np.insert(spots[taken], 2, 0.0, axis=2).astype(np.float32)
+    yield static(f"{PLAN}/names", rr.Points3D.from_fields(labels=boats, **NAMED))
+    yield changes(f"{PLAN}/names", time[taken], rr.Points3D, positions=list(points))
 
 
 def name_spots(

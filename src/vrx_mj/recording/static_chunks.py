@@ -12,7 +12,7 @@ import rerun as rr
 from rerun.archetypes import RecordingInfo
 from rerun.chunk import Chunk
 
-from vrx_mj.draw.colors import LABEL, WIND_COLOR, Rgb, shade
+from vrx_mj.draw.colors import WIND_COLOR, Rgb, shade
 from vrx_mj.recording.eyes import FLEET, PLANNED, around, fleet_circle, plan_eye, sea_eye, waypoint_name
 from vrx_mj.recording.record_scene import (
     RecordedBody,
@@ -227,10 +227,11 @@ def joining_chunks(boat: RecordedBody, scene: RecordScene) -> Iterator[Chunk]:
     for thruster in scene.thrusters:
         if thruster.boat == boat.name and thruster.surfaces:
             yield shown(begun, f"{boat.path}/{thruster.name}/shape", mesh(thruster.surfaces))
-    spots = [*[[0.0, 0.0, TAG_HEIGHT]] * 2, *around(math.hypot(*sea_eye(0.0)))]
-    colors, radii = [LABEL, rgb, UNSEEN, UNSEEN], [0.0, rr.Radius.ui_points(4.0), 0.0, 0.0]
-    name = rr.Points3D(spots, labels=[boat.name, "", "", ""], colors=colors, radii=radii, show_labels=True)
-    yield shown(begun, f"{boat.path}/label", name)
+    spots = [[0.0, 0.0, TAG_HEIGHT], *around(math.hypot(*sea_eye(0.0)))]
+    radii = [rr.Radius.ui_points(4.0), 0.0, 0.0]
+    yield shown(begun, f"{boat.path}/label", rr.Points3D(spots, colors=[rgb, UNSEEN, UNSEEN], radii=radii))
+    name = rr.Points3D.from_fields(positions=spots[:1], labels=[boat.name], **NAMED)
+    yield shown(begun, f"{boat.path}/label/name", name)
     trail = rr.LineStrips3D.from_fields(radii=[rr.Radius.ui_points(1.2)])
     yield static(f"/world/trails/{boat.name}", trail)
     if scene.sea_height is not None:

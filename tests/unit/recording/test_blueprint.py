@@ -197,8 +197,8 @@ def test_names_that_would_cover_each_other_are_not_in_a_plan_that_follows(way):
     scene = replace(full, bodies=bodies, parameters=partial(CALM | {"waypoints": []}))
     size = LETTER * (len("wamv1") + 2) if way[0] else PLATE
     height = 20.0 / (size * LINE) / PLAN_SLOPE
-    assert unnamed(scene, np.zeros(2), 0.99 * height) == {}
-    assert list(unnamed(scene, np.zeros(2), 1.01 * height)) == ["/world/boats/wamv2/label"]
+    assert unnamed(scene, np.zeros(2), 0.99 * height) == []
+    assert unnamed(scene, np.zeros(2), 1.01 * height) == ["- /world/boats/wamv2/label/name"]
 
 
 def boxes(spots, names):
@@ -238,11 +238,9 @@ def test_names_of_many_boats_do_not_cover_them(boats, named):
     """A hundred names hide the fleet; that of a boat that is followed stays."""
     scene = recorded_run.scene(boats=boats)
     for follow in (None, "wamv7"):
-        hidden = [
-            path for path in sea_view(replace(scene, follow=follow)).visualizer_overrides if path.endswith("/label")
-        ]
+        hidden = [path for path in sea_view(replace(scene, follow=follow)).contents if path.endswith("/label/name")]
         assert len(hidden) == boats - named - (follow is not None and not named)
-        assert f"/world/boats/{follow}/label" not in hidden
+        assert f"- /world/boats/{follow}/label/name" not in hidden
 
 
 @pytest.mark.parametrize("reach", [5.0, 20.0, 100.0])
