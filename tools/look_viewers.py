@@ -121,6 +121,14 @@ IMPORT = """(async text => {
 """Has Lichtblick import a layout, as by *Layouts*, *Import from file*."""
 
 
+CHOOSE = """(() => {
+  const found = document.evaluate("//*[text()='vrx_mj']", document, null, 9).singleNodeValue;
+  found?.click();
+  return found !== null;
+})()"""
+"""Chooses it, once it is in the list."""
+
+
 class Quiet(http.server.SimpleHTTPRequestHandler):
     """Files of a folder, without a line for each."""
 
@@ -150,6 +158,7 @@ def lichtblick(folder: Path, flags: tuple[str, ...], seconds: float = 60.0) -> I
         page.wait("document.querySelector('[data-testid=layouts-left]') !== null", 120.0)
         if not page.look(f"{IMPORT}({json.dumps(layout_text(TOPICS))})"):
             raise RuntimeError("Lichtblick has another menu of layouts")
+        page.wait(CHOOSE, 120.0)
         time.sleep(seconds)
         page.screenshot(picture)
     pages.shutdown()

@@ -20,17 +20,15 @@ from vrx_mj.recording.eyes import (
     PLANNED,
     east_and_north,
     followed_circle,
-    followed_path,
     name_spots,
     plan_eye,
     sea_eye,
 )
-from vrx_mj.recording.record_scene import RecordedSensor, RecordScene
+from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.sensor_chunks import track_path
 from vrx_mj.recording.static_chunks import FEW_NAMES, LEGEND_PATH, NAMES, legend_spots, name_width
-from vrx_mj.recording.task_chunks import MARKS, PLOT, STEPS, WORDS
+from vrx_mj.recording.task_chunks import MARKS, PLOT, STEPS, TOUCH_WORDS, WORDS
 from vrx_mj.recording.timeline import TIMELINE
-from vrx_mj.recording.touch_chunks import TOUCH_WORDS
 from vrx_mj.sensors.registry import SENSOR_KINDS
 
 SKY = (158, 190, 214)
@@ -77,15 +75,24 @@ def layout(
     pictured = bool(scene.of_type("camera"))
     left = rrb.Vertical(sea_view(scene), below(scene), row_shares=[1.7 if pictured else 3.4, 1])
     boats = scene.roster()
-    story = [steps_view(scene), log_view()] if scene.parameters.task else [log_view(), steps_view(scene)]
-    rows: list[rrb.View | rrb.Container] = [*beside(scene, result), rrb.Tabs(*story)]
-    shares = [*[1.0] * (len(rows) - 1), 1.2]
+    steps = rrb.StateTimelineView(
+        name="Timeline",
+        origin=STEPS,
+        contents=[f"+ {STEPS}/**"],
+        time_view=rrb.TimeAxis(link="Independent", view_range=whole_run(scene)),
+    )
+    columns = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])
+    story = [rrb.TextLogView(name="Events", origin="/events", columns=columns)]
+    story.insert(0 if scene.parameters.task else 1, steps)
+    rows = [(2.4, plan_view(scene, track)), *((1.0, row) for row in beside(scene, result))]
     if len(boats) > FEW_NAMES:
-        rows, shares = [*rows[:-1], rrb.Tabs(legend_view(boats), *story)], [*shares[:-1], 3.0]
-    elif len(boats) > 1:
-        height = 0.22 * (legend_spots(boats)[-1][1] + 1)
-        rows, shares = [*rows[:-2], legend_view(boats), *rows[-2:]], [*shares[:-2], height, *shares[-2:]]
-    right = rrb.Vertical(plan_view(scene, track), *rows, row_shares=[2.4, *shares])
+        rows.append((3.0, rrb.Tabs(legend_view(boats), *story)))
+    else:
+        rows.append((1.2, rrb.Tabs(*story)))
+    if 1 < len(boats) <= FEW_NAMES:
+        rows.insert(-2, (0.22 * (legend_spots(boats)[-1][1] + 1), legend_view(boats)))
+    shares, views = zip(*rows, strict=True)
+    right = rrb.Vertical(*views, row_shares=shares)
     return rrb.Blueprint(
         rrb.Horizontal(left, right, column_shares=[2, 1]),
         rrb.BlueprintPanel(state="collapsed"),
@@ -118,7 +125,10 @@ def below(scene: RecordScene) -> rrb.Container:
     """Under the sea: the pictures of cameras, and the plots, of which fewer are seen at a time the more there are."""
     shown = [plot for kind in SENSOR_KINDS.values() if scene.of_type(kind.type) for plot in kind.plots]
     sensed = [plot_view(scene, (plot.name, plot.title), legend=True) for plot in shown]
-    pictures = [picture_view(sensor) for sensor in scene.of_type("camera")[:PICTURES]]
+    pictures = [
+        rrb.Spatial2DView(name=f"{sensor.boat} {sensor.name}", origin=sensor.path, contents=[f"+ {sensor.path}"])
+        for sensor in scene.of_type("camera")[:PICTURES]
+    ]
     windy = "wind" in scene.weather()
     moved = [[plot_view(scene, plot) for plot in place if plot[0] != "wind" or windy] for place in BELOW]
     if not pictures:
@@ -129,11 +139,6 @@ def below(scene: RecordScene) -> rrb.Container:
     return rrb.Horizontal(rrb.Grid(*pictures, grid_columns=2), plots, column_shares=[2, 1])
 
 
-def picture_view(sensor: RecordedSensor) -> rrb.Spatial2DView:
-    """What a camera saw."""
-    return rrb.Spatial2DView(name=f"{sensor.boat} {sensor.name}", origin=sensor.path, contents=[f"+ {sensor.path}"])
-
-
 def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
     """The fleet, or the boat of `scene.follow`, followed from behind and above."""
     circle, reach = followed_circle(scene)
@@ -142,7 +147,12 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
     return rrb.Spatial3DView(
         name="Sea",
         origin="/world",
-        contents=["+ /world/**", f"- {PLAN}/**", *(UNDER_WAVES if scene.sea_height else [])],
+        contents=[
+            "+ /world/**",
+            f"- {PLAN}/**",
+            *(UNDER_WAVES if scene.sea_height else []),
+            *(without_names(others) if len(others) > FEW_NAMES else []),
+        ],
         background=rrb.Background(color=SKY),
         line_grid=rrb.LineGrid3D(visible=False),
         spatial_information=bare(),
@@ -151,9 +161,9 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
             position=middle + sea_eye(reach),
             look_target=middle,
             eye_up=(0.0, 0.0, 1.0),
-            tracking_entity=followed_path(scene),
+            tracking_entity=FLEET if scene.follow is None else f"/world/boats/{scene.follow}/label",
         ),
-        overrides=trails(scene) | (without_names(others) if len(others) > FEW_NAMES else {}),
+        overrides=trails(scene),
     )
 
 
@@ -171,6 +181,7 @@ def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatia
             f"- {TOUCH_WORDS}/**",  # boats that touch have their names there
             f"- {FLEET}/weather/**" if track is None else f"- {FLEET}/**",
             *(f"- {camera.path}" for camera in scene.of_type("camera")),
+            *(unnamed(scene, middle, height) if track is None else without_names(scene.roster())),
         ],
         background=rrb.Background(color=PLAN_WATER),
         line_grid=rrb.LineGrid3D(
@@ -184,12 +195,12 @@ def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatia
             eye_up=(*north, 0.0),
             tracking_entity=PLANNED if track is None else None,
         ),
-        overrides=trails(scene) | (unnamed(scene, middle, height) if track is None else without_names(scene.roster())),
+        overrides=trails(scene),
     )
 
 
-def unnamed(scene: RecordScene, middle: FloatArray, height: float) -> dict[str, Any]:
-    """Names of boats hidden that would cover something as the fleet starts, in a plan from a `height` [m]."""
+def unnamed(scene: RecordScene, middle: FloatArray, height: float) -> list[str]:
+    """Names of boats left out that would cover something as the fleet starts, in a plan from a `height` [m]."""
     places = np.reshape([boat.pose[:2] for boat in scene.boats()], (1, -1, 2))
     spots = middle + height * PLAN_SLOPE * name_spots(
         scene, [boat.name for boat in scene.boats()], places, middle, height
@@ -198,9 +209,9 @@ def unnamed(scene: RecordScene, middle: FloatArray, height: float) -> dict[str, 
     return without_names(boat.name for boat, hidden in zip(scene.boats(), moved, strict=True) if hidden)
 
 
-def without_names(boats: Iterable[str]) -> dict[str, Any]:
-    """Names of boats hidden: dots in their colours stay, and the legend beside the plots."""
-    return {f"/world/boats/{boat}/label": rr.Points3D.from_fields(show_labels=False) for boat in boats}
+def without_names(boats: Iterable[str]) -> list[str]:
+    """Names of boats left out of a view's contents: dots in their colours stay, and the legend beside the plots."""
+    return [f"- /world/boats/{boat}/label/name" for boat in boats]
 
 
 def bare() -> rrb.archetypes.SpatialInformation:
@@ -240,19 +251,4 @@ def plot_view(
             corner=rrb.Corner2D.LeftTop if scene.ended is None else rrb.Corner2D.RightTop, visible=legend
         ),
         axis_x=rrb.TimeAxis(link="Independent", view_range=whole_run(scene, LEGEND_AFTER if legend else AFTER)),
-    )
-
-
-def steps_view(scene: RecordScene) -> rrb.StateTimelineView:
-    """Phases, scores and touches over time."""
-    axis = rrb.TimeAxis(link="Independent", view_range=whole_run(scene))
-    return rrb.StateTimelineView(name="Timeline", origin=STEPS, contents=[f"+ {STEPS}/**"], time_view=axis)
-
-
-def log_view() -> rrb.TextLogView:
-    """What happened."""
-    return rrb.TextLogView(
-        name="Events",
-        origin="/events",
-        columns=rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"]),
     )

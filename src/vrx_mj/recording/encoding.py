@@ -31,9 +31,8 @@ from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.rrd_file import viewer_binary, viewer_environment
 from vrx_mj.recording.sensor_chunks import SensedChunks, sensor_chunks
 from vrx_mj.recording.static_chunks import change_chunks, still_chunks
-from vrx_mj.recording.task_chunks import TaskChunks, WrittenFrame, frame_chunk, task_chunks
+from vrx_mj.recording.task_chunks import TaskChunks, WrittenFrame, frame_chunk, task_chunks, touch_chunks
 from vrx_mj.recording.timeline import times
-from vrx_mj.recording.touch_chunks import touch_chunks
 
 JOIN_SECONDS = 600.0
 """Longest that rerun may take to join files."""

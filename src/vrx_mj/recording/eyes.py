@@ -16,7 +16,7 @@ from vrx_mj.draw.colors import CURRENT_COLOR, WAVE_COLOR, WIND_COLOR
 from vrx_mj.draw.course import Course, course_of
 from vrx_mj.frames import compass
 from vrx_mj.recording.record_scene import RecordScene
-from vrx_mj.recording.timeline import NAMED, Held, Ticker, static, times
+from vrx_mj.recording.timeline import NAMED, Held, Ticker, changes, static, times
 
 FLEET, PLANNED, PLAN = "/world/fleet", "/world/fleet/plan", "/world/plan"
 """Entities: in the middle of what the camera follows, what a plan follows there, and one that frames a track."""
@@ -82,11 +82,6 @@ def plan_places(scene: RecordScene, middle: FloatArray, reach: float) -> FloatAr
     return np.reshape([*boats, *near], (-1, 2))
 
 
-def followed_path(scene: RecordScene) -> str:
-    """The entity that the camera follows."""
-    return FLEET if scene.follow is None else f"/world/boats/{scene.follow}/label"
-
-
 def followed_circle(scene: RecordScene) -> tuple[FloatArray, float]:
     """Middle (2,) and radius [m] of what is followed when recording starts."""
     own = [boat.pose[:2] for boat in scene.boats() if boat.name == scene.follow]
@@ -105,7 +100,7 @@ def fleet_circle(scene: RecordScene) -> tuple[FloatArray, float]:
 RATE = 2.0
 """Arrows, figures, and names in the plan [Hz]."""
 ARROW = np.array([(-0.5, 0.0), (0.5, 0.0), (0.26, 0.2), (0.5, 0.0), (0.26, -0.2)])
-"""An arrow as a line, along and across, in lengths of it: tips of a viewer's own arrows of such a width are black."""
+"""An arrow as a line, along and across in the view, in its lengths: tips of a viewer's own thin arrows are black."""
 KINDS = {
     "wind": (WIND_COLOR, "wind {0:.1f} m/s from {1:.0f} deg"),
     "waves": (WAVE_COLOR, "waves Hs {0:.2g} m, Tp {2:.2g} s from {1:.0f} deg"),
@@ -191,14 +186,12 @@ class WeatherChunks:
         self._texts = texts[-1]
         at, counts = [times(rows[news, 0])], [len(found)] * len(news)
         toward = np.angle(np.stack(list(found.values()), axis=1)[news])
-        along, across = (
-            np.stack([x.real, x.imag, 0.0 * toward], axis=-1) for x in np.exp(1j * toward) * [[[1]], [[1j]]]
-        )
-        arrows = np.einsum("pa,ankc->nkpc", ARROW, np.stack([along, across]))
+        along = np.stack([np.cos(toward), np.sin(toward), 0.0 * toward], axis=-1)
         words = rr.Points3D.columns(labels=[text for i in news for text in texts[i]]).partition(counts)
         for corner in corners_of(scene):
             spots = corner.spots(corner.arrow, len(found)) + corner.rise * corner.axes[1]
-            strips = spots[:, None] + corner.length * arrows
+            across = np.cross(np.cross(*corner.axes), along)
+            strips = spots[:, None] + corner.length * np.einsum("pa,ankc->nkpc", ARROW, np.stack([along, across]))
             columns = rr.LineStrips3D.columns(strips=strips.reshape(-1, len(ARROW), 3))
             yield Chunk.from_columns(corner.path, at, columns.partition(counts))
             yield Chunk.from_columns(f"{corner.path}/figures", at, words)
@@ -247,12 +240,10 @@ def plan_chunks(scene: RecordScene, track: FloatArray, sailed: Sequence[Sailed])
         end += len(part.time)
         places[end - len(part.time) : end, [boats.index(boat) for boat in part.boats]] = part.places
     spots = np.nan_to_num(name_spots(scene, boats, places, middle, height), nan=HIDDEN)
-    for i, boat in enumerate(boats):
-        path, (taken, own) = f"{PLAN}/names/{boat}", Held(1.0 / 512.0, within=1.0 / PLAN_LINES / 3.0)(spots[:, i])
-        own = np.insert(own[taken], 2, 0.0, axis=1).astype(np.float32)
-        shown = own[:, 0] < HIDDEN / 2.0
-        yield static(path, rr.Points3D.from_fields(labels=[boat], **NAMED))
-        yield Chunk.from_columns(path, [times(time[taken])], rr.Points3D.columns(positions=own[shown]).partition(shown))
+    taken, spots = Held(1.0 / 512.0, within=1.0 / PLAN_LINES / 3.0)(spots)
+    points = np.insert(spots[taken], 2, 0.0, axis=2).astype(np.float32)
+    yield static(f"{PLAN}/names", rr.Points3D.from_fields(labels=boats, **NAMED))
+    yield changes(f"{PLAN}/names", time[taken], rr.Points3D, positions=list(points))
 
 
 def name_spots(
@@ -260,26 +251,29 @@ def name_spots(
 ) -> FloatArray:
     """Where names of boats at places (n, boats, 2) [m] are in a plan, in halves of its height along x and y.
 
-    A name covers no other one and no other boat; where there is no such place it is not shown, NaN. `middle` (2,) and
-    `height` [m] are those of the plan's eye.
+    A name is inside of the plan and covers no other one, no figures of the weather and no other boat; where there is no
+    such place it is not shown, NaN. `middle` (2,) and `height` [m] are those of the plan's eye.
     """
-    axes, line, still = east_and_north(scene), 2.0 / PLAN_LINES, still_names(scene)
-    half = line * LETTER * (0.5 * np.array([len(text) for text in (*still, *boats)]) + 1.0)
+    axes, line, still, (_, corner) = east_and_north(scene), 2.0 / PLAN_LINES, still_names(scene), corners_of(scene)
+    texts = [*still, *(KINDS[name][1] for name in scene.weather())]
+    half = line * LETTER * (0.5 * np.array([len(text) for text in (*texts, *boats)]) + 1.0)
     there, known = (
         (each - middle) @ axes.T / (height * PLAN_SLOPE) for each in (places, np.reshape([*still.values()], (-1, 2)))
     )
+    known = np.concatenate([known, corner.spots(corner.text, len(scene.weather())) @ corner.axes.T])
     taken = np.concatenate([np.broadcast_to(known, (len(there), *known.shape)), np.full_like(there, np.nan)], axis=1)
     for i in range(len(boats)):
-        own = len(still) + i
+        own = len(texts) + i
         for rise in RISES:
             spot = there[:, i] + (0.0, line * rise)
             beside, above = np.moveaxis(np.abs(taken - spot[:, None]), -1, 0)
             covered = (beside < half + half[own]) & (above < PLATE * line)
             beside, above = np.moveaxis(there - spot[:, None], -1, 0)
             boated = (np.abs(beside) < half[own]) & (above < -0.1 * line) & (above > -PLATE * line)
-            free = np.isnan(taken[:, own, 0]) & ~covered.any(axis=1) & ~boated.any(axis=1)
+            inside = (spot[:, 1] < 1.0) & (spot[:, 1] > PLATE * line - 1.0)
+            free = np.isnan(taken[:, own, 0]) & inside & ~covered.any(axis=1) & ~boated.any(axis=1)
             taken[free, own] = spot[free]
-    return taken[:, len(still) :] @ axes
+    return taken[:, len(texts) :] @ axes
 
 
 def waypoint_name(index: int) -> str:

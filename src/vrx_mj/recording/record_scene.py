@@ -6,7 +6,7 @@ columns `RowLayout` names.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Annotated, Any, Literal
 
@@ -307,16 +307,10 @@ class RowLayout:
         names += [f"qpos[{i}]" for i in range(self.nq)] + [f"qvel[{i}]" for i in range(self.nv)]
         names += [f"display[{i}]" for i in range(self.display_marks)]
         names += ["wind_angle"] * self.wind_angles
-        for column, name in self._body_names():
-            names[column] = name
-        return tuple(names)
-
-    def _body_names(self) -> Iterator[tuple[int, str]]:
         for body in self.bodies:
-            for i, axis in enumerate(POSITION, self.pose(body).start):
-                yield i, f"{body.name} {axis}"
-            for i, axis in enumerate(VELOCITY, self.velocity(body).start):
-                yield i, f"{body.name} {axis}"
+            names[self.pose(body)] = [f"{body.name} {axis}" for axis in POSITION]
+            names[self.velocity(body)] = [f"{body.name} {axis}" for axis in VELOCITY]
+        return tuple(names)
 
     def to_json(self) -> dict[str, Any]:
         """A JSON tree, from which `boat_sets` makes it again."""

@@ -17,7 +17,7 @@ from vrx_mj.outputs import written
 from vrx_mj.recording.motion_chunks import part_poses, transforms
 from vrx_mj.recording.record_scene import RecordedJoint, RecordedPart
 from vrx_mj.recording.shapes import geom_surface
-from vrx_mj.recording.static_chunks import part_chunks
+from vrx_mj.recording.static_chunks import looks_chunks
 from vrx_mj.recording.timeline import static
 
 APPLICATION = "vrx_mj robot"
@@ -55,7 +55,8 @@ def _chunks(model: mujoco.MjModel, name: str) -> Iterator[Chunk]:
             joints=tuple(_joint(model, joint) for joint in joints),
             surfaces=tuple(geom_surface(model, geom) for geom in np.flatnonzero(model.geom_bodyid == body).tolist()),
         )
-        yield from part_chunks(part, None)
+        fixed = None if joints else (*part.position, *part.quaternion)
+        yield from looks_chunks(part.path, fixed, part.surfaces, None)
         for joint in joints:
             yield _sweep(model, joint, part)
 

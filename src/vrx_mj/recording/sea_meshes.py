@@ -298,11 +298,6 @@ def packed(rgb: FloatArray) -> npt.NDArray[np.uint32]:
     return colors
 
 
-def _palette() -> npt.NDArray[np.uint32]:
-    """Colours of each haze and shade."""
-    share = np.linspace(0.0, 1.0, SHADES)[:, None]
-    far = np.linspace(0.0, 1.0, HAZES)[:, None, None]
-    return packed((DEEP + (CREST - DEEP) * share) * (1.0 - far) + HAZE * far)
-
-
-PALETTE = _palette()
+_FAR = np.linspace(0.0, 1.0, HAZES)[:, None, None]
+PALETTE = packed((DEEP + (CREST - DEEP) * np.linspace(0.0, 1.0, SHADES)[:, None]) * (1.0 - _FAR) + HAZE * _FAR)
+"""Colours of each haze and shade."""

@@ -21,7 +21,6 @@ from vrx_mj.model.boats import Thruster
 from vrx_mj.model.world import Parameters, tree_of
 from vrx_mj.recording.boat_sets import BoatSet
 from vrx_mj.recording.record_scene import (
-    MovingBody,
     RecordedBody,
     RecordedDisplay,
     RecordedJoint,
@@ -29,7 +28,6 @@ from vrx_mj.recording.record_scene import (
     RecordedSensor,
     RecordedThruster,
     RecordScene,
-    RowLayout,
     Surface,
 )
 from vrx_mj.recording.shapes import coarser, geom_surface
@@ -41,6 +39,8 @@ Looks = dict[str, list[Surface]]
 """Surfaces by the name of the body that carries them."""
 FINE_BOATS, MOST_FACES = 10, 1200
 """Boats up to which each is drawn as it is; most triangles of a boat in a larger fleet."""
+JOINTS: dict[int, Literal["hinge", "slide", "ball"]] = {3: "hinge", 2: "slide", 1: "ball"}
+"""Kinds of joints by `mjtJoint`."""
 
 
 @dataclass(frozen=True)
@@ -58,12 +58,10 @@ def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Seque
 
     With `looks_of` only these boats, objects and docks have surfaces: looking at all the world again takes seconds.
     """
-    world, model = sim.world, sim.model
-    looks = _looks(world, looks_of)
-    parameters = world.parameters
+    world, parameters = sim.world, sim.world.parameters
     sea = tree_of(parameters.sea)
-    recorded = tuple(recorded_sensors(world, choices))
-    return RecordScene(
+    return replace(
+        _still_scene(world, sim.model, sim.data.qpos, _looks(world, looks_of)),
         properties={
             "world": world.name,
             "fleet": parameters.fleet,
@@ -74,17 +72,24 @@ def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Seque
             "sea": {key: sea[key] for key in ("model", "significant_height", "period", "direction")},
             "wind": tree_of(parameters.wind),
         },
-        timestep=sim.timestep,
-        nq=int(sim.model.nq),
-        nv=int(sim.model.nv),
-        bodies=tuple(_bodies(world, looks, model, sim.data.qpos)),
-        thrusters=tuple(_thrusters(world, looks)),
         files=dict(sorted(world.files().items())),
         sea_height=sim.sea.height,
-        sensors=recorded,
+        sensors=tuple(recorded_sensors(world, choices)),
+    )
+
+
+def _still_scene(world: World, model: mujoco.MjModel, qpos: FloatArray, looks: Looks) -> RecordScene:
+    """What a recording holds of a world with these positions, without the run."""
+    return RecordScene(
+        properties={},
+        timestep=float(model.opt.timestep),
+        nq=int(model.nq),
+        nv=int(model.nv),
+        bodies=tuple(_bodies(world, looks, model, qpos)),
+        thrusters=tuple(_thrusters(world, looks)),
         displays=tuple(_displays(world, looks, part_paths(world, model))),
         parts=tuple(parts_of(world, model, looks)),
-        parameters=parameters,
+        parameters=world.parameters,
     )
 
 
@@ -94,20 +99,11 @@ def check_columns(boat_set: BoatSet, model: mujoco.MjModel) -> None:
     Raises:
         RecordError: they have not.
     """
-    world = boat_set.world
-    bodies = tuple(
-        MovingBody(body.name, body.kind, body.qpos, body.dof)
-        for body in _bodies(world, {}, model, model.qpos0)
-        if body.qpos is not None and body.dof is not None
-    )
-    engines = tuple((world.boats[engine.hull], engine.name) for engine in world.parameters.thrusters)
-    marks = sum(len(display.start) for display in displays_of(world.parameters))
-    turning = int(world.parameters.air is not None)
-    if boat_set.layout != RowLayout(int(model.nq), int(model.nv), engines, bodies, marks, turning):
+    if boat_set.layout != _still_scene(boat_set.world, model, model.qpos0, {}).layout():
         raise RecordError("the recording is damaged: the columns of its rows are not those of its world")
 
 
-def _bodies(world: World, looks: Looks, model: mujoco.MjModel, qpos: object) -> Iterator[RecordedBody]:
+def _bodies(world: World, looks: Looks, model: mujoco.MjModel, qpos: FloatArray) -> Iterator[RecordedBody]:
     """Boats, objects, balls and docks, each with what is seen of it; then the shore."""
     data = mujoco.MjData(model)
     data.qpos[:] = qpos
@@ -290,27 +286,22 @@ def parts_of(world: World, model: mujoco.MjModel, looks: Mapping[str, Sequence[S
             continue
         body = model.body(name).id
         first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+        joints = (
+            RecordedJoint(
+                kind=JOINTS[int(model.jnt_type[joint])],
+                anchor=_three(model.jnt_pos[joint]),
+                axis=_three(model.jnt_axis[joint]),
+                qpos=int(model.jnt_qposadr[joint]),
+            )
+            for joint in range(first, first + count)
+        )
         yield RecordedPart(
             path=path,
             position=_three(model.body_pos[body]),
             quaternion=tuple(float(value) for value in model.body_quat[body]),
-            joints=tuple(_joint(model, joint) for joint in range(first, first + count)),
+            joints=tuple(joints),
             surfaces=tuple(looks.get(name, ())),
         )
-
-
-def _joint(model: mujoco.MjModel, joint: int) -> RecordedJoint:
-    kinds: dict[int, Literal["hinge", "slide", "ball"]] = {
-        int(mujoco.mjtJoint.mjJNT_HINGE): "hinge",
-        int(mujoco.mjtJoint.mjJNT_SLIDE): "slide",
-        int(mujoco.mjtJoint.mjJNT_BALL): "ball",
-    }
-    return RecordedJoint(
-        kind=kinds[int(model.jnt_type[joint])],
-        anchor=_three(model.jnt_pos[joint]),
-        axis=_three(model.jnt_axis[joint]),
-        qpos=int(model.jnt_qposadr[joint]),
-    )
 
 
 def _three(vector: FloatArray) -> tuple[float, float, float]:

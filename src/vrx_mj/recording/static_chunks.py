@@ -12,12 +12,10 @@ import rerun as rr
 from rerun.archetypes import RecordingInfo
 from rerun.chunk import Chunk
 
-from vrx_mj.arrays import ByteArray
-from vrx_mj.draw.colors import LABEL, WIND_COLOR, Rgb, shade
+from vrx_mj.draw.colors import WIND_COLOR, Rgb, shade
 from vrx_mj.recording.eyes import FLEET, PLANNED, around, fleet_circle, plan_eye, sea_eye, waypoint_name
 from vrx_mj.recording.record_scene import (
     RecordedBody,
-    RecordedPart,
     RecordScene,
     Surface,
 )
@@ -43,7 +41,9 @@ def still_chunks(scene: RecordScene) -> Iterator[Chunk]:
     yield from run_chunks(scene)
     yield static("/world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     yield from coming_chunks(scene)
-    yield from fleet_chunks(scene)
+    reach, (_, height) = fleet_circle(scene)[1], plan_eye(scene)
+    for path, distance in ((FLEET, math.hypot(*sea_eye(reach))), (PLANNED, height)):  # what the views follow
+        yield static(path, rr.Points3D(around(distance), colors=[UNSEEN], radii=[0.0]))
     yield legend_chunk(scene)
     yield from place_chunks(scene)
     yield from series_chunks(scene)
@@ -58,22 +58,16 @@ def run_chunks(scene: RecordScene) -> Iterator[Chunk]:
     yield Chunk.from_property("run", rr.AnyValues(**listed))
 
 
-def body_chunks(body: RecordedBody, begun: float | None) -> Iterator[Chunk]:
-    """The looks from a time on [s] of a body that is no boat, None: always; and its first pose until rows move it."""
-    if body.qpos is None:
-        yield shown(begun, body.path, pose(body.pose))
-    if body.kind == "ball":
-        yield static(body.path, rr.Points3D.from_fields(colors=[BALL_COLOR], radii=[rr.Radius.ui_points(4.0)]))
-    elif body.surfaces:
-        yield shown(begun, f"{body.path}/shape", mesh(paved(body.path, body.surfaces)))
-
-
-def part_chunks(part: RecordedPart, begun: float | None) -> Iterator[Chunk]:
-    """The looks of what hangs on a body, and its place if it is fixed there, from a time on likewise."""
-    if not part.joints:
-        yield shown(begun, part.path, pose((*part.position, *part.quaternion)))
-    if part.surfaces:
-        yield shown(begun, f"{part.path}/shape", mesh(paved(part.path, part.surfaces)))
+def looks_chunks(
+    path: str, place: Sequence[float] | None, surfaces: Sequence[Surface], begun: float | None
+) -> Iterator[Chunk]:
+    """The looks of an entity from a time on [s], None: always; and its place, a position and a quaternion, if fixed."""
+    if place is not None:
+        x, y, z, qw, qx, qy, qz = place
+        turn = rr.Quaternion(xyzw=[qx, qy, qz, qw])
+        yield shown(begun, path, rr.Transform3D(translation=[x, y, z], quaternion=turn))
+    if surfaces:
+        yield shown(begun, f"{path}/shape", mesh(paved(path, surfaces)))
 
 
 def paved(path: str, surfaces: Sequence[Surface]) -> Iterator[Surface]:
@@ -84,35 +78,17 @@ def paved(path: str, surfaces: Sequence[Surface]) -> Iterator[Surface]:
         yield replace(part, rgba=(*(0.84 * share for share in part.rgba[:3]), part.rgba[3])) if odd else part
 
 
-def pose(numbers: Sequence[float]) -> rr.Transform3D:
-    """Position [m] and quaternion (w, x, y, z)."""
-    x, y, z, qw, qx, qy, qz = numbers
-    return rr.Transform3D(translation=[x, y, z], quaternion=rr.Quaternion(xyzw=[qx, qy, qz, qw]))
-
-
 def mesh(surfaces: Iterable[Surface]) -> rr.Mesh3D:
     """One mesh of several surfaces: colours go to the vertices."""
     parts = list(surfaces)
+    colors = np.round(np.clip([part.rgba for part in parts], 0.0, 1.0) * 255.0).astype(np.uint8)
     start = np.cumsum([0] + [len(part.vertices) for part in parts])
     return rr.Mesh3D(
         vertex_positions=np.concatenate([part.vertices for part in parts]),
         triangle_indices=np.concatenate([part.faces + first for part, first in zip(parts, start, strict=False)]),
         vertex_normals=np.concatenate([part.normals for part in parts]),
-        vertex_colors=np.concatenate([np.tile(color(part.rgba), (len(part.vertices), 1)) for part in parts]),
+        vertex_colors=np.repeat(colors, [len(part.vertices) for part in parts], axis=0),
     )
-
-
-def color(rgba: Sequence[float]) -> ByteArray:
-    """Colour 0 to 1 as bytes."""
-    return np.round(np.clip(rgba, 0.0, 1.0) * np.float64(255)).astype(np.uint8)
-
-
-def fleet_chunks(scene: RecordScene) -> Iterator[Chunk]:
-    """What the views follow."""
-    _, reach = fleet_circle(scene)
-    _, height = plan_eye(scene)
-    for path, distance in ((FLEET, math.hypot(*sea_eye(reach))), (PLANNED, height)):
-        yield static(path, rr.Points3D(around(distance), colors=[UNSEEN], radii=[0.0]))
 
 
 def name_width(boats: int) -> float:
@@ -208,21 +184,35 @@ TAG_HEIGHT = 2.9
 
 def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -> Iterator[Chunk]:
     """What comes, and the end of what goes, when boats or objects have joined or left since the scene before."""
-    yield from leaving_chunks(scene, before)
+    kept = {body.path for body in scene.bodies}
+    for body in (body for body in before.bodies if body.path not in kept):
+        yield shown(scene.begun, body.path, rr.Clear(recursive=True))
+        if body.kind != "ball":
+            yield shown(scene.begun, body.path, rr.Transform3D(translation=GONE))
     known = {body.path for body in before.bodies} | {part.path for part in before.parts}
     known |= {one.display.name for one in before.displays}
     yield from coming_chunks(scene, known)
     for boat in (boat for boat in scene.boats() if boat.path not in known):
-        yield from joined_series_chunks(boat.name, scene, first)
+        own = [boat.name] if boat.name not in {one.name for one in first.boats()} else []
+        engines = [(one.boat, one.name) for one in scene.thrusters if one.boat == boat.name]
+        new = [engine for engine in engines if engine not in {(one.boat, one.name) for one in first.thrusters}]
+        yield from named_series(own, new, scene.colors(), own=f"/{boat.name}")
         yield legend_chunk(scene)
 
 
 def coming_chunks(scene: RecordScene, known: Collection[str] = ()) -> Iterator[Chunk]:
     """Looks of a scene's bodies, parts and displays but for known ones, by their paths, of displays by their names."""
     for body in (body for body in scene.bodies if body.path not in known):
-        yield from joining_chunks(body, scene) if body.kind == "boat" else body_chunks(body, scene.begun)
+        if body.kind == "boat":
+            yield from joining_chunks(body, scene)
+        elif body.kind == "ball":
+            yield static(body.path, rr.Points3D.from_fields(colors=[BALL_COLOR], radii=[rr.Radius.ui_points(4.0)]))
+        else:
+            still = body.pose if body.qpos is None else None  # rows move the others
+            yield from looks_chunks(body.path, still, body.surfaces, scene.begun)
     for part in (part for part in scene.parts if part.path not in known):
-        yield from part_chunks(part, scene.begun)
+        fixed = None if part.joints else (*part.position, *part.quaternion)
+        yield from looks_chunks(part.path, fixed, part.surfaces, scene.begun)
     for one in (one for one in scene.displays if one.display.name not in known):
         for name, surfaces in one.surfaces.items():  # their colours come with the rows
             if surfaces:
@@ -230,44 +220,21 @@ def coming_chunks(scene: RecordScene, known: Collection[str] = ()) -> Iterator[C
                 yield shown(scene.begun, one.part_path(name), mesh(white))
 
 
-def leaving_chunks(scene: RecordScene, before: RecordScene) -> Iterator[Chunk]:
-    """The end of what was in the scene before and is not in this one."""
-    kept = {body.path for body in scene.bodies}
-    for body in (body for body in before.bodies if body.path not in kept):
-        yield shown(scene.begun, body.path, rr.Clear(recursive=True))
-        if body.kind != "ball":
-            yield shown(scene.begun, body.path, rr.Transform3D(translation=GONE))
-
-
 def joining_chunks(boat: RecordedBody, scene: RecordScene) -> Iterator[Chunk]:
     """A boat, its name over it and its engines, which turn in its frame; its first pose until rows move it."""
     begun, rgb = scene.begun, scene.colors()[boat.name]
-    if begun is not None:
-        yield shown(begun, boat.path, pose(boat.pose))
-    if boat.surfaces:
-        yield shown(begun, f"{boat.path}/shape", mesh(boat.surfaces))
+    yield from looks_chunks(boat.path, None if begun is None else boat.pose, boat.surfaces, begun)
     for thruster in scene.thrusters:
         if thruster.boat == boat.name and thruster.surfaces:
             yield shown(begun, f"{boat.path}/{thruster.name}/shape", mesh(thruster.surfaces))
-    yield shown(begun, f"{boat.path}/label", name_tag(boat.name, rgb))
+    spots = [[0.0, 0.0, TAG_HEIGHT], *around(math.hypot(*sea_eye(0.0)))]
+    radii = [rr.Radius.ui_points(4.0), 0.0, 0.0]
+    yield shown(begun, f"{boat.path}/label", rr.Points3D(spots, colors=[rgb, UNSEEN, UNSEEN], radii=radii))
+    name = rr.Points3D.from_fields(positions=spots[:1], labels=[boat.name], **NAMED)
+    yield shown(begun, f"{boat.path}/label/name", name)
     trail = rr.LineStrips3D.from_fields(radii=[rr.Radius.ui_points(1.2)])
     yield static(f"/world/trails/{boat.name}", trail)
     if scene.sea_height is not None:
         yield static(wake_path(boat.name), wake_looks())
     arrows = rr.Arrows3D.from_fields(colors=[THRUST_COLOR], radii=[0.12])
     yield static(f"{boat.path}/thrust", arrows)
-
-
-def joined_series_chunks(boat: str, scene: RecordScene, first: RecordScene) -> Iterator[Chunk]:
-    """Names of the series that a boat has and the scene in which the recording began has not."""
-    boats = [boat] if all(one.name != boat for one in first.boats()) else []
-    known = {(one.boat, one.name) for one in first.thrusters}
-    new = [(boat, one.name) for one in scene.thrusters if one.boat == boat and (boat, one.name) not in known]
-    yield from named_series(boats, new, scene.colors(), own=f"/{boat}")
-
-
-def name_tag(name: str, rgb: Rgb) -> rr.Points3D:
-    """A boat's name over it, with a dot in its colour."""
-    spots = [*[[0.0, 0.0, TAG_HEIGHT]] * 2, *around(math.hypot(*sea_eye(0.0)))]
-    colors, radii = [LABEL, rgb, UNSEEN, UNSEEN], [0.0, rr.Radius.ui_points(4.0), 0.0, 0.0]
-    return rr.Points3D(spots, labels=[name, "", "", ""], colors=colors, radii=radii, show_labels=True)

@@ -1,4 +1,4 @@
-"""A task in a recording: its gates, bays, circles, paths and beacons, then colours, score, collisions and words.
+"""A task in a recording: its gates, bays, circles, paths and beacons, then colours, score, touches and words.
 
 What moves with something hangs on its entity: zones on their dock, circles on their animals.
 
@@ -19,14 +19,15 @@ from rerun.chunk import Chunk
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.bays import RGB
-from vrx_mj.draw.colors import Rgb
-from vrx_mj.draw.course import Course, Light, course_of, gates_of, poses_of, zone_corners
+from vrx_mj.draw.colors import Rgb, shade
+from vrx_mj.draw.course import Course, course_of, gates_of, poses_of, zone_corners
 from vrx_mj.model import tasks
 from vrx_mj.model.world import Parameters
 from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.parts import FRAMES
 from vrx_mj.recording.rescoring import restore_referee
 from vrx_mj.recording.timeline import NAMED, changes, static, times
+from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.tasks.frame import Frame, FrameLayout, Message, Pose, has_started, score_text
 from vrx_mj.tasks.gates import gate_between
 from vrx_mj.tasks.referee import Referee
@@ -94,22 +95,19 @@ def course_chunks(parameters: Parameters) -> Iterator[Chunk]:
         return
     course = course_of(parameters)
     if course.gates:
-        yield from gate_chunks(len(course.gates))
+        labels = [str(gate.number) for gate in course.gates]
+        yield static(GATES, rr.LineStrips3D.from_fields(radii=[thick(2.2)]))
+        yield static(f"{GATES}/numbers", rr.Points3D.from_fields(labels=labels, **NAMED))
     if isinstance(parameters.task, tasks.Dock):
         yield from bay_chunks(parameters.task)
     for animal in course.animals:
         strips = circle(animal.radius, animal.goal)
         yield static(animal_path(animal.name), rr.LineStrips3D.from_fields(strips=strips, radii=[thick(1.6)]))
     for light in course.lights:
-        yield lamps(light)
+        spots = [(light.x + 0.6 * (number - 1), light.y, 4.0) for number in range(len(light.colors))]
+        tints = [tuple(round(255 * share) for share in RGB[color]) for color in light.colors]
+        yield static(f"/world/course/{light.name}", rr.Points3D(spots, colors=tints, radii=[0.22]))
     yield from places(course)
-
-
-def gate_chunks(count: int) -> Iterator[Chunk]:
-    """What stays of gates: sizes, and numbers."""
-    yield static(GATES, rr.LineStrips3D.from_fields(radii=[thick(2.2)]))
-    labels = [str(number) for number in range(1, count + 1)]
-    yield static(f"{GATES}/numbers", rr.Points3D.from_fields(labels=labels, **NAMED))
 
 
 def gate_lines(left: Pose, right: Pose) -> list[FloatArray]:
@@ -132,7 +130,10 @@ def thick(points: float) -> rr.components.Radius:
 def bay_chunks(task: tasks.Dock) -> Iterator[Chunk]:
     """The zones of bays, in the dock's frame: frames to stay in, dashed ones to back out to."""
     path, bays = bays_path(task), task.bays
-    inside, outside = ([raised(zone_corners(getattr(bay, zone))) for bay in bays] for zone in ("internal", "external"))
+    inside, outside = (
+        [np.add(zone_corners(getattr(bay, zone)), (0.0, 0.0, HEIGHT)) for bay in bays]
+        for zone in ("internal", "external")
+    )
     yield static(path, rr.LineStrips3D.from_fields(strips=[closed(ring) for ring in inside], radii=[thick(1.8)]))
     pieces = [dashes(closed(ring)) for ring in outside]
     colors = [bay_color(bay, {}) for bay, ring in zip(bays, pieces, strict=True) for _ in ring]
@@ -157,13 +158,6 @@ def barb(radius: float, angle: float, sense: float) -> FloatArray:
     back = angle - sense * 1.2 / radius
     tail = [((radius + side) * math.cos(back), (radius + side) * math.sin(back), HEIGHT) for side in (0.7, -0.7)]
     return np.array([tail[0], (radius * math.cos(angle), radius * math.sin(angle), HEIGHT), tail[1]])
-
-
-def lamps(light: Light) -> Chunk:
-    """A light buoy's colours over it, in their order."""
-    spots = [(light.x + 0.6 * (number - 1), light.y, 4.0) for number in range(len(light.colors))]
-    colors = [tuple(round(255 * share) for share in RGB[color]) for color in light.colors]
-    return static(f"/world/course/{light.name}", rr.Points3D(spots, colors=colors, radii=[0.22]))
 
 
 def places(course: Course) -> Iterator[Chunk]:
@@ -193,11 +187,6 @@ def circle_at(spot: Sequence[float], radius: float) -> FloatArray:
 def closed(points: FloatArray) -> FloatArray:
     """Points, and the first once more."""
     return np.vstack([points, points[:1]])
-
-
-def raised(points: FloatArray) -> FloatArray:
-    """Points, over the waves."""
-    return np.add(points, (0.0, 0.0, HEIGHT))
 
 
 def dashes(strip: FloatArray) -> list[FloatArray]:
@@ -527,3 +516,31 @@ def mark_chunks(marks: Sequence[Mark]) -> Iterator[Chunk]:
 def path_of(kind: str) -> str:
     """The entity of marks of a kind."""
     return f"{MARKS}/{kind.replace(' ', '_')}"
+
+
+TOUCH_WORDS = "/world/forces"
+"""Entities of names and forces."""
+TOUCH_COLOR = shade((1.0, 0.0, 0.45))
+LONGEST, TYPICAL = 5.0, 1000.0
+"""Length of an arrow [m] that no force reaches, and the force [N] whose arrow has half of it."""
+SHORTEST = 1.0
+"""Simulated time for which an arrow is seen, at least [s]."""
+
+
+def touch_chunks(touches: Sequence[Touch]) -> Iterator[Chunk]:
+    """Touches, each seen from its begin to its end: where the largest force acts, with names and force."""
+    yield from mark_chunks([(touch.time, "contacts") for touch in touches])
+    for touch in touches:
+        if touch.point is None or touch.vector is None:
+            continue
+        path = f"/world/touches/{touch.boat}/{touch.other}"
+        time = [touch.time, touch.time + max(touch.duration, SHORTEST)]
+        vector = np.array(touch.vector) * LONGEST / (touch.force + TYPICAL)
+        yield static(path, rr.Arrows3D.from_fields(colors=[TOUCH_COLOR], radii=[0.16]))
+        yield changes(path, time, rr.Arrows3D, vectors=[[vector], []], origins=[[touch.point], []])
+        said = f"{TOUCH_WORDS}/{touch.boat}/{touch.other}"
+        yield static(said, rr.Points3D.from_fields(**NAMED))
+        label = f"{touch.boat} touches {touch.other}, {touch.force:.0f} N"
+        yield changes(said, time, rr.Points3D, positions=[[touch.point + vector], []], labels=[[label], []])
+        steps = f"{STEPS}/{touch.boat}/{touch.other}"
+        yield changes(steps, time, rr.StateChange, state=[[f"{touch.force:.0f} N"], []])

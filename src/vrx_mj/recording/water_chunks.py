@@ -274,8 +274,8 @@ WAKE_STEPS = np.tile([1.0 / 128.0, 1.0 / 128.0, sea.STEP], 2 * WAKE_POINTS)
 """What both sides of points are rounded to [m]."""
 WAKE_WIDTHS = (0.7, 1.3)
 """Width of a wake at the boat and behind it [m]."""
-SLOW = 0.2
-"""Way between two points under which a wake is narrower [m]."""
+SLOW = 1.0
+"""Way between two points under which a wake is narrower [m]: a boat that hardly moves makes no foam."""
 FOAM = sea.packed(
     np.column_stack(
         [

@@ -10,7 +10,7 @@ from vrx_mj.config.bays import RGB as LIGHTS
 from vrx_mj.draw import colors
 from vrx_mj.draw.chart import Chart, Series, chart_svg
 from vrx_mj.draw.colors import LABEL, boat_color, boat_colors, hex_color
-from vrx_mj.recording import blueprint, sea_meshes, sensor_chunks, static_chunks, task_chunks, touch_chunks
+from vrx_mj.recording import blueprint, sea_meshes, sensor_chunks, static_chunks, task_chunks
 
 ROOT = Path(__file__).parents[3]
 
@@ -39,7 +39,7 @@ def lab(color):
 LINES = {
     "wind": colors.WIND_COLOR, "waves": colors.WAVE_COLOR, "current": colors.CURRENT_COLOR,
     "shore": static_chunks.SHORE_COLOR, "waypoints": static_chunks.WAYPOINT_COLOR,
-    "thrust": static_chunks.THRUST_COLOR, "touches": touch_chunks.COLOR,
+    "thrust": static_chunks.THRUST_COLOR, "touches": task_chunks.TOUCH_COLOR,
     **task_chunks.FATES, **task_chunks.STATUS, **{kind: color for kind, (color, _) in task_chunks.KINDS.items()},
     "right": task_chunks.RIGHT, "wrong": task_chunks.WRONG, "inside": task_chunks.INSIDE, "docked": task_chunks.DOCKED,
     "lost": task_chunks.LOST, "avoid": task_chunks.AVOID, "path": task_chunks.PATH, "beacon": task_chunks.BEACON,

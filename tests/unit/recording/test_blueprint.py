@@ -34,8 +34,8 @@ from vrx_mj.recording.eyes import (
     name_spots,
     sea_eye,
 )
-from vrx_mj.recording.static_chunks import boat_chunks, still_chunks
-from vrx_mj.recording.touch_chunks import touch_chunks
+from vrx_mj.recording.static_chunks import still_chunks
+from vrx_mj.recording.task_chunks import touch_chunks
 from vrx_mj.runtime.subscriptions import Touch
 
 CALM = recorded_run.PARAMETERS | {"wind": {"mean": 0.0, "gain": 0.0}}
@@ -83,7 +83,7 @@ def test_a_recording_s_plan_frames_the_track_that_was_sailed(tmp_path):
 def test_a_viewer_that_meets_what_it_follows_in_its_first_picture_looks_from_the_same_distance(follow):
     """It then goes to 1.5 times the diagonal of what the followed entity holds (rerun 0.41), whatever the views say."""
     scene = replace(recorded_run.scene(), follow=follow)
-    chunks = [*still_chunks(scene), *boat_chunks(scene)]
+    chunks = list(still_chunks(scene))
     for view in (sea_view(scene), plan_view(scene)):
         (path,), eye = eye_of(view), view.properties["EyeControls3D"]
         columns = [chunk.to_record_batch().to_pydict() for chunk in chunks if chunk.entity_path == path]
@@ -197,8 +197,8 @@ def test_names_that_would_cover_each_other_are_not_in_a_plan_that_follows(way):
     scene = replace(full, bodies=bodies, parameters=partial(CALM | {"waypoints": []}))
     size = LETTER * (len("wamv1") + 2) if way[0] else PLATE
     height = 20.0 / (size * LINE) / PLAN_SLOPE
-    assert unnamed(scene, np.zeros(2), 0.99 * height) == {}
-    assert list(unnamed(scene, np.zeros(2), 1.01 * height)) == ["/world/boats/wamv2/label"]
+    assert unnamed(scene, np.zeros(2), 0.99 * height) == []
+    assert unnamed(scene, np.zeros(2), 1.01 * height) == ["- /world/boats/wamv2/label/name"]
 
 
 def boxes(spots, names):
@@ -207,7 +207,7 @@ def boxes(spots, names):
     return np.array([spots[:, 0] - half, spots[:, 1] - PLATE * LINE, spots[:, 0] + half, spots[:, 1]])
 
 
-@given(places=arrays(np.float64, (3, 5, 2), elements=st.floats(-0.5, 0.5)))
+@given(places=arrays(np.float64, (3, 5, 2), elements=st.floats(-1.0, 0.6)))
 @example(np.zeros((3, 5, 2)))
 @example(np.linspace(-0.1, 0.1, 30).reshape(3, 5, 2))
 def test_names_in_the_plan_of_a_track_cover_neither_each_other_nor_another_boat(places):
@@ -217,8 +217,9 @@ def test_names_in_the_plan_of_a_track_cover_neither_each_other_nor_another_boat(
     spots = name_spots(scene, names, 100.0 * places, np.zeros(2), 100.0 / PLAN_SLOPE)
     every = np.concatenate([places, np.tile(still / 100.0, (3, 1, 1))], axis=1)
     east, north = np.moveaxis(np.abs(every[:, None] - every[:, :, None]) + np.eye(7)[..., None], -1, 0)
-    lonely = ((east > 1.2) | (north > 0.2)).all(axis=(1, 2))
+    lonely = ((east > 1.2) | (north > 0.2)).all(axis=(1, 2)) & (places[..., 1].min(axis=1) > 2.0 * LINE - 1.0)
     assert spots[lonely] == pytest.approx(places[lonely])
+    assert np.nanmin(spots[..., 1], initial=0.0) > PLATE * LINE - 1.0
     for moment, there in zip(spots, places, strict=True):
         known = np.flatnonzero(np.isfinite(moment[:, 0]))
         west, south, east, north = boxes(
@@ -237,11 +238,9 @@ def test_names_of_many_boats_do_not_cover_them(boats, named):
     """A hundred names hide the fleet; that of a boat that is followed stays."""
     scene = recorded_run.scene(boats=boats)
     for follow in (None, "wamv7"):
-        hidden = [
-            path for path in sea_view(replace(scene, follow=follow)).visualizer_overrides if path.endswith("/label")
-        ]
+        hidden = [path for path in sea_view(replace(scene, follow=follow)).contents if path.endswith("/label/name")]
         assert len(hidden) == boats - named - (follow is not None and not named)
-        assert f"/world/boats/{follow}/label" not in hidden
+        assert f"- /world/boats/{follow}/label/name" not in hidden
 
 
 @pytest.mark.parametrize("reach", [5.0, 20.0, 100.0])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vrx_mj.recording.touch_chunks import touch_chunks
+from vrx_mj.recording.task_chunks import touch_chunks
 from vrx_mj.runtime.subscriptions import Touch
 
 TOUCH = Touch("a", "quay", 4.0, 1000.0, duration=3.0, point=(6.0, 1.0, 0.25), vector=(-1000.0, 0.0, 0.0))

@@ -22,6 +22,7 @@ from vrx_mj.bar import Bar
 from vrx_mj.draw.colors import boat_colors
 from vrx_mj.errors import UnknownNameError, VideoError
 from vrx_mj.model.boats import boat_label
+from vrx_mj.outputs import written
 from vrx_mj.packages import install_extra
 from vrx_mj.recording.reader import Record, read_record
 from vrx_mj.recording.video.stage import Above, Chase, Eye, Footage, Stage, view_of
@@ -35,10 +36,6 @@ if TYPE_CHECKING:
 Picture = ByteArray
 VIEWS = ("both", "chase", "above")
 """Views of a video; both: behind a boat, with the view from above in a corner."""
-SIZES = {".mp4": (1280, 720), ".webp": (800, 450), ".gif": (640, 360)}
-"""Width and height [pixels] by the kind of file."""
-RATES = {".mp4": 25.0, ".webp": 12.5, ".gif": 12.5}
-"""Pictures per second by the kind of file."""
 LARGEST = 4096
 """Pixels along a side, at most."""
 INSET, INSET_EDGE = 0.34, 0.02
@@ -101,23 +98,17 @@ def write_video(
         RenderError: nothing can draw here; the message names what to install.
     """
     target = Path(path)
-    encoder = encoder_of(target)
+    encoder, size, fps = encoder_of(target)
     recorded = (source if isinstance(source, Record) else read_record(source)).sound()
-    suffix = target.suffix.lower()
-    film = Film(recorded, shot or Shot(), size=SIZES[suffix], fps=RATES[suffix], eye=eye)
-    part = target.with_name(f".{target.name}.part")  # a video that fails leaves an older one as it is
-    try:
+    film = Film(recorded, shot or Shot(), size=size, fps=fps, eye=eye)
+    with (
+        written(target, "the video", VideoError) as draft,
+        closing(film),
+    ):  # one that fails leaves an older one as it is
         if target.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-        part.touch()
-        try:
-            with closing(film):
-                encoder(part, film.pictures(progress), len(film.times), film.rate)
-            part.replace(target)
-        finally:
-            part.unlink(missing_ok=True)
-    except OSError as error:
-        raise VideoError(f"cannot write the video '{target}': {error.strerror or error}") from error
+        draft.touch()
+        encoder(draft, film.pictures(progress), len(film.times), film.rate)
     return len(film.times)
 
 
@@ -396,23 +387,23 @@ COLORS = 128
 """Colours of a GIF."""
 
 
-def encoder_of(path: Path) -> Encoder:
-    """What writes a file, by its suffix.
+def encoder_of(path: Path) -> tuple[Encoder, tuple[int, int], float]:
+    """What writes a file, by its suffix, width and height [pixels] and pictures per second if none are asked for.
 
     Raises:
         VideoError: unknown suffix, or its encoder is not installed.
     """
     if path.suffix.lower() not in ENCODERS:
         raise VideoError(f"invalid video '{path}': a name that ends in {', '.join(ENCODERS)} is needed")
-    encoder = ENCODERS[path.suffix.lower()]
-    if encoder is write_mp4:
+    kind = ENCODERS[path.suffix.lower()]
+    if kind[0] is write_mp4:
         try:
             import av  # noqa: F401
         except ImportError:
             raise VideoError(
                 f"'{path}' needs the encoder of MP4, which is not installed; write a .webp, or {install_extra('video')}"
             ) from None
-    return encoder
+    return kind
 
 
 def write_mp4(path: Path, pictures: Pictures, count: int, rate: Fraction) -> None:
@@ -479,5 +470,9 @@ def reel_of(pictures: Iterable[ByteArray], count: int) -> Image:
     return Reel()
 
 
-ENCODERS: dict[str, Encoder] = {".mp4": write_mp4, ".webp": write_webp, ".gif": write_gif}
-"""Encoders by suffix."""
+ENCODERS: dict[str, tuple[Encoder, tuple[int, int], float]] = {
+    ".mp4": (write_mp4, (1280, 720), 25.0),
+    ".webp": (write_webp, (800, 450), 12.5),
+    ".gif": (write_gif, (640, 360), 12.5),
+}
+"""By suffix: encoder, width and height [pixels], and pictures per second."""

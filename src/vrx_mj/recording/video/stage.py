@@ -20,7 +20,6 @@ from vrx_mj.arguments import as_number, several
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.errors import CommandError, RecordError, shown
 from vrx_mj.mjcf.drawing import add_skin, compiled_spec, drawing_spec
-from vrx_mj.model.world import Parameters
 from vrx_mj.physics.surface import EDGE, PLAIN, draw_surface, sky_distance
 from vrx_mj.recording.antialiasing import antialias, smooth
 from vrx_mj.recording.boat_sets import HUGE, BoatSet, columns_in
@@ -292,7 +291,9 @@ class Stage:
         world = boat_set.world
         parameters = world.parameters
         spec = drawing_spec(world)
-        wakes = [Wake(paths[boat], stern) for boat, stern in sterns(parameters) if boat in paths]
+        found = ((parameters.boats[engine.hull].name, engine.position[:2]) for engine in parameters.thrusters)
+        sterns = dict.fromkeys((boat, place) for boat, place in found if place[0] < 0.0)  # engines behind the middle
+        wakes = [Wake(paths[boat], stern) for boat, stern in sterns if boat in paths]
         self._foam = Foam(spec, wakes if spec.skins else ())
         self._model = compiled_spec(spec, world.name)
         check_columns(boat_set, self._model)
@@ -340,12 +341,6 @@ class Stage:
             mirrored, glitter = self._sea.palette.T
             np.clip(mirrored + LIGHTER, EDGE, 1.0 - EDGE, out=mirrored)
             np.minimum(glitter, PLAIN, out=glitter)
-
-
-def sterns(parameters: Parameters) -> Sequence[tuple[str, tuple[float, float]]]:
-    """Boats and where their hulls leave foam, body axes [m]: at engines behind the middle."""
-    found = ((parameters.boats[engine.hull].name, engine.position[:2]) for engine in parameters.thrusters)
-    return list(dict.fromkeys((boat, place) for boat, place in found if place[0] < 0.0))
 
 
 Strip = tuple[FloatArray, FloatArray]
