@@ -16,6 +16,7 @@ from vrx_mj.config.tree import File, Place, Section
 from vrx_mj.config.wording import shown
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning, first_lines, nearest, shortened
+from vrx_mj.formats.gazebo import surroundings
 from vrx_mj.formats.gazebo.document import STRICT, Element, Note, Report, as_node, read_document
 from vrx_mj.formats.gazebo.erb_docks import is_template
 from vrx_mj.formats.gazebo.models import (
@@ -33,16 +34,6 @@ from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat, read_boat
 from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
 from vrx_mj.formats.gazebo.sdf_models import INSIDE, in_world_frame, pose_of_included
 from vrx_mj.formats.gazebo.sdf_objects import buoyancy_of, follow_path, model_section, same_buoyancy
-from vrx_mj.formats.gazebo.surroundings import (
-    georeference,
-    mean_wind,
-    published_sea,
-    scene,
-    view,
-    wave_field,
-    wave_plugin,
-    wind,
-)
 from vrx_mj.formats.gazebo.task_plugins import kind_of, marked, task_of, unread
 from vrx_mj.formats.series.pieces import SYMBOLS, At, Piece, assembled, base_objects, located, named_as, thing
 from vrx_mj.formats.urdf.tags import losses
@@ -378,9 +369,9 @@ class _Reader:
 
     def take_water(self, element: Element, model: Element, name: str) -> bool:
         """Take over a model that is the water, with its waves; False: it is another."""
-        waves = wave_plugin(model)
+        waves = surroundings.wave_plugin(model)
         if waves is not None:
-            sea = wave_field(waves)
+            sea = surroundings.wave_field(waves)
             ours = f"`sea`{', fully raised by that wind' * (sea['model'] == 'pm')}"
             self.add_piece("sea", waves if model is element else element, {"sea": sea}, ours)
         elif name in WATER:
@@ -445,10 +436,10 @@ class _Reader:
         if kind_of(element):
             self.scoring.append(element)
         elif _is_wind(element):
-            self.add("wind", element, wind(element))
+            self.add("wind", element, surroundings.wind(element))
             self.note_wind(element)
         elif "publisherplugin" in file:
-            self.add("sea", element, published_sea(element), "it publishes what nothing here listens to")
+            self.add("sea", element, surroundings.published_sea(element), "it publishes what nothing here listens to")
         elif "contain" in file or element.child("performer"):
             self.report.note(element, "taken over", "zones of the task's dock")
         elif "wind-effects" in file:
@@ -466,7 +457,7 @@ class _Reader:
             return
         if element.read("linear_velocity", "x y z", (0.0,))[-1]:
             self.report.note(element, "approximated", "it blows level, without its third number")
-        self.add("wind", element, mean_wind(element), "it is calm")
+        self.add("wind", element, surroundings.mean_wind(element), "it is calm")
 
     def note_wind(self, element: Element) -> None:
         """Note links that boats have no more, and topics of other names."""
@@ -599,7 +590,8 @@ def _is_wind(plugin: Element) -> bool:
 
 
 _SURROUNDINGS: Mapping[str, tuple[str, Callable[[Element], object]]] = {
-    "scene": ("scene", scene), "gui": ("camera", view), "spherical_coordinates": ("georeference", georeference),
+    "scene": ("scene", surroundings.scene), "gui": ("camera", surroundings.view),
+    "spherical_coordinates": ("georeference", surroundings.georeference),
 }  # fmt: skip
 _TAKE: Mapping[str, Callable[[_Reader, Element], None]] = {
     "include": _Reader.take_include, "model": _Reader.take_model, "plugin": _Reader.take_plugin,
