@@ -422,10 +422,10 @@ class _Reader:
         """Take over a model that is written into the world."""
         name = element.attributes.get("name", "")
         source = f"{self.file.name}#{name}"
+        if not name and surroundings.wave_plugin(element) is None:
+            raise element.fault("required, but missing", "name")
         if not self.is_object(element, element, name, source):
             return
-        if not name:
-            raise element.fault("required, but missing", "name")
         self.tell(source, self.file.parent)
         content = {"name": safe_name(name), "model": At(source, element.place), "pose": pose_of(element)}
         self.placed.append((element, content))
