@@ -258,6 +258,8 @@ def _base(kind: str, section: Section, file: Path | None, chain: tuple[Path, ...
 
 def validated(model: type[ConfigT], section: Section, loading: Loading, *, name: str | None = None) -> ConfigT:
     """The model of a section; `name` is for a model that has one and whose file gives none."""
+    if isinstance(section.model, model):
+        return section.model
     if name is not None and "name" not in section:
         section = section.holding({**section, "name": name})
     result, found = None, []

@@ -51,6 +51,9 @@ class Entry(NamedTuple):
 class Section(dict[str, Any]):
     """A mapping that knows its place, the places of its entries, and its file's folder."""
 
+    model: Any = None
+    """What it was validated as; None: it was not yet."""
+
     def __init__(self, values: Mapping[str, object], place: Place, entries: Mapping[str, Entry] | None = None) -> None:
         """`entries` are by default all at the place of the mapping."""
         super().__init__(values)

@@ -1,12 +1,14 @@
 """An XML file of Gazebo or ROS as elements that know their places; xacro in it is expanded."""
 
 import contextlib
+import json
 import os.path
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 from xml.sax.saxutils import escape, quoteattr
 
 from vrx_mj.config.search import display, package_paths
@@ -14,18 +16,24 @@ from vrx_mj.config.tree import File, Place
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem
 from vrx_mj.foreign import ReaderError, ask, ask_ahead, spend
-from vrx_mj.formats.urdf.elements import numbers_of, truth
+from vrx_mj.formats.urdf.elements import Findings, Node, numbers_of, truth
 from vrx_mj.formats.urdf.expand import expand, expanded_lines
+from vrx_mj.formats.urdf.model import Place as Spot
 from vrx_mj.formats.urdf.tags import Loss
-from vrx_mj.formats.urdf.xml_document import Table, read_bytes, read_text
+from vrx_mj.formats.urdf.xml_document import Markup, Table, read_bytes, read_text
 
 LIBRARIES = frozenset({"robotx_gazebo", "vmrc_gazebo", "vorc_gazebo", "vrx_2019", "vrx_gazebo", "wave_gazebo"})
 """Packages of VRX, whose files may be missing: macros of ours stand for theirs."""
 
 TABLE = "formats.urdf.xml_document:table"
 """What parses a text."""
+_ODD_TAG = re.compile(r"[^\w.-]")
 Fate = Literal["taken over", "approximated", "ignored", "not read"]
 """What became of a part of a file."""
+FIELDS: Mapping[str, Mapping[str, Sequence[Any]]] = json.loads((Path(__file__).parent / "fields.json").read_bytes())
+"""Of plugins and other elements of worlds the rows that fill keys of ours: the arguments of `Element.read`."""
+POSE = "x y z roll pitch yaw"
+"""The numbers of a pose."""
 STRICT = ContextVar("STRICT", default=False)
 """Whether a part of a world that cannot be read is an error; otherwise the rest is read, and it is a note."""
 
@@ -112,38 +120,48 @@ class Element:
         path = " / ".join(filter(None, (self.label, key)))
         return ConfigError([Problem(self.place.file.name, self.place.line, self.place.column, path, message)])
 
-    def numbers(self, tag: str, labels: str, default: Sequence[float] | None = None) -> list[float] | None:
-        """The numbers in the first element of a tag, one for each label; `default` if it is missing or empty.
+    def read(self, path: str, form: str = "number", default: Any = None) -> Any:
+        """What the text of an element in this one says.
+
+        Args:
+            path: names of elements with '/' between, each in the one before; of such with '|' between, the first that
+                is there and not empty.
+            form: `number`, `whole`, `switch`, `text` or `color`, or what each of several numbers is called.
+            default: what a missing or empty element means.
 
         Raises:
-            ConfigError: there are others than finite numbers in it, or not as many as labels.
+            ConfigError: the text is of another form.
         """
-        found = self.child(tag)
-        if found is None or not found.own_text:
-            return None if default is None else list(default)
-        return found.read_numbers(labels)
+        ways = (self.child(*way.split("/")) for way in path.split("|"))
+        found = next((one for one in ways if one and one.own_text), None)
+        return default if found is None else found.value(form)
 
-    def number(self, tag: str, default: float | None = None) -> float | None:
-        """The number in the first element of a tag, likewise."""
-        found = self.numbers(tag, tag)
-        return default if found is None else found[0]
+    def needed(self, path: str, form: str = "text") -> Any:
+        """What an element that must be there says, likewise. Raises ConfigError."""
+        found = self.read(path, form)
+        if found is None:
+            raise self.fault(f"<{path.partition('|')[0]}> is required, but missing")
+        return found
 
-    def whole(self, tag: str, default: int | None = None) -> int | None:
-        """The whole number in the first element of a tag, likewise."""
-        found = self.number(tag)
-        if found is not None and not found.is_integer():
-            raise self.fault(f"expected a whole number, got {shown(self.text(tag))}", tag)
-        return default if found is None else int(found)
+    def fields(self, of: str) -> dict[str, Any]:
+        """What the rows of a table in `FIELDS` say, without those whose elements are missing. Raises ConfigError."""
+        found = {key: self.read(*row) for key, row in FIELDS[of].items()}
+        return {key: value for key, value in found.items() if value is not None}
 
-    def given(self, *tags: str) -> dict[str, float]:
-        """The numbers in elements of these tags, without those that are missing or empty. Raises ConfigError."""
-        values = {tag: self.number(tag) for tag in tags}
-        return {tag: value for tag, value in values.items() if value is not None}
-
-    def switch(self, tag: str, default: bool = False) -> bool:
-        """Whether the first element of a tag is true; `default` if it is missing or empty. Raises ConfigError."""
-        text = self.text(tag)
-        return self._truth(text, tag) if text else default
+    def value(self, form: str) -> Any:
+        """What the text of this element says: a list where the form is of several numbers. Raises ConfigError."""
+        if form == "text":
+            return self.own_text
+        if form == "switch":
+            return self._truth(self.own_text, "")
+        labels = {"whole": "number", "color": "r g b" if len(self.own_text.split()) == 3 else "r g b a"}.get(form, form)
+        try:
+            numbers = numbers_of(self.own_text, labels)
+        except ValueError as error:
+            raise self.fault(str(error)) from None
+        if form == "whole" and not numbers[0].is_integer():
+            raise self.fault(f"expected a whole number, got {shown(self.own_text)}")
+        return int(numbers[0]) if form == "whole" else numbers[0] if form == "number" else list(numbers)
 
     def attribute_switch(self, name: str) -> bool:
         """Whether an attribute is true; not where it is missing or empty. Raises ConfigError."""
@@ -155,13 +173,6 @@ class Element:
         if found is None:
             raise self.fault(f"expected true or false, got {shown(text)}", key)
         return found
-
-    def read_numbers(self, labels: str) -> list[float]:
-        """The numbers in this element, one for each label. Raises ConfigError."""
-        try:
-            return list(numbers_of(self.own_text, labels))
-        except ValueError as error:
-            raise self.fault(str(error)) from None
 
     def inner_xml(self) -> str:
         """What is between the tags of this element, as XML."""
@@ -238,3 +249,18 @@ def _element(table: Table, place: Callable[[int, int, int], Place]) -> Element:
 def _xml(element: Element) -> str:
     attributes = "".join(f" {name}={quoteattr(value)}" for name, value in element.attributes.items())
     return f"<{element.tag}{attributes}>{element.inner_xml()}</{element.tag}>"
+
+
+def as_node(element: Element) -> Node:
+    """An element as the readers of links and shapes take it, which note problems."""
+    return Node(markup(element, str), element.label, Findings(element.place.file.name))
+
+
+def markup(element: Element, uri: Callable[[str], str]) -> Markup:
+    """An element as those of a URDF are, with other texts in its URIs."""
+    file, line, column = element.place
+    attributes = {key: value for key, value in element.attributes.items() if ":" not in key}
+    made = Markup(_ODD_TAG.sub("_", element.tag), Spot(file.name, line, column), attributes)
+    made.text = uri(element.own_text) if element.tag == "uri" else element.own_text
+    made.extend([markup(child, uri) for child in element.children])
+    return made

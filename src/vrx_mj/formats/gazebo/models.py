@@ -39,7 +39,7 @@ class Source(NamedTuple):
     """A model of Gazebo as a file has it."""
 
     model: Element
-    version: str
+    version: tuple[int, ...]
     """Version of SDF that it is in; empty: the newest."""
     file: Path
     """The file that the model is written in."""
@@ -123,7 +123,7 @@ def model_element(file: Path) -> Source:
     if mark:
         return _named(Path(path), name)
     root = read_document(Path(path))
-    return Source(_only(root), root.attributes.get("version", ""), Path(path))
+    return Source(_only(root), version_of(root), Path(path))
 
 
 def _only(root: Element) -> Element:
@@ -137,7 +137,7 @@ def _only(root: Element) -> Element:
     return found
 
 
-_held: dict[Path, tuple[int, int, dict[str, Element], str]] = {}
+_held: dict[Path, tuple[int, int, dict[str, Element], tuple[int, ...]]] = {}
 """Models of the world that was read last, by its file, with the time, size and version of SDF that the file had."""
 
 
@@ -147,8 +147,7 @@ def hold_models(file: Path, root: Element) -> None:
     found = [(one.attributes.get("name", ""), one) for one in root.walk() if one.tag == "model"]
     found += [(included_name(one), one) for one in root.walk() if one.tag == "include"]
     status = file.stat()
-    version = root.attributes.get("version", "")
-    _held[file.absolute()] = (status.st_mtime_ns, status.st_size, dict(reversed(found)), version)
+    _held[file.absolute()] = (status.st_mtime_ns, status.st_size, dict(reversed(found)), version_of(root))
 
 
 def read_ahead(root: Element, near: Path) -> None:
@@ -229,7 +228,7 @@ def _main_file(folder: Path) -> str:
         return _within(folder, "model.sdf")
     _within(folder, config.name)
     named = [one for one in read_document(config).all("sdf") if one.own_text]
-    found = max(named, key=lambda one: _version(one.attributes.get("version", "")), default=None)
+    found = max(named, key=version_of, default=None)
     text = found.own_text if found else "model.sdf"
     if found and PurePosixPath(text).name != text:
         raise found.fault(f"expected the name of a file in this folder, got {shown(text)}")
@@ -250,5 +249,6 @@ def is_installed(file: Path) -> bool:
     return file.resolve().parent.name == file.parent.name
 
 
-def _version(text: str) -> tuple[int, ...]:
-    return tuple(int(part) for part in re.findall(r"\d{1,9}", text, re.ASCII))
+def version_of(element: Element) -> tuple[int, ...]:
+    """The version of SDF that an element says; empty without one."""
+    return tuple(int(part) for part in re.findall(r"\d{1,9}", element.attributes.get("version", ""), re.ASCII))

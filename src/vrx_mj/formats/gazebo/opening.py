@@ -92,10 +92,8 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
         raise ConfigError([Problem(str(world), None, None, "", message)])
     found = gazebo_world(path_of("worlds", world), arguments)
     fleet = _fleet_in(found, world) if fleet is None else fleet
-    if arguments or isinstance(found.fleet, Section):
-        warn_of_losses(found.notes, str(world), stacklevel=4)
-        world = _named(found.section, found.name)
-    return world, fleet
+    warn_of_losses(found.notes, str(world), stacklevel=4)
+    return found.whole, fleet
 
 
 def _no_world(source: str | Path, launch: Launch, arguments: Mapping[str, str]) -> ConfigError:

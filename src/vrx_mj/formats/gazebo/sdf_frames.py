@@ -2,8 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
 
@@ -11,7 +10,7 @@ import numpy as np
 
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import UnknownNameError
-from vrx_mj.formats.gazebo.document import Element
+from vrx_mj.formats.gazebo.document import Element, as_node
 from vrx_mj.formats.series.pieces import At
 from vrx_mj.formats.urdf.elements import Node
 from vrx_mj.formats.urdf.model import ZERO, relative
@@ -57,21 +56,27 @@ class Given(NamedTuple):
     """What a fault of it is at."""
 
 
-def given_pose(node: Node) -> Given:
-    """The `<pose>` of an element; without one nothing is moved."""
+def given_pose(node: Node, farthest: float = FARTHEST) -> Given:
+    """The `<pose>` of an element, whose angles may be in degrees, or a quaternion of any length above 0.
+
+    Without one nothing is moved.
+    """
     found = node.child("pose")
     if found is None:
         return Given(ZERO, "", node)
-    read = partial(node.values, "pose", low=-FARTHEST, high=FARTHEST)
+    read = partial(node.values, "pose", low=-farthest, high=farthest)
     frame = found.attribute("relative_to") or found.attribute("frame") or ""
-    is_quaternion = found.attribute("rotation_format") == "quat_xyzw"
-    degrees = found.attribute_flag("degrees")
-    usual = (0.0,) * 6 + (1.0,) * is_quaternion
-    try:
-        return Given(_pose(lambda labels: read(labels, usual), is_quaternion, degrees), frame, found)
-    except ValueError as error:
-        found.fault(str(error))
-    return Given(ZERO, frame, found)
+    if found.attribute("rotation_format") != "quat_xyzw":
+        x, y, z, *turn = read("x y z roll pitch yaw", ZERO)
+        roll, pitch, yaw = map(math.radians, turn) if found.attribute_flag("degrees") else turn
+        return Given((x, y, z, roll, pitch, yaw), frame, found)
+    x, y, z, *turn = read("x y z qx qy qz qw", (*ZERO, 1.0))
+    length = math.hypot(*turn)
+    if length == 0.0:
+        found.fault("the quaternion must have a length, got '0 0 0 0'")
+        return Given(ZERO, frame, found)
+    matrix = rotation_matrix(np.array([turn[3], *turn[:3]]) / length)
+    return Given((x, y, z, *angles(tuple(map(tuple, matrix.tolist())))), frame, found)  # type: ignore[arg-type]
 
 
 def pose_of(element: Element) -> At:
@@ -86,12 +91,10 @@ def pose_of(element: Element) -> At:
     frame = frame_of(element)
     if frame not in {"", MODEL}:
         raise found.fault(f"a pose relative to {shown(frame)} cannot be taken over: give it in the frame of the model")
-    is_quaternion = found.attributes.get("rotation_format") == "quat_xyzw"
-    try:
-        pose = _pose(found.read_numbers, is_quaternion, found.attribute_switch("degrees"))
-    except ValueError as error:
-        raise found.fault(str(error)) from None
-    return At(list(pose), found.place)
+    given = given_pose(as_node(replace(element, children=(found,))), math.inf)
+    for problem in given.node.findings.problems:
+        raise found.fault(problem.message, problem.key.rpartition("pose")[2].strip(" /"))
+    return At(list(given.pose), found.place)
 
 
 def frame_of(element: Element) -> str:
@@ -100,19 +103,6 @@ def frame_of(element: Element) -> str:
     found = pose.attributes if pose else {}
     name = found.get("relative_to") or found.get("frame") or ""
     return "" if name == WORLD else name
-
-
-def _pose(numbers: Callable[[str], Sequence[float]], is_quaternion: bool, degrees: bool) -> Pose:
-    """The pose of the numbers in an element: its angles may be in degrees, or a quaternion of any length above 0."""
-    if not is_quaternion:
-        x, y, z, *turn = numbers("x y z roll pitch yaw")
-        roll, pitch, yaw = map(math.radians, turn) if degrees else turn
-        return x, y, z, roll, pitch, yaw
-    x, y, z, *turn = numbers("x y z qx qy qz qw")
-    if math.hypot(*turn) == 0.0:
-        raise ValueError("the quaternion must have a length, got '0 0 0 0'")
-    matrix = rotation_matrix(np.array([turn[3], *turn[:3]]) / math.hypot(*turn))
-    return x, y, z, *angles(tuple(map(tuple, matrix.tolist())))  # type: ignore[arg-type]
 
 
 class Frames:

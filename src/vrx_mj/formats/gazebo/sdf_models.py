@@ -1,13 +1,12 @@
 """A model of Gazebo with the models in it: its links, joints, frames and plugins by their whole names."""
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 from vrx_mj.config.search import SCHEME, display, package_paths
 from vrx_mj.errors import ConfigError, VrxError
-from vrx_mj.formats.gazebo.document import Element
+from vrx_mj.formats.gazebo.document import Element, markup
 from vrx_mj.formats.gazebo.models import (
     Source,
     has_model,
@@ -33,7 +32,6 @@ from vrx_mj.formats.series.pieces import At
 from vrx_mj.formats.urdf.elements import Findings, Node
 from vrx_mj.formats.urdf.links import Surroundings
 from vrx_mj.formats.urdf.meshes import MeshFiles
-from vrx_mj.formats.urdf.model import Place
 from vrx_mj.formats.urdf.xml_document import Markup
 from vrx_mj.frames import Pose, compose, inverse
 
@@ -46,7 +44,6 @@ MOST_ELEMENTS = 50_000
 INSIDE = ("model", "include")
 """Tags of models in a model or a world."""
 _URI = re.compile(r"(models?|file)://([^/].*)", re.DOTALL)
-_ODD_TAG = re.compile(r"[^\w.-]")
 
 
 class Model:
@@ -56,8 +53,7 @@ class Model:
         self.file = source.file
         self.findings = Findings(display(source.file))
         self.around = Surroundings(self.findings)
-        numbers = tuple(int(part) for part in re.findall(r"\d{1,9}", source.version, re.ASCII))
-        self.version = numbers or (1, 6)
+        self.version = source.version or (1, 6)
         self.frames = Frames()
         self.links: dict[str, tuple[Node, Scope]] = {}
         self.joints: list[tuple[Node, Scope]] = []
@@ -116,7 +112,7 @@ class Model:
             inside = "://" not in text and folder != self.files.folder
             return f"{SCHEME}{own}/{text}" if inside else text
 
-        return _markup(model, uri)
+        return markup(model, uri)
 
     def _gather(self, model: Node, scope: Scope, folder: Path, depth: int) -> None:
         """Take in the links, joints, frames and plugins of a model, and of the models in it."""
@@ -206,12 +202,6 @@ def _folder(name: str, near: Path) -> Path | None:
         return None
 
 
-def as_node(element: Element, findings: Findings | None = None) -> Node:
-    """An element as the readers of links and shapes take it."""
-    found = findings or Findings(element.place.file.name)
-    return Node(_markup(element, str), element.label, found)
-
-
 def in_world_frame(world: Element, file: Path) -> list[Element | ConfigError]:
     """The elements of a world, or of a model of models, with the poses of the models among them in its own frame.
 
@@ -219,7 +209,7 @@ def in_world_frame(world: Element, file: Path) -> list[Element | ConfigError]:
     """
     if not any(map(_is_turned, world.children)):
         return list(world.children)
-    model = Model(Source(world, "", file))
+    model = Model(Source(world, (), file))
     given = {node.element: one for node, one in model.given}
     children = zip(world.children, model.root.element, strict=True)
     return [_in_frame(child, model, given[one]) if one in given else child for child, one in children]
@@ -251,13 +241,3 @@ def _posed(element: Element, pose: Pose) -> Element:
     rest = (child for child in element.children if child.tag not in {"pose", "placement_frame"})
     attributes = {key: value for key, value in element.attributes.items() if key != "placement_frame"}
     return replace(element, attributes=attributes, children=(made, *rest))
-
-
-def _markup(element: Element, uri: Callable[[str], str]) -> Markup:
-    """An element as those of a URDF are."""
-    file, line, column = element.place
-    attributes = {key: value for key, value in element.attributes.items() if ":" not in key}
-    made = Markup(_ODD_TAG.sub("_", element.tag), Place(file.name, line, column), attributes)
-    made.text = uri(element.own_text) if element.tag == "uri" else element.own_text
-    made.extend([_markup(child, uri) for child in element.children])
-    return made

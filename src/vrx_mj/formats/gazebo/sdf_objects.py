@@ -1,24 +1,25 @@
 """Models of Gazebo (SDF) as objects of ours: bodies on joints with their shapes, or a composite of models."""
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
 from vrx_mj.config.search import SCHEME, catalogue, kind_name
-from vrx_mj.config.shapes import MESH_SUFFIXES, Shape, Visual
+from vrx_mj.config.shapes import MESH_SUFFIXES, BuoyancyConfig, BuoyancyElement, Shape, Visual
 from vrx_mj.config.tree import File, Place, Section
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import WATER_DENSITY
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, shortened
-from vrx_mj.formats.gazebo.document import Element, Fate, Note, Report, is_file
+from vrx_mj.formats.gazebo.document import Element, Fate, Note, Report, as_node, is_file
 from vrx_mj.formats.gazebo.erb_docks import is_template, template_content
 from vrx_mj.formats.gazebo.models import Source, has_model, is_installed, model_element, model_name
 from vrx_mj.formats.gazebo.sdf_bodies import Body, Hinge, Tree, mass_of, one_body, tree_of
 from vrx_mj.formats.gazebo.sdf_frames import WORLD, given_pose, pose_of, safe_name
 from vrx_mj.formats.gazebo.sdf_joints import Axis, SdfJoint, read_sdf_joint
 from vrx_mj.formats.gazebo.sdf_links import SHAPES, read_sdf_link, shape_tag, sizes_of
-from vrx_mj.formats.gazebo.sdf_models import Model, as_node, in_world_frame, pose_of_included
+from vrx_mj.formats.gazebo.sdf_models import Model, in_world_frame, pose_of_included
 from vrx_mj.formats.series.pieces import At, located
 from vrx_mj.formats.urdf.elements import Node
 from vrx_mj.formats.urdf.links import ENDLESS, ONE
@@ -67,7 +68,6 @@ def model_section(file: Path, report: Report | None = None) -> Section:
     source = model_element(file)
     content = {"description": f"{source.model.attributes.get('name', 'model')}, a model of Gazebo"}
     content |= _composite(source, kept) if _is_composite(source.model) else _Object(source, file, kept).content()
-    kept.settle()
     section: Section = located(content, source.model.place)
     return section
 
@@ -76,18 +76,17 @@ def _is_composite(model: Element) -> bool:
     """Whether a model is nothing but other models, each of which floats or stands by itself."""
     includes = model.all("include")
     parts = any(one.tag in {"link", "model", "joint"} for one in model.children)
-    apart = not any(one.attribute_switch("merge") for one in includes)
+    merged = any(one.attribute_switch("merge") for one in includes)
+    if not includes or parts or merged:
+        return False
     known = catalogue("objects")
-    return bool(includes) and not parts and apart and not (
-        model.switch("static") and not any(model_name(one) in known for one in includes)
-    )  # fmt: skip
+    return not model.read("static", "switch") or any(model_name(one) in known for one in includes)
 
 
 def _composite(source: Source, report: Report) -> Content:
     """A model that is made of others."""
     known, folder = catalogue("objects"), source.file.absolute().parent
     objects: list[Content] = []
-    counts: dict[str, int] = {}
     for include in in_world_frame(source.model, source.file):
         if isinstance(include, ConfigError):
             raise include
@@ -97,19 +96,15 @@ def _composite(source: Source, report: Report) -> Content:
         if name not in known and not has_model(name, folder):
             report.note(include, "ignored", f"no model of this name: {name}")
             continue
-        own = safe_name(include.text("name") or name)
-        taken = counts.get(own, 0)
-        counts[own] = taken + 1
         model = name if name in known else f"{SCHEME}{name}"
         pose = pose_of(include) if name in known else pose_of_included(include, folder)
-        objects.append(
-            {"name": own if not taken else f"{own}_{taken}", "model": At(model, include.place), "pose": pose}
-        )
+        objects.append({"name": include.text("name") or name, "model": At(model, include.place), "pose": pose})
         report.note(include, "taken over", "`objects`")
     if not objects:
         names = ", ".join(dict.fromkeys(map(model_name, source.model.all("include"))))
         raise source.model.fault(f"none of the models in it is known: {shortened(names)}")
-    return {"objects": objects}
+    own = _distinct([one["name"] for one in objects], first=1)
+    return {"objects": [one | {"name": name} for one, name in zip(objects, own, strict=True)]}
 
 
 class _Object:
@@ -231,7 +226,7 @@ class _Object:
         drag = _drag(plugins[0]) if plugins else {"linear_drag": DRAG[0], "angular_drag": DRAG[1]}
         solids = [[dict(one) for one in own["collisions"] if not isinstance(one, At) and one["type"] in DISPLACING]
                   for own in shapes]  # fmt: skip
-        volume = sum(_volume(one) for own in solids for one in own)
+        volume = sum(BuoyancyElement.model_validate(one).volume for own in solids for one in own)
         mass = sum(weight.mass for body in bodies if (weight := mass_of(body)))
         if mass >= volume * WATER_DENSITY:
             text = f"without buoyancy plugin it sinks ({mass:g} kg, {volume:.3g} m3): `static: true`"
@@ -319,21 +314,13 @@ def buoyancy_of(include: Element, report: Report) -> Content | None:
 def same_buoyancy(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
     """Whether two objects displace the same water and have the same drag; not where the keys of one are wrong."""
     try:
-        return _numbers(one) == _numbers(other)
-    except (AttributeError, KeyError, TypeError, ValueError):
+        first, second = (
+            BuoyancyConfig.model_validate(each).model_dump(exclude={"elements": {"__all__": {"folder"}}})
+            for each in (one, other)
+        )
+    except ValidationError:
         return False
-
-
-def _numbers(buoyancy: Mapping[str, Any]) -> list[Any]:
-    usual = {"fluid_density": WATER_DENSITY, "fluid_level": 0.0, "linear_drag": 0.0, "angular_drag": 0.0}
-    head = [float(buoyancy.get(key, default)) for key, default in usual.items()]
-    return [*head, *map(_shape_numbers, buoyancy["elements"])]
-
-
-def _shape_numbers(shape: Mapping[str, Any]) -> list[Any]:
-    values = [*(shape.get("size") or ()), shape.get("radius"), shape.get("length")]
-    numbers = [float(value) for value in values if value is not None]
-    return [shape["type"], *numbers, *map(float, shape.get("pose") or ZERO)]
+    return first == second
 
 
 def follow_path(element: Element, report: Report) -> Content | None:
@@ -346,27 +333,25 @@ def follow_path(element: Element, report: Report) -> Content | None:
     found: Content = {"loop": _loops(plugin, report)}
     points = []
     for point in (point for group in plugin.all("waypoints") for point in group.all("waypoint")):
-        x, y, *height = point.read_numbers("x y z" if len(point.own_text.split()) == 3 else "x y")
+        x, y, *height = point.value("x y z" if len(point.own_text.split()) == 3 else "x y")
         points.append([x, y])
         if any(height):
             report.note(point, "approximated", "paths are on the water, without its third number")
     if points:
         found["waypoints"] = points
-    for tag, keys in (("circle", ("radius",)), ("line", ("length", "direction"))):
+    for tag in ("circle", "line"):
         shape = plugin.child(tag)
         if shape is not None:
-            found[tag] = shape.given(*keys)
-    return found | ({key: plugin.number(key) for key in ("force", "torque") if plugin.child(key)} if newer else {})
+            found[tag] = shape.fields(tag)
+    return found | (plugin.fields("trajectory follower") if newer else {})
 
 
 def _loops(plugin: Element, report: Report) -> bool:
     """Whether the path begins again at its end; VRX's plugin goes by the presence of a tag alone."""
     forever = plugin.child("loop_forever")
-    if forever is None:
-        return plugin.switch("loop")
-    if not plugin.switch("loop_forever", default=True):
+    if forever is not None and not plugin.read("loop_forever", "switch", True):
         report.note(forever, "ignored", "VRX's plugin loops where this tag is there, whatever it says: remove it")
-    return True
+    return forever is not None or plugin.read("loop", "switch", False)
 
 
 def _is(plugin: Element | Node, word: str) -> bool:
@@ -403,11 +388,11 @@ def _shapeless(part: Node) -> str:
     return f"no shape like <{tag}> here" if tag else "it has no geometry"
 
 
-def _distinct(names: Sequence[str]) -> list[str]:
-    """Names as ours may be, none of which is another's."""
+def _distinct(names: Sequence[str], first: int = 2) -> list[str]:
+    """Names as ours may be, none of which is another's: those that are taken are numbered."""
     found: list[str] = []
     for name in names:
-        own, count = safe_name(name), 1
+        own, count = safe_name(name), first - 1
         while own in found:
             count += 1
             own = f"{safe_name(name)[:56]}_{count}"
@@ -435,10 +420,3 @@ def _drag(plugin: Node) -> Content:
     level = plugin.value("fluid_level", 0.0)
     drag = {key: plugin.value(key, 0.0) for key in ("linear_drag", "angular_drag")}
     return {**density, **({"fluid_level": level} if level else {}), **drag}
-
-
-def _volume(shape: Content) -> float:
-    if shape["type"] == "box":
-        return math.prod(shape["size"])
-    radius = float(shape["radius"])
-    return 4 / 3 * math.pi * radius**3 if shape["type"] == "sphere" else math.pi * radius**2 * float(shape["length"])

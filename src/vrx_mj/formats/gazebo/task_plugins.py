@@ -66,13 +66,8 @@ def marked(plugin: Element) -> Content | None:
     markers = plugin.child("markers")
     if markers is None:
         return None
-    scaling, height = markers.numbers("scaling", "x y z"), markers.number("height")
     color = markers.text("material").rpartition("/")[2].lower()
-    return {
-        **({"scaling": scaling} if scaling else {}),
-        **({"height": height} if height is not None else {}),
-        **({"color": color} if color in COLORS else {}),
-    }
+    return markers.fields("markers") | ({"color": color} if color in COLORS else {})
 
 
 def _named(plugin: Element, own: Content) -> Content:
@@ -85,112 +80,81 @@ def _common(plugin: Element, own: Content) -> Content:
     boat = plugin.text("vehicle")
     found: Content = {"boat": boat} if boat and boat != BOAT else {}
     for tag, (theirs, ours) in STATES.items():
-        value = plugin.number(tag, theirs)
+        value = plugin.read(tag, default=theirs)
         if value != ours:
             found[tag] = value
-    buffer = plugin.number("collision_buffer", BUFFER)
+    buffer = plugin.read("collision_buffer", default=BUFFER)
     usual = 10.0 if own["type"] in {"navigation_course", "follow_path", "wildlife"} else BUFFER
     return found | ({"collision_buffer": buffer} if buffer != usual else {})
 
 
-def _one_of(element: Element, *tags: str) -> str:
-    """The text of the first of these elements that has one."""
-    text = next(filter(None, map(element.text, tags)), "")
-    if not text:
-        raise element.fault("required, but missing", f"<{tags[0]}>")
-    return text
+def _by_rows(plugin: Element, *_: object) -> Content:
+    """A task that has a row for each key."""
+    kind = kind_of(plugin) or ""
+    return {"type": kind.replace("acoustic", "acoustic_"), **plugin.fields(kind)}
 
 
-def _goal(plugin: Element, tag: str) -> list[float] | None:
-    found = plugin.child(tag)
-    return found.read_numbers("latitude longitude yaw") if found is not None else None
-
-
-def _stationkeeping(plugin: Element, _: object, __: object) -> Content:
+def _stationkeeping(plugin: Element, *_: object) -> Content:
     name = plugin.text("task_name")
+    found = plugin.fields("stationkeeping")
+    usual = {"goal_cart"} if "goal" in found else set[str]()
+    usual |= {"heading"} if found.get("heading") else set()
     kind = name if name in {"stationkeeping", "station_keeping"} else "stationkeeping"
-    geodetic, local = _goal(plugin, "goal_pose"), plugin.numbers("goal_pose_cart", "x y yaw")
-    goal = {"goal": geodetic} if geodetic else {"goal_cart": local} if local else {}
-    heading = plugin.switch("head_error_on", default=True)
-    return {"type": kind, **goal, **({} if heading else {"heading": False})}
+    return {"type": kind, **{key: value for key, value in found.items() if key not in usual}}
 
 
-def _wayfinding(plugin: Element, _: object, __: object) -> Content:
+def _wayfinding(plugin: Element, *_: object) -> Content:
     points = [point for group in plugin.all("waypoints") for point in group.all("waypoint")]
-    poses = [_goal(point, "pose") for point in points]
+    poses = [point.read("pose", "latitude longitude yaw") for point in points]
     if not poses or None in poses:
         raise plugin.fault("each <waypoint> of <waypoints> needs a <pose>", "waypoints")
     return {"type": "wayfinding", "waypoints": poses}
 
 
-def _perception(plugin: Element, _: object, __: object) -> Content:
+def _perception(plugin: Element, *_: object) -> Content:
     shown = [thing for group in plugin.all("object_sequence") for thing in group.all("object")]
-    loops = {"loop_forever": True} if plugin.switch("loop_forever") else {}
+    loops = {"loop_forever": True} if plugin.read("loop_forever", "switch") else {}
     return {"type": "perception", "objects": [At(_object(thing), thing.place) for thing in shown], **loops}
 
 
 def _object(thing: Element) -> Content:
-    pose = thing.numbers("pose", "x y z roll pitch yaw")
-    if pose is None or not thing.text("name"):
-        raise thing.fault("<name> and <pose> are required")
-    kind = {"type": thing.text("type")} if thing.text("type") else {}
-    return {**kind, "name": thing.text("name"), **thing.given("time", "duration"), "pose": pose}
+    for tag in ("name", "pose"):
+        thing.needed(tag)
+    return thing.fields("perception object")
 
 
-def _navigation(plugin: Element, _: object, __: object) -> Content:
-    counted = any(plugin.child(tag) is not None for tag in ("points_per_gate_crossed", "bonus"))
-    by_points = counted or plugin.text("task_name") == "follow_path"
-    kind = "follow_path" if by_points else "navigation_course"
-    points = plugin.given("points_per_gate_crossed", "bonus") if by_points else {}
-    return {"type": kind, **_channel(plugin), **points}
+def _navigation(plugin: Element, *_: object) -> Content:
+    points = plugin.fields("navigation points")
+    by_points = bool(points) or plugin.text("task_name") == "follow_path"
+    return {"type": "follow_path" if by_points else "navigation_course", **_channel(plugin), **points}
 
 
 def _channel(plugin: Element) -> Content:
     course = {"course": plugin.text("course_name")} if plugin.text("course_name") else {}
     gates = [gate for group in plugin.all("gates") for gate in group.all("gate")]
-    pairs = [At([_one_of(gate, f"{side}_marker") for side in ("left", "right")], gate.place) for gate in gates]
-    return {**course, **({"gates": pairs} if pairs else {}), **plugin.given("obstacle_penalty")}
+    pairs = [At([gate.needed(f"{side}_marker") for side in ("left", "right")], gate.place) for gate in gates]
+    return {**course, **({"gates": pairs} if pairs else {}), **plugin.fields("gymkhana")}
 
 
 def _gymkhana(plugin: Element, plugins: Sequence[Element], _: object) -> Content:
     channel = next((one for one in plugins if kind_of(one) == "navigation"), None)
-    pinger = plugin.numbers("pinger_position", "x y z")
-    if channel is None or pinger is None:
-        raise plugin.fault("a gymkhana needs a navigation scoring plugin and a <pinger_position>")
-    course = _channel(channel) | channel.given("collision_buffer")
-    return {"type": "gymkhana", "channel": course, "pinger": pinger, **plugin.given("obstacle_penalty")}
+    if channel is None:
+        raise plugin.fault("a gymkhana needs a navigation scoring plugin")
+    course = _channel(channel) | channel.fields("gymkhana channel")
+    pinger = plugin.needed("pinger_position", "x y z")
+    return {"type": "gymkhana", "channel": course, "pinger": pinger, **plugin.fields("gymkhana")}
 
 
-def _wildlife(plugin: Element, _: object, __: object) -> Content:
+def _wildlife(plugin: Element, *_: object) -> Content:
     buoys = [buoy for group in plugin.all("buoys") for buoy in group.all("buoy")]
     animals = [At(_animal(buoy), buoy.place) for buoy in buoys]
-    rate = plugin.number("publication_frequency")
-    return {
-        "type": "wildlife",
-        "animals": animals,
-        **plugin.given("engagement_distance", "time_bonus"),
-        **({} if rate is None else {"publication_rate": rate}),
-    }
+    return {"type": "wildlife", "animals": animals, **plugin.fields("wildlife")}
 
 
 def _animal(buoy: Element) -> Content:
-    name = _one_of(buoy, "model_name", "name", "link_name").partition("::")[0]
-    return {"name": name, "goal": _one_of(buoy, "goal")}
+    return {"name": buoy.needed("model_name|name|link_name").partition("::")[0], "goal": buoy.needed("goal")}
 
 
-def _acoustic_perception(plugin: Element, _: object, __: object) -> Content:
-    pinger = plugin.numbers("pinger_position", "x y z")
-    if pinger is None:
-        raise plugin.fault("<pinger_position> is required")
-    return {"type": "acoustic_perception", "pinger": pinger, **plugin.given("goal_tolerance")}
-
-
-def _acoustic_tracking(plugin: Element, _: object, __: object) -> Content:
-    name = plugin.text("pinger_model") or "pinger"
-    return {"type": "acoustic_tracking", "pinger": name, **plugin.given("pinger_depth", "obstacle_penalty")}
-
-
-POINTS = ("color_bonus_points", "dock_bonus_points", "correct_dock_bonus_points")
 LIGHT = "robotx_light_buoy"
 """The light buoy that a task sets; VRX 3's have fixed colours."""
 HOLES = (("big", 5.0), ("small", 10.0))
@@ -212,14 +176,12 @@ def _scan_dock(plugin: Element, _: object, objects: Sequence[Mapping[str, Any]])
     if light is not None:
         found["light_buoy"] = light["name"]
     colors = [plugin.text(f"color_{i}").lower() for i in (1, 2, 3)]
-    checker = plugin.switch("enable_color_checker") if plugin.text("enable_color_checker") else None
     bays = [bay for group in plugin.all("bays") for bay in group.all("bay")]
-    stay = next((bay.number("min_dock_time") for bay in bays if bay.child("min_dock_time")), None)
+    stay = next((bay.read("min_dock_time") for bay in bays if bay.child("min_dock_time")), None)
     return {
         **found,
         **({"color_sequence": colors} if all(colors) else {}),
-        **({} if checker is None else {"enable_color_checker": checker}),
-        **plugin.given(*POINTS),
+        **plugin.fields("scandock"),
         **({} if stay is None else {"min_dock_time": stay}),
         "bays": [At(_bay(bay), bay.place) for bay in bays],
         **_targets(targets, len(bays)),
@@ -234,20 +196,18 @@ def _targets(targets: Sequence[Element], bays: int) -> Content:
 
 
 def _bay(bay: Element) -> Content:
-    allowed = bay.switch("dock_allowed", default=bay.switch("correct_dock"))
-    name = {"name": bay.text("name")} if bay.text("name") else {}
-    return {**name, "symbol": bay.text("symbol") or "blue_circle", **({"dock_allowed": True} if allowed else {})}
+    return {key: value for key, value in bay.fields("bay").items() if value is not False}
 
 
 def _target(target: Element) -> Content:
     found = _HOLE.search(target.text("topic"))
     if found is None:
         raise target.fault("expected the topic of a hole, as vrx/dock_2022_placard1_big_hole/contain", "topic")
-    return {"bay": int(found[1]), "size": found[2], "points": target.number("bonus_points", 0.0)}
+    return {"bay": int(found[1]), "size": found[2], "points": target.read("bonus_points", default=0.0)}
 
 
 _TASKS: Mapping[str, Callable[[Element, Sequence[Element], Sequence[Mapping[str, Any]]], Content]] = {
-    "acousticperception": _acoustic_perception, "acoustictracking": _acoustic_tracking, "gymkhana": _gymkhana,
+    "acousticperception": _by_rows, "acoustictracking": _by_rows, "gymkhana": _gymkhana,
     "navigation": _navigation, "perception": _perception, "scandock": _scan_dock,
     "stationkeeping": _stationkeeping, "wayfinding": _wayfinding, "wildlife": _wildlife,
 }  # fmt: skip

@@ -1,8 +1,9 @@
 """A world of Gazebo, of either generation of VRX, as a world's file of ours."""
 
+import itertools
 import math
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeGuard
@@ -15,7 +16,8 @@ from vrx_mj.config.tree import File, Place, Section
 from vrx_mj.config.wording import shown
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning, first_lines, nearest, shortened
-from vrx_mj.formats.gazebo.document import STRICT, Element, Note, Report, read_document
+from vrx_mj.formats.gazebo import surroundings
+from vrx_mj.formats.gazebo.document import STRICT, Element, Note, Report, as_node, read_document
 from vrx_mj.formats.gazebo.erb_docks import is_template
 from vrx_mj.formats.gazebo.models import (
     NO_MODEL,
@@ -26,12 +28,12 @@ from vrx_mj.formats.gazebo.models import (
     model_file,
     model_name,
     read_ahead,
+    version_of,
 )
 from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat, read_boat
 from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
-from vrx_mj.formats.gazebo.sdf_models import INSIDE, as_node, in_world_frame, pose_of_included
+from vrx_mj.formats.gazebo.sdf_models import INSIDE, in_world_frame, pose_of_included
 from vrx_mj.formats.gazebo.sdf_objects import buoyancy_of, follow_path, model_section, same_buoyancy
-from vrx_mj.formats.gazebo.surroundings import georeference, published_sea, scene, view, wave_field, wave_plugin, wind
 from vrx_mj.formats.gazebo.task_plugins import kind_of, marked, task_of, unread
 from vrx_mj.formats.series.pieces import SYMBOLS, At, Piece, assembled, base_objects, located, named_as, thing
 from vrx_mj.formats.urdf.tags import losses
@@ -54,7 +56,7 @@ WINDS = {"usvgazebowindplugin", "usvwind"}
 """Files of VRX's wind plugins, as `_file` gives them."""
 PLATFORMS = {"platform", "articulated_platform"}
 """What holds a boat of VRX 3 until its task is ready: a lock, which is the task's here."""
-ONCE = {"scene", "gui", "spherical_coordinates", "gravity", "physics"}
+ONCE = {"scene", "gui", "spherical_coordinates", "gravity", "physics", "wind"}
 """Elements of which a world has one: in Gazebo the first, here in a xacro the last <scene>, as macros make one."""
 NO_BOATS = "none"
 """Name of the fleet without boats."""
@@ -74,8 +76,8 @@ TOPICS = {
 """Elements of a wind plugin that name topics, and the names that these have here."""
 MOST_HINTS = 100
 """Unknown names of models for which a known one is guessed."""
-ROUNDS = 20
-"""How often a world is read again without the parts that could not be read."""
+CANDIDATES = 20
+"""Parts of one kind that are tried, one after the other, where a world has one of them."""
 SHOWN = 6
 """Notes that a warning lists."""
 
@@ -88,6 +90,8 @@ class GazeboWorld:
 
     name: str
     section: Section
+    whole: Section
+    """The same with a name; unless `STRICT` says otherwise on top of the world that it extends, and validated."""
     notes: tuple[Note, ...]
     fleet: Section | str | None = None
     """The boats that are in the world, as a fleet's file says them; without any "none", or None for that of a world of
@@ -113,31 +117,44 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
         raise world.fault("the path of the file has a '#', which stands for what follows it, a model: rename it")
     hold_models(file, root)
     read_ahead(root, file.parent)
-    known = catalogue("objects")
-    return world_of(file, root, world, known) if STRICT.get() else _readable_world(file, root, world, known)
+    known, unread = catalogue("objects"), list[Note]()
+    for turn in itertools.count():
+        reader = _Reader(file, root, world, known, unread)
+        try:
+            return reader.world() if STRICT.get() else _validated(reader.world())
+        except ConfigError as error:
+            parts = {problem: part for problem in error.problems if (part := reader.part_of(problem))}
+            if STRICT.get() or len(parts) < len(error.problems):
+                raise
+        unread += [_unread(problem, part) for problem, part in parts.items()]
+        more = _alike(world, parts.values()) if turn >= CANDIDATES else []
+        unread += [
+            Note(one.place, one.label, "not read", f"{CANDIDATES} others of its kind cannot be read") for one in more
+        ]
+        left = {id(part) for part in (*parts.values(), *more)}
+        world = replace(world, children=tuple(child for child in world.children if id(child) not in left))
+    raise AssertionError("a world without parts can be read")
 
 
-def _readable_world(
-    file: Path, root: Element, world: Element, known: Mapping[str, Path], rounds: int = ROUNDS
-) -> GazeboWorld:  # fmt: skip
-    """A world without the parts that cannot be read, which are notes. Raises ConfigError."""
-    reader = _Reader(file, root, world, known)
-    try:
-        found = reader.world()
-        with warnings.catch_warnings(action="ignore", category=VrxWarning):  # said again where it is loaded
-            validated(WorldConfig, read_source("worlds", found.section), Loading(), name=found.name)
-        return found
-    except ConfigError as error:
-        parts = {problem: reader.part_of(problem) for problem in error.problems}
-        if None in parts.values() or not rounds:
-            raise
-    left = tuple(child for child in world.children if not any(child is part for part in parts.values()))
-    unread = [
-        Note(Place(File(one.file, None), one.line, one.column), one.key or part.label, "not read", one.message)
-        for one, part in parts.items() if part
-    ]  # fmt: skip
-    found = _readable_world(file, root, replace(world, children=left), known, rounds - 1)
-    return replace(found, notes=(*unread, *found.notes))
+def _validated(found: GazeboWorld) -> GazeboWorld:
+    """A world, validated; what it warns of is said if nothing is wrong with it. Raises ConfigError."""
+    whole = read_source("worlds", found.whole)
+    with warnings.catch_warnings(record=True, action="always") as said:
+        whole.model = validated(WorldConfig, whole, Loading())
+    for message in {str(one.message): one.message for one in said}.values():
+        warnings.warn(message, stacklevel=3)
+    return replace(found, whole=whole)
+
+
+def _unread(problem: Problem, part: Element) -> Note:
+    place = Place(File(problem.file, None), problem.line, problem.column)
+    return Note(place, problem.key or part.label, "not read", problem.message)
+
+
+def _alike(world: Element, parts: Iterable[Element]) -> list[Element]:
+    """The other parts of a world of the kinds of some, but for models: of each kind one counts, if it can be read."""
+    kinds = {(one.tag, _file(one)) for one in parts if one.tag not in INSIDE}
+    return [one for one in world.children if (one.tag, _file(one)) in kinds and not any(one is part for part in parts)]
 
 
 def world_of(file: Path, root: Element, world: Element, known: Mapping[str, Path]) -> GazeboWorld:
@@ -149,7 +166,7 @@ def world_document(source: str | Path) -> tuple[Section, str]:
     """What the file of a world of Gazebo says, and the world's name."""
     found = gazebo_world(path_of("worlds", source))
     warn_of_losses(found.notes, str(source), stacklevel=5)
-    return read_source("worlds", found.section), found.name
+    return read_source("worlds", found.whole), found.name
 
 
 def warn_of_losses(notes: Sequence[Note], source: str, *, stacklevel: int) -> None:
@@ -179,12 +196,14 @@ def _no_world(file: Path, root: Element) -> Any:
 class _Reader:
     """One world being read: its pieces so far, and what became of the parts of the file."""
 
-    def __init__(self, file: Path, root: Element, world: Element, known: Mapping[str, Path]) -> None:
+    def __init__(
+        self, file: Path, root: Element, world: Element, known: Mapping[str, Path], notes: Iterable[Note] = ()
+    ) -> None:  # fmt: skip
         self.file = file
         self.root = world
         first = root.child("world") or root
         self.others = [one for one in root.children if one is not first] if first is not root else []
-        self.report = Report()
+        self.report = Report([*notes])
         self.parts: dict[Problem, Element] = {}
         """What each problem is in."""
         self.pieces: list[Piece] = []
@@ -214,7 +233,9 @@ class _Reader:
         place = self.root.place
         name = self.root.attributes.get("name") or self.file.name.partition(".")[0]
         section = assembled({"description": f"{shortened(self.file.name)}, a world of Gazebo"}, place, self.pieces)
-        return GazeboWorld(safe_name(name), section, tuple(self.report.notes), self.fleet(safe_name(name)))
+        name = safe_name(name)
+        whole = section.holding({"name": name, **section})
+        return GazeboWorld(name, section, whole, tuple(self.report.notes), self.fleet(name))
 
     def fleet(self, name: str) -> Section | str | None:
         """The boats, under the name of the world."""
@@ -260,9 +281,7 @@ class _Reader:
         """Take over one element of the world."""
         if self.is_second(element.tag, element):
             return
-        self.report.lose(
-            losses(as_node(replace(self.root, attributes={}, children=(element,))).element, "world", "world")
-        )
+        self.lose(replace(self.root, attributes={}, children=(element,)))
         if element.tag in _TAKE:
             _TAKE[element.tag](self, element)
 
@@ -315,48 +334,44 @@ class _Reader:
         if ours is None and not has_model(name, self.file.parent):
             self.report.note(element, "ignored", f"no model named '{name}'; {self.hint(name)}")
             return
-        if ours is None and self.has_other(element, name):
-            return
+        source = f"{SCHEME}{name}"
+        if ours is None:
+            if name not in self.models:
+                file = model_file(source, self.file.parent)
+                self.models[name] = None if is_template(file) else model_element(file).model
+            model = self.models[name]
+            if model is not None and not self.is_object(element, model, name, source):
+                return
         numbered = element.child("name") is not None and not element.text("name")  # as `insert_model` has it
         own = None if numbered else At(safe_name(element.text("name") or named_as(name)), element.place)
         pose = pose_of(element) if ours else pose_of_included(element, self.file.parent)
         content = thing(At(ours or name, element.place), pose, own)
         if ours is None:
-            model = f"{self.file.name}#{included_name(element)}" if element.child("static") else f"{SCHEME}{name}"
-            content["model"] = At(model, element.place)
-            self.tell(model, self.file.parent)
+            source = f"{self.file.name}#{included_name(element)}" if element.child("static") else source
+            content["model"] = At(source, element.place)
+            self.tell(source, self.file.parent)
         path = follow_path(element, self.report)
         if path is not None:
             content["path"] = At(path, element.place)
         self.placed.append((element, content))
 
-    def has_other(self, element: Element, name: str) -> bool:
-        """Whether the model of a folder is the water, a boat or no body, and not an object: that is taken over."""
-        if name not in self.models:
-            file = model_file(f"{SCHEME}{name}", self.file.parent)
-            self.models[name] = None if is_template(file) else model_element(file).model
-        model = self.models[name]
-        if model is None:
+    def is_object(self, element: Element, model: Element, name: str, source: str) -> bool:
+        """Whether a model is an object; the water, a boat, and what has no body are taken over here."""
+        if self.take_water(element, model, name):
             return False
-        if self.take_water(element, model, name) or self.lacks_body(element, model):
-            return True
-        if element.switch("static") or not is_boat(model):
-            return False
-        self.add_boat(element, element.text("name") or name, f"{SCHEME}{name}")
-        return True
-
-    def lacks_body(self, element: Element, model: Element) -> bool:
-        """Whether a model has no links, which is noted."""
-        found = not any(one.tag in {"link", *INSIDE} for one in model.children)
-        if found:
+        if not any(one.tag in {"link", *INSIDE} for one in model.children):
             self.report.note(element, "ignored", "a model without links has no body")
-        return found
+            return False
+        if element.read("static", "switch") or not is_boat(model):
+            return True
+        self.add_boat(element, element.text("name") or name, source)
+        return False
 
     def take_water(self, element: Element, model: Element, name: str) -> bool:
         """Take over a model that is the water, with its waves; False: it is another."""
-        waves = wave_plugin(model)
+        waves = surroundings.wave_plugin(model)
         if waves is not None:
-            sea = wave_field(waves)
+            sea = surroundings.wave_field(waves)
             ours = f"`sea`{', fully raised by that wind' * (sea['model'] == 'pm')}"
             self.add_piece("sea", waves if model is element else element, {"sea": sea}, ours)
         elif name in WATER:
@@ -406,18 +421,13 @@ class _Reader:
     def take_model(self, element: Element) -> None:
         """Take over a model that is written into the world."""
         name = element.attributes.get("name", "")
-        if self.take_water(element, element, name):
-            return
-        if not name:
+        source = f"{self.file.name}#{name}"
+        if not name and surroundings.wave_plugin(element) is None:
             raise element.fault("required, but missing", "name")
-        if self.lacks_body(element, element):
+        if not self.is_object(element, element, name, source):
             return
-        model = f"{self.file.name}#{name}"
-        if is_boat(element):
-            self.add_boat(element, name, model)
-            return
-        self.tell(model, self.file.parent)
-        content = {"name": safe_name(name), "model": At(model, element.place), "pose": pose_of(element)}
+        self.tell(source, self.file.parent)
+        content = {"name": safe_name(name), "model": At(source, element.place), "pose": pose_of(element)}
         self.placed.append((element, content))
 
     def take_plugin(self, element: Element) -> None:
@@ -425,19 +435,29 @@ class _Reader:
         file = _file(element)
         if kind_of(element):
             self.scoring.append(element)
-        elif file.removeprefix("lib").removesuffix(".so") in WINDS:
-            self.add("wind", element, wind(element))
+        elif _is_wind(element):
+            self.add("wind", element, surroundings.wind(element))
             self.note_wind(element)
         elif "publisherplugin" in file:
-            self.add("sea", element, published_sea(element), "it publishes what nothing here listens to")
+            self.add("sea", element, surroundings.published_sea(element), "it publishes what nothing here listens to")
         elif "contain" in file or element.child("performer"):
             self.report.note(element, "taken over", "zones of the task's dock")
         elif "wind-effects" in file:
-            self.report.note(element, "ignored", "Gazebo's own wind, which VRX's boats do not feel")
+            self.report.note(element, "ignored", "<wind> blows without gusts, on boats alone")
         elif file.startswith(("gz-sim", "libgz-sim", "ignition-gazebo")):
             self.report.note(element, "taken over", "every world has it")
         else:
             self.report.note(element, "ignored", "no such plugin here")
+
+    def take_wind(self, element: Element) -> None:
+        """Take over the wind of gz-sim, which acts on boats with sails, areas or coefficients."""
+        plugin = next((one for one in self.root.all("plugin") if _is_wind(one)), None)
+        if plugin is not None:
+            self.report.note(element, "ignored", f"the wind is that of the plugin on line {plugin.place.line}")
+            return
+        if element.read("linear_velocity", "x y z", (0.0,))[-1]:
+            self.report.note(element, "approximated", "it blows level, without its third number")
+        self.add("wind", element, surroundings.mean_wind(element), "it is calm")
 
     def note_wind(self, element: Element) -> None:
         """Note links that boats have no more, and topics of other names."""
@@ -456,7 +476,7 @@ class _Reader:
         """Take over the physics, as far as it is not ours; older files have gravity in it."""
         for gravity in element.all("gravity")[:1]:
             self.take_gravity(gravity)
-        step = element.number("max_step_size")
+        step = element.read("max_step_size")
         usual = 0.004 if self.newer else 0.01
         if step is None or step == usual:
             self.report.note(element, "taken over", f"`physics`: a step of {usual:g} s")
@@ -465,7 +485,7 @@ class _Reader:
 
     def take_gravity(self, element: Element) -> None:
         """Take over gravity."""
-        x, y, z = element.read_numbers("x y z")
+        x, y, z = element.value("x y z")
         if z > 0 or math.hypot(x, y) > STEEP * -z:
             raise element.fault(f"gravity must point down, got {shown(element.own_text)}")
         if x or y:
@@ -479,34 +499,34 @@ class _Reader:
         if not extended:
             profile = NEWER if self.newer else CLASSIC
             self.pieces.insert(0, Piece("physics", profile, self.root.place, (), {"physics": {"profile": profile}}))
-        objects = [content for _, content in self.placed]
+        others: list[tuple[Element, Content]] = []
         for element, content in self.placed:
             if any(_same(content, one) for one in base):
                 self.report.note(element, "taken over", "part of the world that this one extends")
-                objects.remove(content)
             else:
                 self.report.note(element, "taken over", "`objects`")
-        self.check_names(objects, base)
+                others.append((element, content))
+        self.check_names(others, base)
+        objects = [content for _, content in others]
         if objects:
             self.pieces.append(Piece("objects", "objects", self.root.place, ("objects",), {"objects": objects}))
         if self.scoring:
             self.add_task(objects)
 
-    def check_names(self, objects: Sequence[Content], base: Sequence[Section]) -> None:
+    def check_names(self, placed: Iterable[tuple[Element, Content]], base: Sequence[Section]) -> None:
         """Keep the problem of each model whose name another one has already, in the world or in its base."""
         first: dict[str, str] = {}
         if self.terrain is not None:
             where = f"is part of the terrain on line {self.terrain.place.line}"
             first = {str(one["name"]): where for one in base if "name" in one}
-        labels = {id(content): element for element, content in self.placed}
-        things = [(labels[id(content)], content["name"]) for content in objects if "name" in content]
+        things = [(element, content["name"]) for element, content in placed if "name" in content]
         for element, said in sorted([*things, *self.afloat], key=lambda one: one[0].place.line or 0):
-            name = str(_plain(said))
+            name, is_included = str(_plain(said)), element.tag == "include"
             if name in first:
-                text = f"a model named '{name}' {first[name]} already: give one another {_naming(element)}"
+                key = "<name>" if is_included else "name"
+                text = f"a model named '{name}' {first[name]} already: give one another {key}"
                 self.report.problems += element.fault(text).problems
-            verb = "included" if element.tag == "include" else "defined"
-            first.setdefault(name, f"is {verb} on line {element.place.line}")
+            first.setdefault(name, f"is {'included' if is_included else 'defined'} on line {element.place.line}")
 
     def base(self) -> list[Section]:
         """Extend the world that has this one's terrain, and return the objects that it brings."""
@@ -544,12 +564,8 @@ class _Reader:
 
 def _is_newer(root: Element) -> bool:
     """Whether a world is one of gz-sim: by its version of SDF, or by its plugins."""
-    try:
-        version = tuple(int(part) for part in root.attributes.get("version", "").split("."))
-    except ValueError:
-        version = ()
-    plugins = (one for one in root.walk() if one.tag == "plugin")
-    return version >= GZ_SIM or any(one.attributes.get("name", "").startswith(("gz::", "vrx::")) for one in plugins)
+    names = (one.attributes.get("name", "") for one in root.walk() if one.tag == "plugin")
+    return version_of(root) >= GZ_SIM or any(name.startswith(("gz::", "vrx::")) for name in names)
 
 
 def _same(content: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
@@ -560,11 +576,6 @@ def _same(content: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
     return all(abs(a - b) <= CLOSE for a, b in zip(ours, theirs, strict=True))
 
 
-def _naming(element: Element) -> str:
-    """Where an element has the name of its model."""
-    return "<name>" if element.tag == "include" else "name"
-
-
 def _plain(value: Any) -> Any:
     return value.value if isinstance(value, At) else value
 
@@ -573,11 +584,17 @@ def _file(element: Element) -> str:
     return element.attributes.get("filename", "").lower().replace("_", "")
 
 
+def _is_wind(plugin: Element) -> bool:
+    """Whether a plugin is VRX's wind."""
+    return _file(plugin).removeprefix("lib").removesuffix(".so") in WINDS
+
+
 _SURROUNDINGS: Mapping[str, tuple[str, Callable[[Element], object]]] = {
-    "scene": ("scene", scene), "gui": ("camera", view), "spherical_coordinates": ("georeference", georeference),
+    "scene": ("scene", surroundings.scene), "gui": ("camera", surroundings.view),
+    "spherical_coordinates": ("georeference", surroundings.georeference),
 }  # fmt: skip
 _TAKE: Mapping[str, Callable[[_Reader, Element], None]] = {
     "include": _Reader.take_include, "model": _Reader.take_model, "plugin": _Reader.take_plugin,
-    "physics": _Reader.take_physics, "gravity": _Reader.take_gravity,
+    "physics": _Reader.take_physics, "gravity": _Reader.take_gravity, "wind": _Reader.take_wind,
     **dict.fromkeys(_SURROUNDINGS, _Reader.take_surroundings),
 }  # fmt: skip

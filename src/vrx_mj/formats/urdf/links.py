@@ -27,6 +27,8 @@ SLIGHT = 1.1
 THIN, ROUNDED = 1e-6, 1e-12
 """Squares [m2] of radii of gyration, 1 mm and 1 um: moments off by less come of rounding, and are no error; or are
 not worth a word."""
+LAST_DIGITS = 1e-7
+"""Moments [kg m2] that are off by less come of rounding, however light the link: files write seven decimals."""
 ONE = (1.0, 1.0, 1.0)
 """Scale of a mesh that is drawn as it is."""
 ANY_MESH = "mesh.obj"
@@ -138,9 +140,9 @@ def check_inertia(node: Node, name: str, values: tuple[float, ...], around: Surr
     low, middle, high = moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).tolist()
     words = ", ".join(f"{moment:.6g}" for moment in moments)
     if low < -ROUNDED * mass:
-        around.impossible.append((node, name, low < -max(1e-9 * high, THIN * mass), f"{words} kg m2"))
+        around.impossible.append((node, name, low < -max(1e-9 * high, THIN * mass, LAST_DIGITS), f"{words} kg m2"))
     elif high - low - middle > max(1e-6 * (low + middle), ROUNDED * mass) and (mass, *tensor[:3]) != VRX_IMU:
-        far = high - low - middle > max((SLIGHT - 1.0) * (low + middle), THIN * mass)
+        far = high - low - middle > max((SLIGHT - 1.0) * (low + middle), THIN * mass, LAST_DIGITS)
         more = "and the largest is more than the sum of the other two"
         around.impossible.append((node, name, far, f"{words} kg m2, {more}"))
 

@@ -114,6 +114,12 @@ def test_a_negative_moment_of_rounding_is_the_least_there_is():
     validated(ObjectConfig, found, Loading())
 
 
+def test_a_negative_moment_of_rounding_refuses_no_light_model():
+    found, _ = read(link(0.01, (-3.5e-8, 2e-6, 2e-6, 0.0, 0.0, 0.0), name="l0") + FLOAT)
+    assert min(found["inertia"]) == pytest.approx(1e-9)
+    validated(ObjectConfig, found, Loading())
+
+
 def test_a_link_without_inertial_has_one_kilogram():
     found, _ = read('<link name="l0"/>' + FLOAT)
     assert (found["mass"], list(found["inertia"])) == (1.0, [1.0, 1.0, 1.0])

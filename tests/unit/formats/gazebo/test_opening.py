@@ -310,4 +310,6 @@ def test_a_world_of_gazebo_without_boats_gets_none(arguments):
 def test_a_world_of_gazebo_with_a_terrain_of_vrx_keeps_the_boat_at_its_spawn_pose():
     terrain = "<include><uri>model://sandisland</uri></include>"
     written(bay_dot_world=f'<sdf version="1.6"><world name="bay">{terrain}</world></sdf>')
-    assert opened("bay.world", None, {}) == ("bay.world", None)
+    with pytest.warns(VrxWarning, match="`extends: sand_island`, which has post_0, too"):
+        world, fleet = opened("bay.world", None, {})
+    assert (world["name"], world["terrain"], fleet) == ("bay", "sand_island", None)

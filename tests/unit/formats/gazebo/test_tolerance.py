@@ -4,7 +4,10 @@ from pathlib import Path
 
 import pytest
 
+import vrx_mj
+from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError
+from vrx_mj.formats.gazebo.document import STRICT
 from vrx_mj.formats.gazebo.worlds import gazebo_world
 
 
@@ -58,3 +61,51 @@ def test_an_include_of_what_is_no_model_names_its_file(files, line):
     with pytest.raises(ConfigError) as caught:
         said("<include><uri>model://x</uri></include>")
     assert line in str(caught.value)
+
+
+WIND = '<plugin filename="libusv_gazebo_wind_plugin.so"><wind_mean_velocity>{}</wind_mean_velocity></plugin>'
+POINT = "<waypoints><waypoint><pose>{} 150 0</pose></waypoint></waypoints>"
+TASK = f'<plugin filename="libwayfinding_scoring_plugin.so">{POINT}</plugin>'
+KINDS = {
+    "task": (TASK.format("x"), TASK.format(-33)),
+    "wind": (WIND.format(-3), WIND.format(5)),
+    "physics": ("<gravity>0 0 x</gravity>", "<gravity>0 0 -9</gravity>"),
+}
+"""Parts of a world of which one counts, by our key: one that cannot be read, and one that can."""
+
+
+@pytest.fixture
+def tolerant():
+    """Parts that cannot be read are notes."""
+    token = STRICT.set(False)
+    yield
+    STRICT.reset(token)
+
+
+@pytest.mark.parametrize("key", KINDS)
+@pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
+def test_any_number_of_broken_parts_is_told_and_the_rest_is_read(key, tolerant):
+    broken, _ = KINDS[key]
+    found = said(broken * 300 + KEPT.format("", SHAPE, ""))
+    assert [note.fate for note in found.notes].count("not read") == 300
+    assert [one["name"] for one in found.section["objects"]] == ["m"]
+
+
+@pytest.mark.parametrize("key", KINDS)
+@pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
+def test_the_one_that_can_be_read_counts(key, tolerant):
+    """Of tasks and elements the first, of winds the last."""
+    broken, good = KINDS[key]
+    found = said(f"<spherical_coordinates/>{broken}{broken}{good}{broken}")
+    assert key in found.section
+    assert [note.fate for note in found.notes].count("not read") == (1 if key == "wind" else 2)
+
+
+@pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
+def test_a_world_is_validated_once(tolerant, monkeypatch):
+    seen, faults = [], WorldConfig._faults
+    monkeypatch.setattr(WorldConfig, "_faults", lambda world: seen.append(world.name) or faults(world))
+    said(KEPT.format("", SHAPE, ""))
+    seen.clear()
+    vrx_mj.compile_world("bay.world", fleet="none")
+    assert seen == ["bay"]

@@ -321,7 +321,7 @@ def test_undeclared_prefixes_of_gazebo_are_declared():
     ('filename="libusv_gazebo_wind_plugin.so"', None),
     ('filename="libUSVWind.so" name="vrx::USVWind"', None),
     ('filename="gz-sim-wind-effects-system" name="gz::sim::systems::WindEffects"',
-     "<plugin> 'gz::sim::systems::WindEffects' ignored: Gazebo's own wind, which VRX's boats do not feel"),
+     "<plugin> 'gz::sim::systems::WindEffects' ignored: <wind> blows without gusts, on boats alone"),
     ('filename="libwindow_recorder.so" name="recorder"', "<plugin> 'recorder' ignored: no such plugin here"),
 ])  # fmt: skip
 def test_only_the_wind_plugins_of_vrx_are_its_wind(plugin, loss):
@@ -410,29 +410,29 @@ def scoring(kind, body):
         (
             ('<model name="w"><plugin filename="libWavefieldModelPlugin.so"><wave><number>3.7</number></wave></plugin>'
             "</model>"),
-            "<wave> / number: expected a whole number, got '3.7'",
+            "<number>: expected a whole number, got '3.7'",
         ),
         (
             WIND.replace("<random_seed>7<", "<random_seed>7.5<"),
-            "<plugin> / random_seed: expected a whole number, got '7.5'",
+            "<random_seed>: expected a whole number, got '7.5'",
         ),
         (
             ('<plugin filename="PublisherPlugin"><message topic="/vrx/wavefield/parameters">'
             'key: "number" value: {int_value: 2.5}</message></plugin>'),
-            "<message> / number: expected a whole number, got '2.5'",
+            "<number>: expected a whole number, got '2.5'",
         ),
         (
             scoring("stationkeeping", "<goal_pose_cart>1 2 0</goal_pose_cart><head_error_on>off</head_error_on>"),
-            "<plugin> 'p' / head_error_on: expected true or false, got 'off'",
+            "<head_error_on>: expected true or false, got 'off'",
         ),
         (
             scoring("perception", "<loop_forever>yes</loop_forever>"),
-            "<plugin> 'p' / loop_forever: expected true or false, got 'yes'",
+            "<loop_forever>: expected true or false, got 'yes'",
         ),
         (
             '<include><uri>model://dock_2018</uri><pose>0 0 0 0 0 0</pose></include>'
             + scoring("scan_dock", "<bays><bay><name>b</name><dock_allowed>maybe</dock_allowed></bay></bays>"),
-            "<bay> 'b' / dock_allowed: expected true or false, got 'maybe'",
+            "<dock_allowed>: expected true or false, got 'maybe'",
         ),
         (
             '<include><uri>model://dock_2018</uri><pose degrees="yes">0 0 0 0 0 0</pose></include>',
@@ -565,7 +565,7 @@ def test_a_loop_that_is_neither_is_refused():
     with pytest.raises(ConfigError) as error:
         said(SWIMS.format(file="libfollow_plugin.so", words="<loop_forever>maybe</loop_forever>"))
     message = "expected true or false, got 'maybe'"
-    assert str(error.value) == f"bay.world:3:83: <plugin> 'f' / loop_forever: {message}"
+    assert str(error.value) == f"bay.world:3:131: <loop_forever>: {message}"
 
 
 def test_models_of_a_world_are_parsed_by_one_question(monkeypatch):

@@ -108,7 +108,7 @@ CALLS = {
         "<coeff_vector> is required, but missing"
     ),
     "nav_challenge: [{name: \"'a'\", /**gates: '<gate><left_marker>a</left_marker></gate>'}]": (
-        "bay.yaml:4:45: a.macros.nav_challenge[0]./**gates: <gate> / <right_marker>: required, but missing"
+        "bay.yaml:4:45: a.macros.nav_challenge[0]./**gates: <gate>: <right_marker> is required, but missing"
     ),
     "stationkeeping: [{/**wp_markers: '<markers><colour>red</colour></markers>'}]": (
         "bay.yaml:4:38: a.macros.stationkeeping[0]./**wp_markers: no element of <markers> named 'colour'; "
