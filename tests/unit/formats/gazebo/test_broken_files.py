@@ -116,7 +116,7 @@ LAUNCHES = {
         + '"/></include>',
         (
             "bay.launch:2:1: <include>: no file 'xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx…xxxxxx"
-            "xxxxxxxxxxxxxxxxxxxx' in the current folder"
+            "xxxxxxxxxxxxxxxxxxxx'"
         ),
     ),
 }
