@@ -319,8 +319,12 @@ def axes_page() -> str:
     return text
 
 
-RATES = ("PLUGIN_RATE", "SENSOR_RATE", "ODOMETRY_RATE")
-RATE = "|".join(dict.fromkeys(path for name in RATES for path in getattr(gazebo_sensors, name).path.split("|")))
+RATES = (
+    gazebo_sensors.PLUGIN_RATE["path"],
+    gazebo_sensors.SENSOR_RATE.path,
+    gazebo_sensors.INSTRUMENTS["gz-sim-odometry-publisher-system"].rate["path"],
+)
+RATE = "|".join(dict.fromkeys(path for ways in RATES for path in ways.split("|")))
 TAGS = {
     "Thrusters": {
         "`libusv_gazebo_thrust_plugin.so`, in each `<thruster>`": FIELDS["thruster"],

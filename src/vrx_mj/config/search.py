@@ -43,7 +43,7 @@ def read_limited(file: Path, most: int) -> bytes:
     except ValueError:
         raise ReadingError("cannot be read: its name is not valid") from None
     if size > most or len(data) > most:
-        raise ReadingError(f"more than {most / 1e6:g} MB, the largest size that is read")
+        raise ReadingError(f"has more than {most / 1e6:g} MB, the largest size that is read")
     return data
 
 
@@ -91,7 +91,8 @@ def near_names(file: Path) -> str:
             return f"; it is a link to '{shortened(file.readlink())}'"
         names = [entry.name for entry in sorted(file.parent.iterdir())[:MOST_NAMES]]
     except (OSError, ValueError):
-        return "" if file.parent.is_dir() else f"; there is no folder '{display(file.parent)}'"
+        there = os.path.isdir(file.parent)  # noqa: PTH112 - Path.is_dir raises an OSError for a name that is too long
+        return "" if there else f"; there is no folder '{display(file.parent)}'"
     close = nearest(file.name, names) or next((name for name in names if Path(name).stem == file.name), None)
     return f"; did you mean '{display(file.with_name(close))}'?" if close else ""
 

@@ -139,17 +139,9 @@ def _versions() -> str:
     sources = (entry for folder in (package, *package.rglob("*/")) for entry in os.scandir(folder))
     stamps = sorted((entry.path, entry.stat().st_mtime_ns, entry.stat().st_size)
                     for entry in sources if entry.name.endswith((".py", ".json")))  # fmt: skip
-    found = (name for folder in sys.path for name in _names(folder))
-    installed = sorted(name for name in found if name.endswith(".dist-info") and name.split("-")[0].lower() in PACKAGES)
+    found = (file.name for folder in sys.path for file in Path(folder).glob("*.dist-info"))
+    installed = sorted(name for name in found if name.split("-")[0].lower() in PACKAGES)
     return hashlib.sha256(repr((sys.version, stamps, installed)).encode()).hexdigest()
-
-
-def _names(folder: str) -> list[str]:
-    """What is in a folder of modules; some are not there, or archives."""
-    try:
-        return os.listdir(folder)  # noqa: PTH208 - names alone
-    except OSError:
-        return []
 
 
 @cache

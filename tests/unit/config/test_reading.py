@@ -47,7 +47,7 @@ def test_what_is_too_large_is_not_read(tmp_path):
         stream.truncate(LARGE)
     message = []
     assert peak_memory(lambda: message.append(refusal(lambda: read_limited(tmp_path / "a", WHOLE)))) < 1_000_000
-    assert message == ["more than 0.0001 MB, the largest size that is read"]
+    assert message == ["has more than 0.0001 MB, the largest size that is read"]
 
 
 def test_a_file_that_says_it_is_empty_is_read_up_to_the_limit():

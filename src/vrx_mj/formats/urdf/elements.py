@@ -27,6 +27,7 @@ LARGEST = 1e12
 """Largest number that a file may give, in any unit."""
 
 _NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
+_ODD_CHARACTER = re.compile(r"[^A-Za-z0-9_.-]|^[.-]")
 _NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)", re.IGNORECASE)
 
 
@@ -47,6 +48,11 @@ def numbers_of(
         if message := _fault(word, above, low, high, largest):
             raise ValueError(message)
     return tuple(float(word) + 0.0 for word in words)
+
+
+def own_name(text: str, most: int = 64) -> str:
+    """A name as ours may be, of at most so many characters."""
+    return _ODD_CHARACTER.sub("_", text)[:most]
 
 
 def truth(text: str) -> bool | None:

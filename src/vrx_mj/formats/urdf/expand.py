@@ -144,7 +144,8 @@ def _expanded(
         map(is_built_in, file.resolve().parents)
     )
     first = ours if of_ours else packages or {}
-    files = Files(file, dict(first), paths, spare=ours)
+    given_folders = {name: Path(folder).absolute() for name, folder in first.items()}
+    files = Files(file, given_folders, paths, spare=ours)
     names = _FOUND.findall(read_bytes(file).decode("utf-8", errors="replace"))
     found = {name: str(folder) for name in names[:_MOST_PACKAGES] if (folder := files.package(name)) is not None}
     macros, own = [MACROS] if libraries else [], {name: str(folder) for name, folder in files.spare.items()}

@@ -2,11 +2,11 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 from vrx_mj.config.dynamics import HullConfig, HydrodynamicsConfig, ThrusterConfig
-from vrx_mj.config.robots import RudderEntry, SailEntry
+from vrx_mj.config.robots import ChannelEntry, RudderEntry, SailEntry
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Tag, numbers_of
 from vrx_mj.formats.urdf.gazebo_sensors import (
@@ -42,12 +42,13 @@ class Robot(Scope):
     """A robot whose plugins are read, and what pushes it."""
 
     thrusters: list[UrdfThruster] = field(default_factory=list)
-    water: HydrodynamicsConfig | None = None
+    hydrodynamics: HydrodynamicsConfig | None = None
     wind: tuple[float, float, float] | None = None
     newer_drags: list[Node] = field(default_factory=list)
     newer_hulls: list[Node] = field(default_factory=list)
-    known: dict[str, Any] = field(default_factory=dict)
+    water: dict[str, Any] = field(default_factory=dict)
     controls: list[Control] = field(default_factory=list)
+    autopilot: dict[str, ChannelEntry] = field(default_factory=dict)
     rudders: dict[str, RudderEntry] = field(default_factory=dict)
     sails: dict[str, SailEntry] = field(default_factory=dict)
 
@@ -217,7 +218,9 @@ def _sail_rows(node: Node) -> tuple[tuple[float, float, float], ...]:
 def _hydrodynamics(node: Node, robot: Robot) -> None:
     """VRX's dynamics plugin; what a file leaves out is as in the plugin."""
     robot.check_body(node, "bodyName")
-    robot.water = node.configured(HydrodynamicsConfig, _coefficients(node) | node.fields(FIELDS["hydrodynamics"]))
+    robot.hydrodynamics = node.configured(
+        HydrodynamicsConfig, _coefficients(node) | node.fields(FIELDS["hydrodynamics"])
+    )
 
 
 def _coefficients(node: Node) -> dict[str, object]:
@@ -226,19 +229,19 @@ def _coefficients(node: Node) -> dict[str, object]:
 
 def _newer_water(robot: Robot) -> None:
     """Newer VRX's drag, and its hulls with their points; or hulls alone."""
-    drag = next(reversed(robot.newer_drags), None) if robot.water is None else None
-    if drag is None and robot.water is not None and not robot.known:
+    drag = next(reversed(robot.newer_drags), None) if robot.hydrodynamics is None else None
+    if drag is None and robot.hydrodynamics is not None and not robot.water:
         return
     floats = _floats(robot.newer_hulls, robot)
     if drag is None:
-        robot.known |= floats
+        robot.water |= floats
     elif floats:
         robot.check_body(drag, "link_name")
-        robot.water = drag.configured(HydrodynamicsConfig, _coefficients(drag) | floats)
+        robot.hydrodynamics = drag.configured(HydrodynamicsConfig, _coefficients(drag) | floats)
     else:
         robot.warn(drag, "no hull (Surface plugin) with points belongs to it; its shapes displace the water")
-    if drag is not None and robot.water is None:
-        robot.known |= _coefficients(drag)
+    if drag is not None and robot.hydrodynamics is None:
+        robot.water |= _coefficients(drag)
 
 
 def _floats(surfaces: list[Node], robot: Robot) -> dict[str, Any]:
@@ -275,7 +278,7 @@ def _wind(node: Node, robot: Robot) -> None:
 
 def _fossen(node: Node, robot: Robot) -> None:
     robot.check_body(node, "link_name")
-    robot.known |= read_fossen(node, robot)
+    robot.water |= read_fossen(node, robot)
 
 
 TRIANGLES = "its damping and drag of each triangle are not simulated; all drag is derived from the hull"
@@ -296,7 +299,7 @@ PLUGINS: Mapping[str, Callable[[Node, Robot], None]] = {
     "SimpleHydrodynamics": lambda node, robot: robot.newer_drags.append(node),
     "Surface": lambda node, robot: robot.newer_hulls.append(node),
     "gz-sim-hydrodynamics-system": _fossen,
-    "gz-sim-buoyancy-system": lambda node, robot: robot.known.update(read_buoyancy(node)),
+    "gz-sim-buoyancy-system": lambda node, robot: robot.water.update(read_buoyancy(node)),
     "ArduPilotPlugin": lambda node, robot: robot.controls.extend(read_controls(node, robot)),
     "gz-waves1-hydrodynamics-system": lambda node, robot: robot.warn(node, TRIANGLES),
     "HydrodynamicsPlugin": lambda node, robot: robot.warn(node, TRIANGLES),
@@ -330,17 +333,10 @@ def read_gazebo(urdf: Urdf, tags: Sequence[Node], findings: Findings) -> Gazebo:
     thrusters, channels = controlled(robot.thrusters, robot.controls, robot, turned)
     findings.check_names("thruster", ((one.name, one.place, f"thruster '{one.name}'") for one in thrusters))
     findings.settle()
-    return Gazebo(
-        thrusters=tuple(thrusters),
-        hydrodynamics=robot.water,
-        water=robot.known,
-        wind=robot.wind,
-        rudders=robot.rudders,
-        sails=robot.sails,
-        autopilot=channels,
-        sensors=tuple(robot.sensors),
-        warnings=tuple(robot.warnings),
-    )
+    robot.thrusters, robot.autopilot = thrusters, channels
+    found = ((one.name, getattr(robot, one.name)) for one in fields(Gazebo))
+    values: dict[str, Any] = {name: tuple(each) if isinstance(each, list) else each for name, each in found}
+    return Gazebo(**values)
 
 
 def _read_element(node: Node, robot: Robot) -> None:

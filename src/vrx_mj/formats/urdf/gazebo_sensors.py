@@ -11,7 +11,7 @@ from typing import Any, get_args
 from vrx_mj.config.base import Config
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.errors import UnknownNameError
-from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Rows, Tag
+from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Rows, Tag, own_name
 from vrx_mj.formats.urdf.model import ZERO, Urdf, chained
 from vrx_mj.frames import Pose
 
@@ -20,7 +20,6 @@ HARD_CODED = ("wamv/", "cora/")
 USUAL_RATE = 100.0
 """Rate [Hz] of a sensor that Gazebo would read at every step."""
 
-_ODD_CHARACTER = re.compile(r"[^A-Za-z0-9_.-]|^[.-]")
 _GENERATION = re.compile(r"^(ignition-gazebo|gz-sim)\d*-")
 
 
@@ -109,7 +108,7 @@ class Scope:
         wanted = self.local(link).removesuffix("_link") if link and link != self.urdf.root else own
         taken = {sensor.name for sensor in self.sensors}
         wanted = next((name for name in (wanted, own) if name and name not in taken), own or wanted or "sensor")
-        wanted = _ODD_CHARACTER.sub("_", wanted)[:60]
+        wanted = own_name(wanted, 60)
         if wanted not in taken:
             return wanted
         number = next(number for number in range(2, 10_000) if f"{wanted}_{number}" not in taken)

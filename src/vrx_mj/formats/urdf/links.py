@@ -13,7 +13,7 @@ from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.values import COLORS
 from vrx_mj.config.wording import choice
 from vrx_mj.errors import UnknownNameError, first_names
-from vrx_mj.formats.urdf.elements import FIELDS, LARGEST, Findings, Node
+from vrx_mj.formats.urdf.elements import FIELDS, LARGEST, Findings, Node, own_name
 from vrx_mj.formats.urdf.model import Color, Inertial, Joint, Limits, Link, LinkRow, MeshRow
 from vrx_mj.frames import Pose
 
@@ -36,7 +36,6 @@ ANY_MESH = "mesh.obj"
 ShapeT = TypeVar("ShapeT", bound=Shape)
 
 _GAZEBO_NAME = re.compile(r"(?<=[a-z])(?=[A-Z])")
-_ODD_CHARACTER = re.compile(r"[^A-Za-z0-9_.-]|^[.-]")
 
 
 @dataclass
@@ -207,7 +206,7 @@ def _shape(node: Node, geometry: Node) -> dict[str, Any] | None:
 
 def shape_name(node: Node) -> dict[str, str]:
     """The name of a shape as ours may be; nothing without one."""
-    name = _ODD_CHARACTER.sub("_", node.attribute("name") or "")[:64]
+    name = own_name(node.attribute("name") or "")
     return {"name": name} if name else {}
 
 

@@ -1,10 +1,12 @@
-"""The shape and the colour in a mesh file, read by trimesh in the process without rights."""
+"""The shape and the colour in a mesh file, read by trimesh in the process without rights.
 
-import contextlib
+Pictures that a mesh names are not opened: the module is for a process that opens none.
+"""
+
 import io
 import logging
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,16 +34,9 @@ def _no_picture(*_arguments: object, **_options: object) -> None:
     raise OSError("pictures are not opened")
 
 
-@contextlib.contextmanager
-def _without_pictures() -> Iterator[None]:
-    opened, PIL.Image.open = PIL.Image.open, _no_picture  # type: ignore[assignment]
-    try:
-        yield
-    finally:
-        PIL.Image.open = opened
+PIL.Image.open = _no_picture  # type: ignore[assignment]
 
 
-@_without_pictures()
 def mesh(path: str, name: str) -> MeshData:
     """The mesh of a file, which messages call `name`.
 
@@ -55,12 +50,10 @@ def mesh(path: str, name: str) -> MeshData:
         parts = _parts(name, _COLORS.sub(b"", content), suffix)
     if not parts:
         raise VrxError(f"mesh {name} is empty: it has no triangles")
-    count = sum(len(part.triangles) for part in parts)
+    count = sum(len(part.faces) for part in parts)
     if count > MOST_TRIANGLES:
         raise VrxError(f"mesh {name} has {count:,} triangles; at most {MOST_TRIANGLES:,} are allowed: simplify it, for "
                        "example with Blender's Decimate")  # fmt: skip
-    if any(part.triangles.min() < 0 or part.triangles.max() >= len(part.points) for part in parts):
-        raise VrxError(f"mesh {name} is broken: a triangle refers to a point that the file does not have")
     return _checked(name, _merged(parts, unit))
 
 
@@ -75,29 +68,26 @@ def glb(path: str, name: str) -> bytes:
     return bytes(trimesh.Trimesh(upright, found.triangles).export(file_type="glb"))
 
 
-def _parts(name: str, content: bytes, suffix: str) -> list[MeshData]:
+def _parts(name: str, content: bytes, suffix: str) -> list[Any]:
     """Every mesh of the file that has triangles, once for each place, in the file's unit."""
     if suffix == "ply":
         content = content.replace(b"element edge ", b"element unread ", 1)
     given = {"process": False, "resolver": None, "skip_materials": suffix == "obj"}
     try:
         with np.errstate(all="ignore"):
-            return list(_placed(trimesh.load_scene(io.BytesIO(content), file_type=suffix, **given)))
-    except (MemoryError, RecursionError):
+            scene = trimesh.load_scene(io.BytesIO(content), file_type=suffix, **given)
+            for part in filter(_has_triangles, scene.geometry.values()):
+                if part.faces.min() < 0 or part.faces.max() >= len(part.vertices):
+                    raise VrxError(f"mesh {name} is broken: a triangle refers to a point that the file does not have")
+            return list(filter(_has_triangles, scene.dump()))
+    except (MemoryError, RecursionError, VrxError):
         raise
     except Exception:  # whatever a broken file makes a reader raise
         raise VrxError(f"mesh {name} cannot be read: it is not a {suffix.upper()} file, or is damaged") from None
 
 
-def _placed(scene: Any) -> Iterator[MeshData]:
-    for matrix, key in map(scene.graph.get, scene.graph.nodes_geometry):
-        geometry = scene.geometry[key]
-        if len(getattr(geometry, "faces", ())):
-            points = np.asarray(geometry.vertices, dtype=float).reshape(-1, 3)
-            faces = np.asarray(geometry.faces, dtype=np.int64).reshape(-1, 3)
-            turn, shift = np.asarray(matrix, dtype=float)[:3, :3], np.asarray(matrix, dtype=float)[:3, 3]
-            mirrored = np.linalg.det(turn) < 0
-            yield MeshData(points @ turn.T + shift, faces[:, ::-1] if mirrored else faces, _color(geometry))
+def _has_triangles(part: Any) -> bool:
+    return len(getattr(part, "faces", ())) > 0
 
 
 def _color(geometry: Any) -> Color | None:
@@ -110,19 +100,16 @@ def _color(geometry: Any) -> Color | None:
     return (red, green, blue, alpha or 1.0)
 
 
-def _merged(parts: Sequence[MeshData], unit: float) -> MeshData:
+def _merged(parts: Sequence[Any], unit: float) -> MeshData:
     """One mesh of several [m], in the colour of most of its area."""
     areas = dict[Color, float]()
-    starts = np.cumsum([0, *(len(part.points) for part in parts)])
     with np.errstate(all="ignore"):
         for part in parts:
-            if part.color is not None:
-                corners = part.points[part.triangles]
-                across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-                areas[part.color] = areas.get(part.color, 0.0) + float(np.linalg.norm(across, axis=1).sum())
-        points = np.concatenate([part.points for part in parts]) * unit
-    triangles = [part.triangles + start for part, start in zip(parts, starts, strict=False)]
-    return MeshData(points, np.concatenate(triangles), max(areas, key=lambda color: areas[color], default=None))
+            if (color := _color(part)) is not None:
+                areas[color] = areas.get(color, 0.0) + float(part.area)
+        points, triangles = trimesh.util.append_faces([one.vertices for one in parts], [one.faces for one in parts])
+        points = np.asarray(points, dtype=float).reshape(-1, 3) * unit + 0.0
+    return MeshData(points, triangles.astype(np.int64), max(areas, key=lambda color: areas[color], default=None))
 
 
 def _checked(name: str, found: MeshData) -> MeshData:

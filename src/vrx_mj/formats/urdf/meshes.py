@@ -1,6 +1,5 @@
 """Mesh files of a URDF: where they are, and what is read from them."""
 
-import os
 import re
 from collections.abc import Callable, Iterable, Iterator, MutableMapping, Sequence
 from dataclasses import dataclass
@@ -158,8 +157,7 @@ def read_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> MeshData:
 
     Collada's unit is honoured; its up axis is not, as in Gazebo, which draws such meshes with their own axes.
     """
-    stat = _stat(path)
-    mesh = _read(path.absolute(), stat.st_mtime_ns, stat.st_size)
+    mesh = _read(path.absolute(), len(mesh_bytes(path)), path.stat().st_mtime_ns)
     if tuple(scale) == (1.0, 1.0, 1.0):
         return mesh
     mirrored = np.prod(scale) < 0
@@ -186,34 +184,20 @@ def obj_text(mesh: MeshData) -> str:
 
 def mesh_bytes(path: Path) -> bytes:
     """The content of a mesh file as it is. The same errors as of `read_mesh`, but it is not looked into."""
-    _stat(path)
     try:
         return read_limited(path, MAX_BYTES)
     except ReadingError as error:
         raise VrxError(f"mesh {shortened(path.name)} {error}") from None
 
 
-def _stat(path: Path) -> os.stat_result:
-    """Of a mesh file that is small enough."""
-    try:
-        stat = path.stat()
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "its name is not valid"
-        raise VrxError(f"mesh {shortened(path.name)} cannot be read: {reason}") from None
-    if stat.st_size > MAX_BYTES:
-        size = f"{stat.st_size / 1e6:.1f} MB"
-        raise VrxError(f"mesh {shortened(path.name)} has {size}; at most {MAX_BYTES / 1e6:g} MB are read")
-    return stat
-
-
 @lru_cache(maxsize=64)
-def _read(path: Path, _changed: int, size: int) -> MeshData:
+def _read(path: Path, size: int, _changed: int) -> MeshData:
     return _asked("mesh", path, size, MeshData)
 
 
 def mesh_glb(path: Path) -> bytes:
     """The mesh of a file as glTF, whose y axis is up. The same errors as of `read_mesh`."""
-    return _asked("glb", path, _stat(path).st_size, bytes)
+    return _asked("glb", path, len(mesh_bytes(path)), bytes)
 
 
 def _asked(what: str, path: Path, size: int, returns: type[Found]) -> Found:
@@ -221,7 +205,6 @@ def _asked(what: str, path: Path, size: int, returns: type[Found]) -> Found:
     name = shortened(path.name)
     if path.suffix.lower() not in MESH_SUFFIXES:
         raise VrxError(f"expected a mesh that ends in {one_of(MESH_SUFFIXES)}, got '{name}'")
-    mesh_bytes(path)  # a regular file
     return ask(
         f"formats.urdf.mesh_file:{what}", path.absolute(), name, returns=returns, about=f"mesh {name}", reads=[path],
         memory=MEMORY + size * MEMORY_PER_BYTE, seconds=SECONDS + size // BYTES_PER_SECOND,

@@ -10,7 +10,7 @@ import json
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
 from vrx_mj.errors import nearest, shown
 from vrx_mj.formats.urdf.elements import truth
@@ -19,6 +19,7 @@ from vrx_mj.formats.urdf.xml_document import Markup
 
 _TEXT = (Path(__file__).parent / "tags.json").read_bytes()  # the process without rights may read no file later
 Side = Literal["boat", "object", "world"]
+SIDES = get_args(Side)
 
 
 class Entry(NamedTuple):
@@ -44,15 +45,14 @@ def sections() -> Mapping[str, Mapping[str, Mapping[str, Any]]]:
     """What each path of each section is, by side."""
     return {
         name: {
-            path: {side: Entry(*(row[side] if isinstance(row, dict) else row)) for side in _sides(row)}
+            path: {
+                side: Entry(*(row[side] if isinstance(row, dict) else row))
+                for side in (row if isinstance(row, dict) else SIDES)
+            }
             for path, row in rows.items()
         }
         for name, rows in json.loads(_TEXT).items()
     }
-
-
-def _sides(row: Any) -> tuple[str, ...]:
-    return tuple(row) if isinstance(row, dict) else ("boat", "object", "world")
 
 
 def section_below(section: str, path: str) -> tuple[str, str]:

@@ -111,7 +111,7 @@ LAUNCHES = {
         + '"/></include>',
         (
             "bay.launch:2:1: <include>: no file 'xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx…xxxxxx"
-            "xxxxxxxxxxxxxxxxxxxx' in the current folder"
+            "xxxxxxxxxxxxxxxxxxxx'"
         ),
     ),
 }
@@ -124,7 +124,7 @@ TREES = {
     "too_large": (
         {"bay.world": b"<sdf>" + b" " * 4000000 + b"</sdf>"},
         "bay.world",
-        "bay.world: more than 4 MB, the largest size that is read",
+        "bay.world: has more than 4 MB, the largest size that is read",
     ),
     "missing_world": ({}, "bay.world", "bay.world: cannot be read: No such file or directory"),
     "missing_sdf": ({}, "bay.sdf", "bay.sdf: cannot be read: No such file or directory"),
