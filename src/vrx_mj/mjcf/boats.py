@@ -115,6 +115,9 @@ class Boat:
     """Its URDF, with the places of its meshes; empty if it is made of the package's own files alone."""
 
 
+DRIFTS = "no thruster, so the boat drifts; add `thrusters` to the YAML beside it"
+
+
 def assembled(urdf: Urdf, config: RobotConfig, drive: Mapping[str, object] = MappingProxyType({})) -> Boat:
     """The boat of a URDF and of the YAML beside it, which has the last word.
 
@@ -157,11 +160,7 @@ def assembled(urdf: Urdf, config: RobotConfig, drive: Mapping[str, object] = Map
             *hinges.notes,
             *_loose(urdf, thrusters, hinges),
             *_swinging(urdf, sensors, hinges),
-            *(
-                []
-                if pushing or "thrusters" in config.model_fields_set
-                else ["no thruster, so the boat drifts; add `thrusters` to the YAML beside it"]
-            ),
+            *([] if pushing or "thrusters" in config.model_fields_set else [DRIFTS]),
         ),
     )
 
