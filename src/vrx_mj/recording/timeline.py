@@ -13,11 +13,11 @@ import rerun as rr
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import BoolArray, FloatArray
-from vrx_mj.draw.colors import LABEL
+from vrx_mj.draw import colors
 from vrx_mj.physics.kernel import kernel
 
 TIMELINE = "sim_time"
-NAMED: Mapping[str, Any] = {"colors": [LABEL], "radii": [0.0], "show_labels": True}
+NAMED: Mapping[str, Any] = {"colors": [colors.LABEL], "radii": [0.0], "show_labels": True}
 """Looks of points that are names."""
 
 

@@ -246,7 +246,7 @@ class _Loop:
         wanted: Wanted,
         transports: Sequence[Transport],
         over: Callable[[], bool],
-        autopilots: Autopilots | None,
+        autopilots: Autopilots | None = None,
     ) -> None:
         self._server, self._inbox, self._wanted, self._over = server, inbox, wanted, over
         self._autopilots = autopilots

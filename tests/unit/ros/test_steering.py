@@ -7,7 +7,7 @@ import pytest
 
 from trees import partial
 from vrx_mj.errors import VrxError
-from vrx_mj.ros import autopilot
+from vrx_mj.ros import steering
 from vrx_mj.ros.steering import HeldThrust, Steering, parse_formation
 
 
@@ -48,9 +48,9 @@ class Formation:
 
 @pytest.fixture
 def sim(monkeypatch):
-    monkeypatch.setattr(autopilot, "VelocityKeeper", Keeper)
-    monkeypatch.setattr(autopilot, "Formation", Formation)
-    monkeypatch.setattr(autopilot, "true_estimate", lambda seen: seen)
+    monkeypatch.setattr(steering, "VelocityKeeper", Keeper)
+    monkeypatch.setattr(steering, "Formation", Formation)
+    monkeypatch.setattr(steering, "true_estimate", lambda seen: seen)
     return Sim()
 
 
