@@ -140,7 +140,7 @@ def test_the_installed_wheel_runs_from_another_folder_and_keeps_what_it_compiled
     first = installed(commands, *RUN, cwd=boats)
     again = installed(commands, *RUN, "--record", "船.rrd", cwd=boats)
     assert first[2].startswith("vrx_mj: compiling the physics for this machine, once; it takes about ")
-    assert again[2] == ""
+    assert "compiling" not in again[2]
     results = [first, again, vrx(*RUN, cwd=boats)]
     assert [(code, err) for code, _, err in results if code != 0] == []
     assert len({state_in(out) for _, out, _ in results}) == 1

@@ -19,8 +19,8 @@ from vrx_mj.config.robots import Arguments, load_robot
 from vrx_mj.config.search import contained, is_path
 from vrx_mj.config.tree import Loc
 from vrx_mj.config.values import MAX_COORDINATE, Cartesian, Color, Coordinate, Name, Number, Pose, by_type, demand
-from vrx_mj.config.world import Sensors, SpawnConfig, WorldConfig
-from vrx_mj.errors import ConfigError, Problem
+from vrx_mj.config.world import Sensors, SpawnConfig, WorldConfig, check_thrusters
+from vrx_mj.errors import ConfigError, Problem, VrxError
 
 _FUNCTION = re.compile(r"[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
 Controller = Annotated[str, demand(_FUNCTION.fullmatch, "expected module:function, as in my_boat:controller, got {}")]
@@ -122,6 +122,16 @@ class BoatConfig(BoatEntry):
         parts = contained(self.components, self.components_folder) if self.components else None
         return Order(self.robot, self.folder, layout, file, parts, self.sensors, tuple(sorted(self.arguments.items())))
 
+    @property
+    def layout_fault(self) -> str:
+        """What is wrong with a layout of thrusters that the boat's kind does not have; empty for what it has."""
+        try:
+            if self.thrusters and not is_path(self.thrusters):
+                check_thrusters(self.robot, self.thrusters, self.folder)
+        except VrxError as error:
+            return str(error)
+        return ""
+
 
 class Slot(NamedTuple):
     """A boat's place, and the keys of the fleet's file that it comes from."""
@@ -217,7 +227,10 @@ def joining_boat(said: Mapping[str, object], spawn: SpawnConfig) -> BoatConfig:
     missing = [key for key in ("name", "pose") if getattr(entry, key) is None]
     if missing or entry.name is None or entry.pose is None:
         raise ConfigError(Problem("<boat>", None, None, key, "required") for key in missing)
-    return _boat(FleetConfig(), spawn, Slot(entry.name, entry.pose, entry))
+    boat = _boat(FleetConfig(), spawn, Slot(entry.name, entry.pose, entry))
+    if boat.layout_fault:
+        raise ConfigError([Problem("<boat>", None, None, "thrusters", boat.layout_fault)])
+    return boat
 
 
 def _boat(fleet: FleetConfig, spawn: SpawnConfig, slot: Slot) -> BoatConfig:

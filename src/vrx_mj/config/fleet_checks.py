@@ -2,7 +2,7 @@
 
 import math
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from statistics import fmean
 
 from vrx_mj.config.base import Fault
@@ -10,9 +10,9 @@ from vrx_mj.config.fleet import BoatConfig, FleetConfig, FleetPosition, Slot, ro
 from vrx_mj.config.layouts import Headings
 from vrx_mj.config.loading import Loading, Source, document, problem_at, validated
 from vrx_mj.config.objects import Placement
-from vrx_mj.config.search import catalogue, is_path
-from vrx_mj.config.world import FULL_TURN, WorldConfig, check_thrusters, warn_of_degrees
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.config.search import catalogue
+from vrx_mj.config.world import FULL_TURN, WorldConfig, warn_of_degrees
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
 
 OUTWARD = math.radians(5.0)
 """How near a heading is to outward that was meant so [rad]."""
@@ -22,7 +22,9 @@ FAR = 300.0
 
 def load_fleet(source: Source | None, world: WorldConfig) -> FleetConfig:
     """The fleet of a name, a path or a dict, checked in a world; None: one boat at the world's spawn pose."""
-    section, stem = document("fleets", {} if source is None else source, "fleet" if source else "single")
+    section, stem = document(
+        "fleets", {} if source is None else source, "fleet" if isinstance(source, Mapping) and source else "single"
+    )
     fleet = validated(FleetConfig, section, Loading(), name=stem)
     fleet._section = section
     boats = fleet.located(world)
@@ -49,13 +51,7 @@ def _name_faults(boats: Sequence[tuple[BoatConfig, Slot]], world: WorldConfig) -
 
 def _thruster_faults(boats: Sequence[tuple[BoatConfig, Slot]]) -> Iterator[Fault]:
     """Layouts of thrusters that a boat's kind does not have, where one of them is from elsewhere."""
-    for boat, slot in boats:
-        if boat.thrusters is None or is_path(boat.thrusters):
-            continue
-        try:
-            check_thrusters(boat.robot, boat.thrusters, boat.folder)
-        except VrxError as error:
-            yield (*slot.own, "thrusters"), str(error)
+    return (((*slot.own, "thrusters"), text) for boat, slot in boats if (text := boat.layout_fault))
 
 
 def _wind_problems(world: WorldConfig, boats: Sequence[tuple[BoatConfig, Slot]]) -> Iterator[Problem]:
