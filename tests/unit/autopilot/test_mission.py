@@ -37,6 +37,7 @@ def sailed(world, duration):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_two_boats_sail_their_missions_twice_to_the_same_bit():
     world = compile_world({"physics": {"profile": "marine"}, "sea": SEA}, fleet=FLEET)
     first, reached = sailed(world, 60.0)
