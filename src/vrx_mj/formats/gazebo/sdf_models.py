@@ -17,17 +17,7 @@ from vrx_mj.formats.gazebo.models import (
     model_paths,
     uri_name,
 )
-from vrx_mj.formats.gazebo.sdf_frames import (
-    MODEL,
-    NESTED,
-    WORLD,
-    Frames,
-    Given,
-    Scope,
-    frame_of,
-    given_pose,
-    pose_of,
-)
+from vrx_mj.formats.gazebo.sdf_frames import MODEL, NESTED, WORLD, Frames, Given, Scope, frame_of, given_pose, pose_of
 from vrx_mj.formats.series.pieces import At
 from vrx_mj.formats.urdf.elements import Findings, Node
 from vrx_mj.formats.urdf.links import Surroundings
