@@ -291,7 +291,7 @@ class RobotConfig(InFolder):
     autopilot: dict[ChannelNumber, Channel] = Field(default_factory=dict)
     """What an autopilot's channels, 1 to 32, command; by default 1 and 3 are two engines, or rudder and engine."""
     battery: BatteryEntry | None = None
-    """Its battery, of which autopilots are told."""
+    """Its battery, whose voltage and current autopilots receive."""
     sensors: tuple[SensorConfig, ...] = ()
     """Sensors besides those of the URDF; posed in their link's frame."""
     profiles: Profiles = Profiles()
