@@ -34,7 +34,8 @@ def values(line):
         assert begin >= 0, section
         begin = line.find(key, begin + len(section))
         assert begin >= 0, key
-        text = line[begin + len(key) + 2 :].lstrip()  # after the quote and the colon
+        text = line[begin + len(key) + 2 :]  # after the quote and the colon: sscanf takes no blank before "["
+        assert count == 1 or text[0] == "[", text[:20]
         numbers = text[1 : text.index("]")] if count > 1 else text.split(",")[0].split("}")[0]
         found[key] = [float(number) for number in numbers.split(",")]
         assert len(found[key]) == count

@@ -38,6 +38,7 @@ def servos_of(packet: bytes) -> Servos | None:
 def answer(state: dict[str, Any]) -> bytes:
     """The line that ArduPilot reads: `timestamp` [s], `imu`, `position`, `velocity`, `quaternion` and what is optional.
 
-    ArduPilot looks for the first place of a key in the line: no key may stand before another that it begins with.
+    ArduPilot looks for the first place of a key in the line, and two characters after it for the value: no key may
+    stand before another that it begins with, and no blank before a list.
     """
-    return f"\n{json.dumps(state, allow_nan=False)}\n".encode()
+    return f"\n{json.dumps(state, allow_nan=False, separators=(',', ':'))}\n".encode()

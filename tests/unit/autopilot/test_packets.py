@@ -42,6 +42,13 @@ def test_an_answer_is_one_line_between_two_newlines():
     assert json.loads(line) == {"timestamp": 0.02, "imu": {"gyro": [0.0, 1.5e-17, -1.0]}}
 
 
+def test_there_is_no_blank_in_an_answer():
+    """As in the page's example: ArduPilot's sscanf finds no list behind a blank."""
+    state = {"timestamp": 2500, "imu": {"gyro": [0, 0, 0], "accel_body": [0, 0, 0]}, "position": [0, 0, 0]}
+    example = b'\n{"timestamp":2500,"imu":{"gyro":[0,0,0],"accel_body":[0,0,0]},"position":[0,0,0]}\n'
+    assert answer(state) == example
+
+
 def test_a_number_that_json_has_not_is_never_sent():
     with pytest.raises(ValueError, match="JSON compliant"):
         answer({"timestamp": float("nan")})
