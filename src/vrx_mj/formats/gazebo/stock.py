@@ -56,8 +56,8 @@ class StockLaunch:
             try:
                 pose = pose_of_words(texts)
             except ValueError as error:
-                told = Problem(place.file.name, place.line, None, "x:= y:= z:= R:= P:= Y:=", str(error))
-                raise ConfigError([told]) from None
+                problem = Problem(place.file.name, place.line, None, "x:= y:= z:= R:= P:= Y:=", str(error))
+                raise ConfigError([problem]) from None
             arguments = {key: given.get(key, value) for key, value in boat.arguments.items()}
             yield Spawned(given.get("namespace", boat.name), pose, place, boat.model, arguments)
 

@@ -151,8 +151,8 @@ def _expanded(
     macros, own = [MACROS] if libraries else [], {name: str(folder) for name, folder in files.spare.items()}
 
     def made_with(known: Sequence[str] | None) -> Expanded:
-        told = (given, found, own, sorted(libraries), *macros)
-        return _made(known, file.absolute(), *told, reads=[*files.bases, *macros])
+        arguments = (given, found, own, sorted(libraries), *macros)
+        return _made(known, file.absolute(), *arguments, reads=[*files.bases, *macros])
 
     for _ in range(_MOST_PACKAGES):
         made = made_with(None)
@@ -166,11 +166,11 @@ def _expanded(
     return made_with(files.known())
 
 
-def _made(known: Sequence[str] | None, file: Path, *told: object, reads: Sequence[Path]) -> Expanded:
+def _made(known: Sequence[str] | None, file: Path, *arguments: object, reads: Sequence[Path]) -> Expanded:
     job, about = "formats.urdf.expansion:expanded", f"xacro {display(file)}"
     try:
         return ask(
-            job, known, file, *told, returns=Expanded, about=about, reads=reads, seconds=_SECONDS, answer=_ANSWER
+            job, known, file, *arguments, returns=Expanded, about=about, reads=reads, seconds=_SECONDS, answer=_ANSWER
         )
     except ReaderError as error:
         raise ConfigError([Problem(display(file), None, None, "", error.reason)]) from None
