@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import math
 import os
 import selectors
 import socket
@@ -23,10 +24,12 @@ from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
 from vrx_mj.resources import root
 from vrx_mj.runtime.simulation import Simulation
 
-PORT, PORT_STEP = 9002, 10
-"""Port that the first of several SITLs sends to, and from one to the next, as `sim_vehicle.py --instance`."""
+PORT, MAVLINK_PORT, PORT_STEP = 9002, 5760, 10
+"""UDP port that a SITL sends to and TCP port of its MAVLink, and how much each further `--instance` adds."""
 PATIENCE = 5.0
 """Wall time [s] without a packet after which an autopilot counts as gone: another may take its place."""
+SETTLING = 3
+"""Frames of a rate that does not suit the physics, until it is told: a SITL begins at 1200 Hz and takes ours over."""
 LONGEST_WAIT = 0.02
 """Wall time [s] that is waited at most before others have their turn."""
 Address = tuple[str, int]
@@ -48,6 +51,8 @@ class _Link:
     """Number of its last frame."""
     due: int | None = None
     """Physics step at which the last frame is answered; None while the next one is waited for."""
+    unsuited: int = 0
+    """Frames on end whose rate does not suit the physics."""
     last: bytes = b""
     """The last answer, for a frame that comes again."""
     heard: float = field(default_factory=time.monotonic)
@@ -89,6 +94,7 @@ class ArduPilot:
         ports: Mapping[str, int] | None = None,
         *,
         host: str = "127.0.0.1",
+        rate: float | None = 1.0,
         report: Report = lambda _level, _text: None,
     ) -> None:
         """Listen for the autopilots.
@@ -97,18 +103,21 @@ class ArduPilot:
             sim: the simulation, whose time only this may take on.
             ports: UDP port by boat; None: all boats, the first at 9002 and each further one 10 above.
             host: address to listen on; 0.0.0.0: all networks.
+            rate: simulated seconds per second, which SITL keeps; None: as fast as both compute.
             report: is given lines for people.
 
         Raises:
             UnknownNameError: no boat has a name of `ports`.
-            CommandError: which channels command a boat is not clear; two boats have one port.
+            CommandError: which channels command a boat is not clear; two boats have one port; the rate is not above 0.
             NetworkError: a port cannot be listened on.
         """
-        self._sim, self._report = sim, report
+        self._sim, self._rate, self._report = sim, rate, report
         self.restart: Callable[[], object] = lambda: sim.reset(sim.seed)
         """Begins time anew, when an autopilot has restarted."""
         self._selector = selectors.DefaultSelector()
         self._links: list[_Link] = []
+        if rate is not None and not 0.0 < rate < math.inf:
+            raise CommandError(f"invalid --rate {rate:g}: a number above 0 (1 for real time) or max is needed")
         given = ports_of(sim) if ports is None else ports
         if len(set(given.values()) - {0}) < sum(map(bool, given.values())):
             raise CommandError(f"invalid ports {dict(given)}: each boat needs one of its own")
@@ -142,16 +151,24 @@ class ArduPilot:
         """Where each boat's autopilot is listened for; a port of 0 has become a free one."""
         return {link.boat: link.socket.getsockname() for link in self._links}
 
-    def described(self) -> Iterator[str]:
-        """Lines for people: how to start the SITL of each boat, and its channels."""
+    @property
+    def arguments(self) -> dict[str, str]:
+        """Arguments of each boat's SITL, `ardurover`."""
         earth = self._sim.world.parameters.georeference
         home = f" --home {earth.latitude:.7f},{earth.longitude:.7f},{earth.elevation:g},0" if earth else ""
+        speed = "" if self._rate in {None, 1.0} else f" --speedup {self._rate:g}"
+        found = {}
+        for boat, (host, port) in self.addresses.items():
+            instance, rest = divmod(port - PORT, PORT_STEP)
+            own = f"--sim-port-out {port}" if rest or instance < 0 else f"--instance {instance}"
+            found[boat] = f"{own} --model JSON:{host}{home}{speed} --defaults {self._parameters(boat)}"
+        return found
+
+    def described(self) -> Iterator[str]:
+        """Lines for people: how to start the SITL of each boat, and its channels."""
         for link in self._links:
-            host, port = link.socket.getsockname()
-            start = f"ardurover --model JSON:{host}{home} --sim-port-out {port}"
-            start += f" --defaults {self._parameters(link.boat)}"
             channels = ", ".join(f"{number} {channel.command}" for number, channel in sorted(link.channels.items()))
-            yield f"{link.boat}: channels {channels}; waits for {start}"
+            yield f"{link.boat}: channels {channels}; waits for ardurover {self.arguments[link.boat]}"
 
     def _parameters(self, boat: str) -> str:
         """The file of ArduPilot's parameters for a boat, if its kind is one of ours that has one."""
@@ -203,7 +220,8 @@ class ArduPilot:
         for link in self._links:
             if link.due is not None and link.due <= self._now:
                 link.drop_repeats()
-                link.due, link.last = None, answer(link.board.measure())
+                free = {"no_time_sync": 1} if self._rate is None and not link.unsuited else {}
+                link.due, link.last = None, answer(link.board.measure() | free)
                 link.send()
 
     @property
@@ -241,30 +259,27 @@ class ArduPilot:
         if servos.number == link.count:
             link.send()
             return
-        steps = self._frame_steps(link, servos.rate)
-        if not steps:
-            return
         if link.count is not None and servos.number < link.count:
             self._begin_anew(link)
         elif link.count is not None and servos.number > link.count + 1:
             lost = servos.number - link.count - 1
             self._say(link, "lost", f"{lost} frames were lost before frame {servos.number}; time goes on by one")
-        link.count, link.due = servos.number, self._now + steps
+        link.count, link.due = servos.number, self._now + self._frame_steps(link, servos.rate)
         self._command(link, servos.pulses)
 
     def _frame_steps(self, link: _Link, rate: int) -> int:
-        """Physics steps of a frame; 0 if that is no whole number."""
-        per_step = 1.0 / self._sim.timestep
-        steps = round(per_step / rate) if rate else 0
-        if not steps or abs(steps * rate - per_step) > 1e-6 * per_step:
-            rates = [f"{per_step / n:g}" for n in range(1, 101) if per_step / n == round(per_step / n)]
+        """Physics steps of a frame: as many as come next to its length, one at least."""
+        per_second = 1.0 / self._sim.timestep
+        steps = max(1, round(per_second / rate)) if rate else 1
+        link.unsuited = 0 if abs(steps * rate - per_second) < 1e-6 * per_second else link.unsuited + 1
+        if link.unsuited == SETTLING:
+            rates = [f"{per_second / n:g}" for n in range(1, 101) if per_second / n == round(per_second / n)]
             self._say(
                 link,
                 "rate",
-                f"its autopilot asks for {rate} frames per second, no whole part of the {per_step:g} physics steps: "
-                f"set SIM_RATE_HZ to {', '.join(rates[:4])}, or `physics: timestep` of the world",
+                f"its autopilot asks for {rate} frames per second and gets {per_second / steps:g}: set SIM_RATE_HZ to "
+                f"{', '.join(rates[:4])}, or `physics: timestep` of the world",
             )
-            return 0
         return steps
 
     def _begin_anew(self, link: _Link) -> None:

@@ -172,7 +172,8 @@ def _pilots(serving: Serving | None) -> str:
         return "controllers"
     rate = "max" if serving.rate is None else f"{serving.rate:g}"
     waits = "" if serving.lockstep is None else f" --lockstep {','.join(serving.lockstep) or 'step'}"
-    return f"--exec --rate {rate}{waits}{' --rosbridge' if serving.rosbridge else ''}"
+    others = [f" --{name}" for name in ("rosbridge", "ardupilot") if getattr(serving, name)]
+    return f"--exec --rate {rate}{waits}{''.join(others)}"
 
 
 def _write_manifest(folder: Path, manifest: Manifest) -> None:
@@ -208,7 +209,8 @@ def _serving(tree: Mapping[str, Any] | None) -> Serving | None:
     if tree is None:
         return None
     lockstep = tree["lockstep"]
-    return Serving(tree["rate"], None if lockstep is None else tuple(lockstep), tree["rosbridge"])
+    lockstep = None if lockstep is None else tuple(lockstep)
+    return Serving(tree["rate"], lockstep, tree["rosbridge"], tree.get("ardupilot", False))
 
 
 DATA = ("assets", "templates", "fleets")

@@ -51,6 +51,8 @@ class Serving:
     """Topics that time waits for; None: it waits for nobody."""
     rosbridge: bool = False
     """Whether there is one beside the ROS master."""
+    ardupilot: bool = False
+    """Whether it is served to ArduPilot's SITL in place of ROS."""
 
 
 @dataclass(frozen=True)

@@ -109,7 +109,7 @@ def _sailed(trial: Trial, sim: Simulation, folder: Path, tracks: Tracks, stopwat
     if trial.serving is None:
         stopwatch.allow(trial.timeout or EXTRA_TIME + simulated)
         return run(sim, trial.duration, controller=_Watched(trial.cell, sim.boats, tracks, stopwatch))
-    from vrx_mj.campaign.ros_trial import sail_by_program  # needs the extra ros1
+    from vrx_mj.campaign.program_trial import sail_by_program  # needs the extra ros1
 
     slower = min(trial.serving.rate or 1.0, 1.0)
     wall = trial.timeout or EXTRA_TIME + simulated / slower

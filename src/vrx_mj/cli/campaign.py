@@ -39,7 +39,7 @@ Programs = Annotated[
     typer.Option(
         "--exec",
         metavar="<program>",
-        help="A program that sails through ROS, in place of controllers; may be repeated.",
+        help="A program that sails through ROS or ArduPilot, in place of controllers; may be repeated.",
     ),
 ]
 Duration = Annotated[
@@ -70,6 +70,7 @@ def campaign(
     rate: Annotated[str | None, typer.Option(help="With --exec: simulated seconds per second, or max.")] = None,
     lockstep: Waits = None,
     rosbridge: Annotated[bool, typer.Option("--rosbridge", help="With --exec: rosbridge in every trial.")] = False,
+    ardupilot: Annotated[bool, typer.Option("--ardupilot", help="With --exec: ArduPilot's SITL, without ROS.")] = False,
     ray: Annotated[bool, typer.Option("--ray", help="Run on Ray: the cluster of RAY_ADDRESS, or here.")] = False,
     restart: Annotated[bool, typer.Option("--restart", help="Discard the folder's results, start again.")] = False,
 ) -> None:
@@ -84,7 +85,7 @@ def campaign(
     from vrx_mj.campaign.page import refreshed, write_report
     from vrx_mj.campaign.scores import compare
 
-    serving = _serving(controllers, programs, rate, lockstep, rosbridge=rosbridge)
+    serving = _serving(controllers, programs, rate, lockstep, rosbridge=rosbridge, ardupilot=ardupilot)
     plan = _plan(
         programs or controllers or (), worlds, seeds, fleet=fleet, duration=duration, timeout=timeout, record=record,
         serving=serving,
@@ -107,6 +108,7 @@ def _serving(
     lockstep: str | None,
     *,
     rosbridge: bool,
+    ardupilot: bool,
 ) -> "Serving | None":
     """How worlds are served to programs; None where controllers sail."""
     from vrx_mj.campaign.plan import Serving
@@ -115,17 +117,21 @@ def _serving(
     if bool(controllers) == bool(programs):
         raise CommandError("a campaign needs either controllers (CONTROLLER...) or programs (--exec)")
     if not programs:
-        for option, value in (("--rate", rate), ("--lockstep", lockstep), ("--rosbridge", rosbridge or None)):
-            if value is not None:
+        given = {"--rate": rate, "--lockstep": lockstep, "--rosbridge": rosbridge, "--ardupilot": ardupilot}
+        for option, value in given.items():
+            if value not in {None, False}:
                 raise CommandError(f"{option} needs --exec: it applies to programs, not to controllers")
         return None
     if not all(map(str.strip, programs)):
         raise CommandError("invalid --exec '': the name of a program is needed")
-    check_installed(rosbridge=rosbridge)
+    if not ardupilot:
+        check_installed(rosbridge=rosbridge)
+    elif rosbridge or lockstep is not None:
+        raise CommandError("--ardupilot serves no ROS: --rosbridge and --lockstep cannot be given with it")
     pace = parse_rate(rate or "1")
     if pace is not None and not 0.0 < pace < float("inf"):
         raise CommandError(f"invalid --rate '{rate}': a number above 0 is needed, 1 for real time, or max")
-    return Serving(pace, None if lockstep is None else parse_lockstep(lockstep), rosbridge)
+    return Serving(pace, None if lockstep is None else parse_lockstep(lockstep), rosbridge, ardupilot)
 
 
 def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, **options: Any) -> "Plan":

@@ -145,7 +145,7 @@ def _run(
     logging.getLogger("vrx_mj").addHandler(_Log())
     sim = Simulation(compile_world(opened[0], fleet=fleet, arguments=opened[1], **options))
     with ExitStack() as closing:
-        autopilots = None if ardupilot is None else closing.enter_context(_ardupilot(sim, ardupilot, wanted["host"]))
+        autopilots = None if ardupilot is None else closing.enter_context(_ardupilot(sim, ardupilot, wanted))
         closing.enter_context(recording(sim, record, ()))
         if wires:
             run(sim, services, report=_log_line, status=_status(), autopilots=autopilots)
@@ -158,11 +158,11 @@ def _run(
                 )
 
 
-def _ardupilot(sim: "Simulation", ports: str, host: str) -> "ArduPilot":
+def _ardupilot(sim: "Simulation", ports: str, wanted: dict[str, Any]) -> "ArduPilot":
     """What listens for autopilots; shows how to start them."""
     from vrx_mj.autopilot import ArduPilot, ports_of
 
-    autopilots = ArduPilot(sim, ports_of(sim, ports), host=host, report=_log_line)
+    autopilots = ArduPilot(sim, ports_of(sim, ports), host=wanted["host"], rate=wanted["rate"], report=_log_line)
     for line in autopilots.described():
         _log_line("INFO", line)
     return autopilots

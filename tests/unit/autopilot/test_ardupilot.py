@@ -1,5 +1,7 @@
 """Lock-step with stand-ins of ArduPilot's SITL over UDP."""
 
+import math
+import re
 import socket
 
 import pytest
@@ -182,21 +184,42 @@ def test_another_autopilot_takes_a_boat_whose_own_is_gone(one, lines, monkeypatc
     assert "restarted" in lines[3]
 
 
-def test_a_rate_that_is_no_part_of_the_steps_is_told_with_what_is(one, lines):
+def test_a_rate_that_does_not_suit_gets_the_next_one_and_is_told_when_it_stays(one, lines):
     sim, bridge, sitl = one
-    for sitl.rate in (400, 0, 65535):
-        sitl.send()
-        assert not bridge.step(0.05)
-    assert sim.time == 0.0
-    assert not sitl.is_answered
+    times = []
+    for sitl.rate in (1200, 100, 0, 400, 70, 400, 65535):  # the first is what SITL begins with
+        times.append(sailed(bridge, sitl, 1)["timestamp"][0])
+    assert times == pytest.approx([0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07])
+    assert sim.time == pytest.approx(0.07)
     assert lines[1:] == [
-        (
-            "a: its autopilot asks for 400 frames per second, no whole part of the 100 physics steps: set SIM_RATE_HZ "
-            "to 100, 50, 25, 20, or `physics: timestep` of the world"
-        )
+        "a: its autopilot asks for 70 frames per second and gets 100: set SIM_RATE_HZ to 100, 50, 25, 20, or "
+        "`physics: timestep` of the world"
     ]
-    sitl.rate = 100
-    assert sailed(bridge, sitl, 1)["timestamp"] == [pytest.approx(0.01)]
+
+
+def test_an_autopilot_need_not_keep_to_the_clock_when_the_rate_is_none(world):
+    sim = Simulation(world)
+    with ArduPilot(sim, {"a": 0}, rate=None) as bridge, FakeSitl(bridge.addresses["a"]) as sitl:
+        answers = []
+        for sitl.rate in (1200, 100):
+            sitl.send()
+            bridge.step()
+            answers.append(b'"no_time_sync":1' in sitl.socket.recv(65000))
+    assert answers == [False, True]  # SITL takes our rate over only while it keeps to the clock
+
+
+@pytest.mark.parametrize("rate", [0.0, -1.0, math.inf, math.nan])
+def test_a_rate_has_to_be_above_zero(world, rate):
+    with pytest.raises(CommandError, match="invalid --rate .*: a number above 0"):
+        ArduPilot(Simulation(world), {"a": 0}, rate=rate)
+
+
+def test_each_boat_has_the_arguments_of_its_sitl(world):
+    with ArduPilot(Simulation(world), {"a": 9082, "b": 9005}, rate=5.0) as bridge:
+        a, b = bridge.arguments.values()
+    home = r" --model JSON:127\.0\.0\.1 --speedup 5 --defaults .*ardurover\.parm"
+    assert re.fullmatch(f"--instance 8{home}", a)
+    assert re.fullmatch(f"--sim-port-out 9005{home}", b)
 
 
 def test_a_pulse_that_no_servo_gets_counts_as_none(one, lines):

@@ -11,7 +11,7 @@ from vrx_command import environment
 from vrx_mj.campaign import program
 from vrx_mj.campaign.plan import Cell
 from vrx_mj.campaign.program import Program
-from vrx_mj.campaign.ros_trial import PORTS, claimed_port, surroundings
+from vrx_mj.campaign.program_trial import PORTS, claimed_port, surroundings
 from vrx_mj.errors import NetworkError
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="process groups of other systems")
@@ -138,7 +138,7 @@ def test_ports_of_trials_are_free_and_apart():
 
 def test_without_a_free_port_it_says_so(monkeypatch):
     with claimed_port() as taken:
-        monkeypatch.setattr("vrx_mj.campaign.ros_trial.PORTS", range(taken, taken + 1))
+        monkeypatch.setattr("vrx_mj.campaign.program_trial.PORTS", range(taken, taken + 1))
         message = rf"^no port of {taken} to {taken} is free on 127\.0\.0\.1$"
         with pytest.raises(NetworkError, match=message), claimed_port():
             pass
@@ -146,14 +146,12 @@ def test_without_a_free_port_it_says_so(monkeypatch):
 
 def test_surroundings_are_of_the_trial(tmp_path):
     home = tmp_path.resolve() / "ros"
-    found = surroundings(Cell("roslaunch a.launch", "vrx2022/dock", 7), tmp_path, 21400, 21401)
+    found = surroundings(tmp_path, 21400, 21401)
     assert found == {
         "ROS_MASTER_URI": "http://127.0.0.1:21400",
         "ROS_IP": "127.0.0.1",
         "ROS_HOME": str(home),
         "ROS_LOG_DIR": str(home / "log"),
-        "VRX_MJ_WORLD": "vrx2022/dock",
-        "VRX_MJ_SEED": "7",
         "VRX_MJ_ROSBRIDGE_PORT": "21401",
         "VRX_MJ_ROSBRIDGE_URL": "ws://127.0.0.1:21401",
     }

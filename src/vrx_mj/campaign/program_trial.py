@@ -1,4 +1,6 @@
-"""A trial that a program sails: the world served on a ROS master of its own, and the program beside it."""
+"""A trial that a program sails: the world served to it alone, on a ROS master or to ArduPilot's SITL."""
+
+from __future__ import annotations
 
 import contextlib
 import math
@@ -9,25 +11,29 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.autopilot import MAVLINK_PORT, PORT, PORT_STEP, ArduPilot, ports_of
 from vrx_mj.campaign.plan import Cell, Serving
 from vrx_mj.campaign.program import ENDING, Program
 from vrx_mj.campaign.results import Stopwatch, Tracks
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import NetworkError, VrxError
-from vrx_mj.ros.interface import Transport
-from vrx_mj.ros.ros1 import Ros1
-from vrx_mj.ros.serve import Wanted, serve
 from vrx_mj.runtime.run import CONTROL_RATE, Summary, planned, summarize
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.timing import Schedule
+
+if TYPE_CHECKING:
+    from vrx_mj.ros.interface import Transport
 
 __all__ = ["claimed_port", "sail_by_program", "surroundings"]
 
 LOOPBACK = "127.0.0.1"
 PORTS = range(21311, 29311)
 """Ports of masters and rosbridges: below those that systems assign by themselves."""
+INSTANCES = range(1, 250)
+"""Numbers of SITLs, by which their ports are 10 apart."""
 
 
 def sail_by_program(
@@ -58,22 +64,66 @@ def sail_by_program(
         VrxError: the program failed, or is not finished in time; whatever `serve` raises.
     """
     begun = time.perf_counter()
-    with claimed_port() as master, claimed_port() as bridge:
-        rosbridge = bridge if serving.rosbridge else None
-        os.environ.pop("ROS_HOSTNAME", None)  # it would go before ROS_IP
-        os.environ.update(surroundings(cell, folder, master, rosbridge))
-        pilot = _Pilot(cell.controller, sim, duration, wall, tracks, stopwatch)
-        wanted = Wanted(ros1=True, rosbridge=rosbridge, rate=serving.rate, lockstep=serving.lockstep)
-        try:
-            serve(sim, wanted, report=_write_line, status=pilot.note, ready=pilot.start, over=pilot.is_over)
-        finally:
-            pilot.end()
+    os.environ.update(VRX_MJ_WORLD=cell.world, VRX_MJ_SEED=str(cell.seed), VRX_MJ_FOLDER=str(folder.resolve()))
+    pilot = _Pilot(cell.controller, sim, duration, wall, tracks, stopwatch)
+    try:
+        if serving.ardupilot:
+            _serve_sitl(sim, serving, pilot)
+        else:
+            _serve_ros(sim, serving, folder, pilot)
+    finally:
+        pilot.end()
     steps = round(sim.time / sim.timestep)
     return summarize(sim, steps, time.perf_counter() - begun, pilot.way, interrupted=not pilot.finished)
 
 
-def surroundings(cell: Cell, folder: Path, master: int, rosbridge: int | None) -> dict[str, str]:
-    """Environment variables of a trial's program, whose master and rosbridge are at these ports."""
+def _serve_ros(sim: Simulation, serving: Serving, folder: Path, pilot: _Pilot) -> None:
+    from vrx_mj.ros.ros1 import Ros1
+    from vrx_mj.ros.serve import Wanted, serve
+
+    def start(transports: Sequence[Transport]) -> None:
+        for transport in transports:
+            if isinstance(transport, Ros1):
+                transport.settle()  # the master knows every topic
+        pilot.start()
+
+    with claimed_port() as master, claimed_port() as bridge:
+        rosbridge = bridge if serving.rosbridge else None
+        os.environ.pop("ROS_HOSTNAME", None)  # it would go before ROS_IP
+        os.environ.update(surroundings(folder, master, rosbridge))
+        wanted = Wanted(ros1=True, rosbridge=rosbridge, rate=serving.rate, lockstep=serving.lockstep)
+        serve(sim, wanted, report=_write_line, status=pilot.note, ready=start, over=pilot.is_over)
+
+
+def _serve_sitl(sim: Simulation, serving: Serving, pilot: _Pilot) -> None:
+    with _autopilots(sim, serving.rate) as autopilots:
+        for number, (boat, words) in enumerate(autopilots.arguments.items()):
+            _, port = autopilots.addresses[boat]
+            mavlink = f"tcp:{LOOPBACK}:{port - PORT + MAVLINK_PORT}"
+            suffix = f"_{number}" if number else ""
+            os.environ.update({f"VRX_MJ_ARDUPILOT{suffix}": words, f"VRX_MJ_MAVLINK{suffix}": mavlink})
+        pilot.start()
+        autopilots.run(over=pilot.is_over)
+
+
+def _autopilots(sim: Simulation, rate: float | None) -> ArduPilot:
+    """What listens for the SITLs of all boats, at ports whose SITLs' MAVLink ports are free too."""
+    for instance in INSTANCES:
+        ports = ports_of(sim, str(PORT + PORT_STEP * instance))
+        with contextlib.suppress(NetworkError), contextlib.ExitStack() as probes:
+            autopilots = ArduPilot(sim, ports, rate=rate, report=_write_line)
+            try:
+                for port in ports.values():
+                    probes.enter_context(socket.socket()).bind((LOOPBACK, port - PORT + MAVLINK_PORT))
+            except OSError:
+                autopilots.close()
+                continue
+            return autopilots
+    raise NetworkError(f"no ports are free for ArduPilot's SITL of instances up to {INSTANCES[-1]}")
+
+
+def surroundings(folder: Path, master: int, rosbridge: int | None) -> dict[str, str]:
+    """Environment variables of ROS for a trial's program, whose master and rosbridge are at these ports."""
     home = folder.resolve() / "ros"
     (home / "log").mkdir(parents=True, exist_ok=True)
     found = {
@@ -81,8 +131,6 @@ def surroundings(cell: Cell, folder: Path, master: int, rosbridge: int | None) -
         "ROS_IP": LOOPBACK,
         "ROS_HOME": str(home),
         "ROS_LOG_DIR": str(home / "log"),
-        "VRX_MJ_WORLD": cell.world,
-        "VRX_MJ_SEED": str(cell.seed),
     }
     if rosbridge is not None:
         found["VRX_MJ_ROSBRIDGE_PORT"] = str(rosbridge)
@@ -107,7 +155,7 @@ def claimed_port() -> Iterator[int]:
 
 
 class _Pilot:
-    """The program, from when all topics are there until the trial is over."""
+    """The program, from when the world is served until the trial is over."""
 
     def __init__(
         self, line: str, sim: Simulation, duration: float | None, wall: float, tracks: Tracks, stopwatch: Stopwatch
@@ -122,11 +170,8 @@ class _Pilot:
         """Way of every boat over ground [m], sampled at the control rate."""
         self.finished = False
 
-    def start(self, transports: Sequence[Transport]) -> None:
-        """Start it, once the master knows every topic; from now on the trial's time runs."""
-        for transport in transports:
-            if isinstance(transport, Ros1):
-                transport.settle()
+    def start(self) -> None:
+        """Start it; from now on the trial's time runs."""
         self._stopwatch.allow(self._wall + ENDING)
         self._deadline = time.monotonic() + self._wall
         self._program = Program(self._line, os.environ, sys.stdout.buffer)
