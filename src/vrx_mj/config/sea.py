@@ -150,7 +150,7 @@ class SeaConfig(InFolder):
     depth: Positive | None = None
     """Depth of the water [m], over a flat bottom; by default it is deep.
 
-    Echo sounders find it, and waves have its lengths and motion; the lengths of VRX's are always those of deep water."""
+    Echo sounders find the bottom. Waves have their lengths and motion by it; VRX's keep the lengths of deep water."""
     density: Positive = SEA_WATER_DENSITY
     """Density of the water [kg/m3], which presses on hulls; only in profile `marine`."""
     ramp: Annotated[NonNegative, Only("model", (*SPECTRA, *REGULAR))] = 0.0
