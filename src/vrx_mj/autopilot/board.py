@@ -72,7 +72,8 @@ class Board:
             self._sim.world.parameters.x_from_east,
         )
         battery = {} if self._charge is None else {"battery": self._charge.measure()}
-        return battery | self._ranges() | {
+        optional = battery | self._ranges()
+        return optional | {
             "timestamp": time,
             "imu": {"gyro": _numbers(unit.angular_velocity), "accel_body": _numbers(unit.linear_acceleration)},
             "position": self._north_east_down(place.position),

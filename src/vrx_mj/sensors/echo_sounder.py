@@ -51,5 +51,7 @@ ECHO_SOUNDER = SensorKind(
     EchoSounderConfig,
     lambda measurement: echo(measurement.config, measurement.echo(), measurement.draw),
     RecordedNumbers(lambda _: 1, lambda numbers, config: _echo(float(numbers[0]), config), 1, _wrong_range),
-    plots=(Plot("depth", "Depth under transducer [m]", lambda data: data.range),),
+    plots=(
+        Plot("depth", "Depth under transducer [m]", lambda data: data.range if data.range < math.inf else math.nan),
+    ),
 )

@@ -8,7 +8,7 @@ import pytest
 from unit.sensors.test_lidar import scene
 from vrx_mj.config.sensors import EchoSounderConfig
 from vrx_mj.frames import rotation
-from vrx_mj.sensors.echo_sounder import beam, bottom_distance, echo
+from vrx_mj.sensors.echo_sounder import ECHO_SOUNDER, beam, bottom_distance, echo
 from vrx_mj.sensors.errors import Draw
 from vrx_mj.sensors.lidar import Lidar
 from vrx_mj.sensors.places import Place
@@ -53,6 +53,12 @@ def test_deep_water_and_beams_that_rise_give_no_echo():
 def test_what_is_out_of_range_gives_no_echo(distance, heard):
     found = echo(SONAR, distance, DRAW)
     assert (found.range, found.range_min, found.range_max, found.field_of_view) == (heard, 0.3, 100.0, 0.436)
+
+
+def test_a_plot_has_a_gap_where_there_is_no_echo():
+    (plot,) = ECHO_SOUNDER.plots
+    assert plot.values(echo(SONAR, 7.0, DRAW)) == 7.0
+    assert math.isnan(plot.values(echo(SONAR, math.inf, DRAW)))
 
 
 def test_noise_has_its_standard_deviation():
