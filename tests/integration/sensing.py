@@ -1,12 +1,22 @@
 """Worlds whose boats carry sensors, for tests: the sensors are put into a compiled world."""
 
+import math
 import re
 from dataclasses import replace
 
 import vrx_mj
 from integration.sailing import boats, water
 from trees import typed
-from vrx_mj.config.sensors import BallShooterConfig, GpsConfig, ImuConfig, P3dConfig, PingerConfig
+from vrx_mj.config.sensors import (
+    AnemometerConfig,
+    BallShooterConfig,
+    EchoSounderConfig,
+    GnssCompassConfig,
+    GpsConfig,
+    ImuConfig,
+    P3dConfig,
+    PingerConfig,
+)
 from vrx_mj.frames import rotation
 from vrx_mj.mjcf.objects import BALL, ball_name, parked_balls
 from vrx_mj.mjcf.world import make_world
@@ -21,6 +31,9 @@ P3D = P3dConfig(name="p3d", link="base_link")
 PINGER = PingerConfig(name="pinger", link="pinger", pose=(*PINGER_AT, *LEVEL))
 QUIET_PINGER = PINGER.model_copy(update={"range_noise": 0.0, "bearing_noise": 0.0, "elevation_noise": 0.0})
 GUN = BallShooterConfig(name="gun", link="gun_link", pose=(*GUN_AT, 0.0, -1.04, 0.0))
+WIND = AnemometerConfig(name="wind", link="mast", pose=(-0.5, 0.1, 3.0, *LEVEL))
+COMPASS = GnssCompassConfig(name="compass", link="mast", pose=(-0.5, 0.0, 1.3, *LEVEL))
+SONAR = EchoSounderConfig(name="echo", link="keel", pose=(0.4, -0.2, -0.1, 0.0, math.pi / 2, 0.0))
 SUITE = (GPS, IMU, P3D, PINGER)
 
 

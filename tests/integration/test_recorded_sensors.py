@@ -10,7 +10,7 @@ import pytest
 
 import vrx_mj
 from integration.sailing import AHEAD, boats
-from integration.sensing import GPS, GUN, IMU, P3D, PINGER, SYDNEY, sailing
+from integration.sensing import COMPASS, GPS, GUN, IMU, P3D, PINGER, SONAR, SYDNEY, WIND, sailing
 from vrx_mj.config.sensors import CameraConfig, LidarConfig
 from vrx_mj.config.world import Georeference
 from vrx_mj.errors import CommandError, RecordError, SensorError, UnknownNameError
@@ -23,7 +23,7 @@ PLANAR = LidarConfig(
 CAMERA = CameraConfig(name="camera", link="camera_link", pose=(0.75, 0, 1.5, 0, 0, 0), width=64, height=36)
 TOTEM = {"name": "totem", "model": "red_totem", "pose": [9.0, 1.0, 0.0, 0.0, 0.0, 0.0]}
 HERE = boats((0.0, 0.0, 0.0))
-SUITE = (GPS, IMU, P3D, PINGER, GUN, LIDAR, PLANAR)
+SUITE = (GPS, IMU, P3D, PINGER, GUN, LIDAR, PLANAR, WIND, COMPASS, SONAR)
 NAMES = [config.name for config in SUITE]
 SECONDS = 3.0
 
@@ -95,7 +95,7 @@ def test_the_motion_is_the_same_with_and_without(sim, recorded, tmp_path):
     assert found.equal
     assert str(found) == (
         f"equal to the last bit: {len(plain.rows)} rows\n"
-        "readings of sensors are not compared: 7 sensors in the first recording, 0 in the second"
+        "readings of sensors are not compared: 10 sensors in the first recording, 0 in the second"
     )
 
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from integration.sailing import AFLOAT, AHEAD, CALM, boats, same_bits
-from integration.sensing import GPS, IMU, P3D, PINGER, QUIET_PINGER, SUITE, sailing
+from integration.sailing import AFLOAT, AHEAD, CALM, ROUGH, boats, same_bits
+from integration.sensing import COMPASS, GPS, IMU, P3D, PINGER, QUIET_PINGER, SONAR, SUITE, WIND, sailing
 from vrx_mj.config.sensors import ErrorModel
 from vrx_mj.config.world import Georeference
 from vrx_mj.frames import rotation_matrix
@@ -25,6 +25,9 @@ NOISY = (
     IMU.model_copy(update={"acceleration": NOISE, "angular_velocity": NOISE, "heading": NOISE}),
     P3D.model_copy(update={"noise": 0.1}),
     PINGER,
+    WIND,
+    COMPASS,
+    SONAR,
 )
 NAMES = tuple(config.name for config in NOISY)
 
@@ -95,6 +98,39 @@ def test_gps_and_truth_agree():
     assert fix.velocity == pytest.approx((north, -east, rise), abs=1e-9)
 
 
+def test_wind_heading_and_depth_are_those_of_the_truth_in_gusts_and_waves():
+    """Without noise, from pose and twist of the boat's origin: the wind at the mast, its heading, a slanting beam."""
+    quiet = WIND.model_copy(update={"noise": 0.0}), SONAR.model_copy(update={"noise": 0.0})
+    compass = COMPASS.model_copy(update={"heading_noise": 0.0, "turn_noise": 0.0})
+    gusts = {"direction": 120, "mean_velocity": 6.0, "spectrum": "npd", "height": 10, "exponent": 0.12}
+    marine = {"physics": {"profile": "marine"}, "profile": "marine"}
+    sim = sailing((*quiet, compass, P3D), sea={**ROUGH, "depth": 5.0}, wind=gusts, seed=3, **marine)
+    dict(sim.sense("a"))
+    sim.step({"a": {"left": 1.0, "right": 0.3}}, duration=20.0)
+    wind, sonar, bow, truth = (sim.sense("a")[name] for name in ("wind", "echo", "compass", "p3d"))
+    turned, spin = rotation_matrix(truth.data.orientation), truth.data.angular_velocity
+    assert np.linalg.norm(spin) > 0.02  # the lever counts
+
+    mast = turned @ WIND.pose[:3]
+    air = sim.wind.velocity(truth.time, truth.data.position[2] + mast[2])
+    ahead, port, _ = turned.T @ (truth.data.velocity + np.cross(spin, mast) - air)
+    assert (wind.data.speed, wind.data.angle) == pytest.approx((np.hypot(ahead, port), np.arctan2(port, ahead)))
+
+    place = truth.data.position + turned @ SONAR.pose[:3]
+    assert sonar.data.range == pytest.approx((place[2] + 5.0) / turned[2, 2], abs=1e-9)
+    assert bow.data.heading == pytest.approx(np.arctan2(turned[1, 0], turned[0, 0]))
+    assert wind.time == sonar.time == bow.time == truth.time == pytest.approx(20.0)
+
+
+def test_a_depth_changes_nothing_of_how_boats_sail_in_vrxs_waves():
+    deep, shallow = (sailing((SONAR,), sea={**ROUGH, **depth}, seed=3) for depth in ({}, {"depth": 3.0}))
+    for sim in (deep, shallow):
+        sim.step({"a": AHEAD}, duration=3.0)
+    assert deep.get_state().sha256 == shallow.get_state().sha256
+    assert deep.sense("a")["echo"].data.range == math.inf
+    assert shallow.sense("a")["echo"].data.range == pytest.approx(2.8, abs=0.5)
+
+
 def test_the_truth_is_what_is_observed(sim):
     quiet = sailing((P3D,))
     quiet.step({"a": AHEAD}, duration=3.0)
@@ -112,7 +148,7 @@ def test_every_sensor_has_its_rate(sim):
             number = sim.sense("a")[name].sequence
             if number != sequences[name][-1]:
                 sequences[name].append(number)
-    rates = {"gps": 15, "imu": 15, "p3d": 10, "pinger": 1}
+    rates = {"gps": 15, "imu": 15, "p3d": 10, "pinger": 1, "wind": 10, "compass": 10, "echo": 10}
     assert {name: numbers[1:] for name, numbers in sequences.items()} == {
         name: list(range(1, 10 * rate + 1)) for name, rate in rates.items()
     }
@@ -124,7 +160,7 @@ def test_reading_now_and_then_gives_what_reading_always_gives(sim):
     sim.reset(5)
     dict(sim.sense("a"))
     seldom = log(sim, 200, every=40)
-    assert seldom == [reading for k in (39, 79, 119, 159, 199) for reading in often[4 * k : 4 * k + 4]]
+    assert seldom == [reading for k in (39, 79, 119, 159, 199) for reading in often[len(NAMES) * k :][: len(NAMES)]]
 
 
 def test_the_same_seed_gives_the_same_bits(sim):

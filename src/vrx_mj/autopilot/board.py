@@ -1,5 +1,7 @@
 """What an autopilot's board on a boat measures, without errors: ArduPilot adds those of its own simulated sensors.
 
+Echo sounders are the boat's own, with their rates and errors.
+
 Axes are those of aircraft: north-east-down for the world, forward-right-down for the boat.
 """
 
@@ -16,6 +18,7 @@ from vrx_mj.autopilot.battery import Charge
 from vrx_mj.config.sensors import ImuConfig
 from vrx_mj.frames import quaternion_product, rotation_matrix
 from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.sensors.anemometer import apparent_wind
 from vrx_mj.sensors.errors import Draw
 from vrx_mj.sensors.imu import inertia
 from vrx_mj.sensors.places import Mount, Place, carried
@@ -24,6 +27,8 @@ FORWARD_RIGHT_DOWN = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
 """Axes of the board in those of the boat, forward-left-up."""
 FROM_EAST_NORTH_UP = np.array([0.0, math.sqrt(0.5), math.sqrt(0.5), 0.0])
 """(4,) quaternion that turns axes east, north, up into north, east, down."""
+RANGE_FINDERS = 6
+"""Range finders that an answer has room for, `rng_1` to `rng_6`."""
 _EXACT, _NO_DRAW = ImuConfig(name="board", link="base_link"), Draw(0, "", "board", 0, 1.0)
 
 
@@ -37,6 +42,8 @@ class Board:
         self._gravity = np.array(sim.model.opt.gravity)
         self._before: tuple[float, Place] | None = None
         own = next(each for each in sim.world.parameters.boats if each.name == boat)
+        sounders = [one.name for one in sim.mounted(boat) if one.config.type == "echo_sounder"]
+        self._sounders = sounders[:RANGE_FINDERS]
         self._charge = Charge(sim, boat, own.battery) if own.battery else None
 
     def restart(self) -> None:
@@ -65,7 +72,8 @@ class Board:
             self._sim.world.parameters.x_from_east,
         )
         battery = {} if self._charge is None else {"battery": self._charge.measure()}
-        return battery | {
+        optional = battery | self._ranges()
+        return optional | {
             "timestamp": time,
             "imu": {"gyro": _numbers(unit.angular_velocity), "accel_body": _numbers(unit.linear_acceleration)},
             "position": self._north_east_down(place.position),
@@ -73,6 +81,11 @@ class Board:
             "quaternion": _numbers(quaternion_product(FROM_EAST_NORTH_UP, unit.orientation)),
             "windvane": self._windvane(place),
         }
+
+    def _ranges(self) -> dict[str, float]:
+        """Readings [m] of the boat's echo sounders, in their order; what hears no echo gives twice its range's end."""
+        echoes = [self._sim.sense(self._boat)[name].data for name in self._sounders]
+        return {f"rng_{number}": min(one.range, 2.0 * one.range_max) for number, one in enumerate(echoes, 1)}
 
     def _place(self) -> Place:
         seen = self._sim.observe()[self._boat]
@@ -89,9 +102,9 @@ class Board:
 
     def _windvane(self, place: Place) -> dict[str, float]:
         """Apparent wind: where it comes from [rad], clockwise from ahead, and its speed [m/s]."""
-        height = max(0.0, float(place.position[2]) - self._sim.world.parameters.sea.level)
-        flow = self._sim.wind.velocity(self._sim.time, height) - place.velocity
-        ahead, right, _ = (-(place.rotation.T @ flow)).tolist()
+        sim = self._sim
+        flow = apparent_wind(sim.wind.velocity, sim.time, sim.world.parameters.sea.level, place)
+        ahead, right, _ = (-flow).tolist()
         return {"direction": math.atan2(right, ahead), "speed": math.hypot(ahead, right)}
 
 

@@ -147,8 +147,10 @@ class SeaConfig(InFolder):
     """Height of a regular wave, crest over trough [m]."""
     file: Annotated[Annotated[str, loads(read_spectrum)] | None, Only("model", ("file",), required=True)] = None
     """Spectrum of model `file`: lines of frequency [Hz] and density [m2/Hz], as CSV; a path relative to this file."""
-    depth: Annotated[Positive | None, Only("model", (*SPECTRA, *REGULAR))] = None
-    """Depth of the water [m], for lengths and motion of waves that are not VRX's; by default it is deep."""
+    depth: Positive | None = None
+    """Depth of the water [m], over a flat bottom; by default it is deep.
+
+    Echo sounders find the bottom. Waves have their lengths and motion by it; VRX's keep the lengths of deep water."""
     density: Positive = SEA_WATER_DENSITY
     """Density of the water [kg/m3], which presses on hulls; only in profile `marine`."""
     ramp: Annotated[NonNegative, Only("model", (*SPECTRA, *REGULAR))] = 0.0

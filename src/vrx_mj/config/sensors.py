@@ -44,6 +44,11 @@ class _Sensor(Config):
     """ROS topic or stem of topics, without the boat's namespace."""
 
 
+def _range_faults(near: float, far: float) -> Iterator[Fault]:
+    if not 0.0 <= near < far:
+        yield (), f"invalid range from {near:g} m to {far:g} m: 0 <= begin < end is needed"
+
+
 class CameraConfig(_Sensor):
     """A pinhole camera without distortion, looking along x of its pose; `frame` is the optical one."""
 
@@ -103,9 +108,7 @@ class LidarConfig(_Sensor):
     """Whether water reflects; VRX's does not."""
 
     def _faults(self) -> Iterator[Fault]:
-        near, far = self.range
-        if not 0.0 <= near < far:
-            yield (), f"invalid range from {near:g} m to {far:g} m: 0 <= begin < end is needed"
+        yield from _range_faults(*self.range)
         if max(abs(angle) for angle in self.azimuth) > 2.0 * math.pi:
             yield (), f"invalid azimuth {list(self.azimuth)} rad: at most a full turn, 2 pi, either way"
         if max(abs(angle) for angle in self.elevation) > 1.571:
@@ -187,8 +190,59 @@ class BallShooterConfig(_Sensor):
     """Where the ball starts, in the launcher's frame [m]."""
 
 
+class AnemometerConfig(_Sensor):
+    """A wind sensor, at the masthead as a rule: the apparent wind in the plane of its x and y."""
+
+    type: Literal["anemometer"] = "anemometer"
+    """Type of the sensor."""
+    rate: Rate = 10.0
+    """Readings per second [Hz]."""
+    noise: NonNegative = 0.1
+    """Standard deviation of the wind's velocity along x and along y [m/s]."""
+
+
+class GnssCompassConfig(_Sensor):
+    """Two satellite antennas, the second one along x from the first: true heading and rate of turn."""
+
+    type: Literal["gnss_compass"] = "gnss_compass"
+    """Type of the sensor."""
+    rate: Rate = 10.0
+    """Readings per second [Hz]."""
+    heading_noise: NonNegative = 0.007
+    """Standard deviation of the heading [rad]; 0.007 is usual of antennas 1 m apart."""
+    turn_noise: NonNegative = 0.0035
+    """Standard deviation of the rate of turn [rad/s]."""
+
+
+class EchoSounderConfig(_Sensor):
+    """An echo sounder: the distance along x of its pose, which has to point down, to the bottom."""
+
+    type: Literal["echo_sounder"] = "echo_sounder"
+    """Type of the sensor."""
+    rate: Rate = 10.0
+    """Readings per second [Hz]."""
+    range: tuple[Number, Number] = (0.3, 100.0)
+    """Nearest and farthest echo [m]."""
+    noise: NonNegative = 0.02
+    """Standard deviation of the distance [m]."""
+    field_of_view: Annotated[float, Field(ge=0, lt=3.1415)] = 0.436
+    """Width of the beam [rad], as its messages say; what it measures is along the beam's middle."""
+
+    def _faults(self) -> Iterator[Fault]:
+        yield from _range_faults(*self.range)
+
+
 SensorConfig = Annotated[
-    CameraConfig | LidarConfig | GpsConfig | ImuConfig | P3dConfig | PingerConfig | BallShooterConfig,
+    CameraConfig
+    | LidarConfig
+    | GpsConfig
+    | ImuConfig
+    | P3dConfig
+    | PingerConfig
+    | BallShooterConfig
+    | AnemometerConfig
+    | GnssCompassConfig
+    | EchoSounderConfig,
     Field(discriminator="type"),
 ]
 """A sensor of any type."""

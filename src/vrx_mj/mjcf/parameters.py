@@ -59,6 +59,7 @@ def sea_parameters(sea: SeaConfig, physics: PhysicsConfig) -> Sea:
         level=0.0,
         waves=tuple(Wave(**wave) for wave in afloat),
         significant_height=height,
+        depth=sea.depth,
         moving=_moving(physics),
     )
 

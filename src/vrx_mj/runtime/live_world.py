@@ -77,7 +77,9 @@ class LiveWorld:
         self.sampler = Sampler(self.arrays.columns, self.arrays.timestep)
         self.sea, self.wind = Sea(self.arrays), Wind(self.arrays)
         own = weakref.proxy(self)  # a run that nobody holds goes at once, with its models and its drawing context
-        self.sensing = Sensing(world, self.arrays, self.drawing, lambda: own.renew_arguments(), self.turn)  # noqa: PLW0108
+        self.sensing = Sensing(
+            world, self.arrays, self.wind, self.drawing, lambda: own.renew_arguments(), self.turn,  # noqa: PLW0108
+        )  # fmt: skip
         self.displays = Displays(self.arrays, self.sensing)
         contacts = ContactSampler(lambda: own.world.boats, lambda: own.arrays)
         self.subscriptions = Subscriptions(self.arrays.sensors, self.sensing.read, self.arrays.timestep, contacts)

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from vrx_mj.arguments import check_name, several
 from vrx_mj.arrays import FloatArray
+from vrx_mj.config.sensors import LidarConfig
 from vrx_mj.errors import CommandError, SensorError
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.site import Georeference
@@ -25,9 +26,11 @@ from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.sample_clocks import Moment
 from vrx_mj.runtime.turns import Turn, in_turn
 from vrx_mj.runtime.warmup import announced
-from vrx_mj.runtime.weather import Sea
+from vrx_mj.runtime.weather import Sea, Wind
+from vrx_mj.sensors.anemometer import apparent_wind
 from vrx_mj.sensors.camera import Cameras
 from vrx_mj.sensors.displays import Display
+from vrx_mj.sensors.echo_sounder import beam, bottom_distance
 from vrx_mj.sensors.errors import Draw
 from vrx_mj.sensors.lidar import Lidar, Water, cast_at_sea, noisy
 from vrx_mj.sensors.places import Mount, Place
@@ -70,15 +73,27 @@ class Sights:
 
     def scan(self, sensor: Mounted, now: Moment, draw: Draw) -> PointCloud | Scan:
         """The scan of a lidar."""
-        model = self._drawing()
+        water = Water(self._arrays.waves, self._arrays.sea, now.time) if sensor.config.sea_returns else None
+        lidar = self._lidar(sensor, sensor.config)
+        with announced(cast, "the lidar", 8):
+            return lidar.scan(self._scene(self._drawing(), now), draw.key, draw.index, water)
+
+    def echo(self, sensor: Mounted, now: Moment) -> float:
+        """How far along an echo sounder's beam the bottom is, or what is in the way but its own boat [m]; else inf."""
+        lidar = self._lidar(sensor, beam(sensor.config), own=False)
+        with announced(cast, "the echo sounder", 8):
+            met = float(lidar.ranges(self._scene(self._drawing(), now))[0])
+        sea = self._world.parameters.sea
+        return min(met, bottom_distance(sensor.place(now.qpos, now.qvel), sea.level, sea.depth))
+
+    def _lidar(self, sensor: Mounted, config: LidarConfig, *, own: bool = True) -> Lidar:
+        """A sensor's rays, which meet its own boat or do not."""
         key = sensor.boat, sensor.name
         if key not in self._lidars:
+            model, mount = self._drawing(), sensor.mount
             body = int(model.body(sensor.body).id)
-            mount = sensor.mount
-            self._lidars[key] = Lidar(model, sensor.config, body, mount.position, mount.rotation)
-        water = Water(self._arrays.waves, self._arrays.sea, now.time) if sensor.config.sea_returns else None
-        with announced(cast, "the lidar", 8):
-            return self._lidars[key].scan(self._scene(model, now), draw.key, draw.index, water)
+            self._lidars[key] = Lidar(model, config, body, mount.position, mount.rotation, own=own)
+        return self._lidars[key]
 
     def compile(self, sensors: Sequence[Mounted], now: Moment) -> None:
         """Have the kernels that cameras and lidars need compiled, if they are not; `now` is any moment.
@@ -92,6 +107,9 @@ class Sights:
         for sea, sensor in {sensor.config.sea_returns: sensor for sensor in lidars}.items():
             if not (cached(cast) and cached(noisy) and (cached(cast_at_sea) or not sea)):
                 self.scan(sensor, now, Draw(0, sensor.boat, sensor.name, 0, sensor.config.rate))
+        for sensor in sensors:
+            if sensor.config.type == "echo_sounder" and not cached(cast):
+                self.echo(sensor, now)
 
     def _scene(self, model: mujoco.MjModel, now: Moment) -> mujoco.MjData:
         """Where everything was at a moment."""
@@ -174,6 +192,7 @@ class Sensing:
         self,
         world: World,
         arrays: LoopArrays,
+        wind: Wind,
         drawing: Callable[[], mujoco.MjModel],
         rebound: Callable[[], None],
         turn: Turn,
@@ -183,11 +202,12 @@ class Sensing:
         Args:
             world: what they are in.
             arrays: whose moments they see.
+            wind: that they feel.
             drawing: gives the model that cameras and lidars see.
             rebound: is called when the loop's arrays of moments are new ones.
             turn: of whom, with the run; a reading is of one moment.
         """
-        self._rebound, self._turn = rebound, turn
+        self.wind, self._rebound, self._turn = wind, rebound, turn
         self._seed = 0
         self._kept: dict[tuple[str, str], Reading] = {}
         self.bind(world, arrays, drawing)
@@ -371,11 +391,19 @@ class _Measurement:
     def marks(self) -> Floats:
         return self._now.device_state[self._sensor.marks]
 
+    @property
+    def wind(self) -> Floats:
+        level = self._sensing.world.parameters.sea.level
+        return apparent_wind(self._sensing.wind.velocity, self._now.time, level, self.place)
+
     def picture(self) -> Image:
         return self._sensing.sights.image(self._sensor, self._now, self.draw)
 
     def scan(self) -> PointCloud | Scan:
         return self._sensing.sights.scan(self._sensor, self._now, self.draw)
+
+    def echo(self) -> float:
+        return self._sensing.sights.echo(self._sensor, self._now)
 
 
 def _find(kind: str, name: str, known: Mapping[str, Mounted]) -> Mounted:

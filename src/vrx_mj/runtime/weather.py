@@ -155,10 +155,11 @@ class Wind:
         return np.array(found, np.float64).reshape(heights.shape)
 
     def _replay_to(self, steps: int) -> None:
-        """Have the velocities (steps + 1, 2) after each step so far."""
+        """Have the velocities (steps + 1, 2) after each step so far, or of more."""
         missing = steps + 1 - len(self._replayed)
         if missing <= 0:
             return
+        missing = max(missing, len(self._replayed) // 8)  # so that what is asked step by step is not copied each time
         arrays, more = self._arrays, np.empty((missing, 2))
         wind_series(arrays.wind[0], self._replay[0], arrays.gust_bands, arrays.air, self._turned, arrays.timestep, more)
         self._replayed = np.concatenate((self._replayed, more))

@@ -49,11 +49,18 @@ class Measurement(Protocol):
     def marks(self) -> FloatArray:
         """The sensor's marks at this moment."""
 
+    @property
+    def wind(self) -> FloatArray:
+        """Velocity of the air past the sensor, (3,) [m/s], its axes."""
+
     def picture(self) -> Image:
         """What a camera at the sensor's place sees."""
 
     def scan(self) -> PointCloud | Scan:
         """What a lidar at the sensor's place meets."""
+
+    def echo(self) -> float:
+        """How far along an echo sounder's beam the bottom is [m]; inf without an echo."""
 
 
 @dataclass(frozen=True)

@@ -134,6 +134,8 @@ class Lidar:
         body: int,
         position: npt.ArrayLike,
         rotation: npt.ArrayLike,
+        *,
+        own: bool = True,
     ) -> None:
         """A lidar.
 
@@ -143,6 +145,7 @@ class Lidar:
             body: number of the body that carries it.
             position: (3,) of its measuring frame (x forward, z up) in the body's frame [m].
             rotation: (3, 3) from its measuring frame's axes to the body's.
+            own: whether it sees what moves with that body.
         """
         self._model, self._config, self._body = model, config, body
         self._position = np.array(position, np.float64)
@@ -150,7 +153,9 @@ class Lidar:
         self._rays = grid(config.rings, config.samples, config.elevation, config.azimuth, config.range)
         rays = self._rays[0]
         self._directions = _directions(angles(rays["elevation"], config.rings), angles(rays["azimuth"], config.samples))
-        self._geoms = reflecting(model)
+        geoms = reflecting(model)
+        others = model.body_rootid[model.geom_bodyid[geoms]] != model.body_rootid[body]
+        self._geoms = geoms if own else geoms[others]
 
     def scan(self, data: mujoco.MjData, key: int, index: int, sea: Water | None = None) -> PointCloud | Scan:
         """What the lidar gives: a cloud of its returns, or a planar scan.

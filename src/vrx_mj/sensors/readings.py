@@ -142,13 +142,51 @@ class Shooter:
 
 
 @dataclass(frozen=True)
+class ApparentWind:
+    """Wind past a sensor that moves with its boat, in the plane of the sensor's x and y."""
+
+    speed: float
+    """Speed [m/s]."""
+    angle: float
+    """Where it comes from [rad], counter-clockwise from the bow, from -pi to pi."""
+
+
+@dataclass(frozen=True)
+class Heading:
+    """Measurement of a GNSS compass."""
+
+    heading: float
+    """Heading [rad], counter-clockwise from true east, from -pi to pi; `frames.compass` makes a bearing of it."""
+    rate_of_turn: float
+    """Rate of turn about the vertical [rad/s], positive to port."""
+    heading_variance: float = 0.0
+    """Variance of the heading [rad2]; 0: no errors."""
+    rate_of_turn_variance: float = 0.0
+    """Variance of the rate of turn [rad2/s2]."""
+
+
+@dataclass(frozen=True)
+class Echo:
+    """Measurement of an echo sounder, as in ROS's Range."""
+
+    range: float
+    """Distance from the transducer along its beam [m]; inf without an echo in the range."""
+    range_min: float
+    """Least range [m]."""
+    range_max: float
+    """Greatest range [m]."""
+    field_of_view: float
+    """Width of the beam [rad]."""
+
+
+@dataclass(frozen=True)
 class Reading:
     """The last measurement of a sensor."""
 
     name: str
     """Name of the sensor."""
     type: str
-    """Type of the sensor: camera, lidar, gps, imu, p3d, pinger or ball_shooter."""
+    """Type of the sensor, a name of `SENSOR_KINDS`, such as camera or gps."""
     time: float
     """Simulated time of the measurement [s]."""
     sequence: int
@@ -156,7 +194,8 @@ class Reading:
     frame: str
     """ROS frame of `data`: the boat's name, a slash, and the sensor's own frame."""
     data: Any
-    """The measured values: an Image, PointCloud, Scan, Fix, Inertia, Truth, Sound or Shooter."""
+    """The measured values: an Image, PointCloud, Scan, Fix, Inertia, Truth, Sound, Shooter, ApparentWind, Heading or
+    Echo."""
     mount: Mount | None = field(default=None, repr=False, compare=False)
     """Pose of the sensor's link on the boat, as in ROS's static transforms: x forward and z up for a camera. It is None
     in a reading that comes from a recording."""

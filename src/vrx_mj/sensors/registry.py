@@ -7,7 +7,10 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import BallShooterConfig, CameraConfig, LidarConfig, P3dConfig, PingerConfig
+from vrx_mj.sensors.anemometer import ANEMOMETER
+from vrx_mj.sensors.echo_sounder import ECHO_SOUNDER
 from vrx_mj.sensors.errors import Draw
+from vrx_mj.sensors.gnss_compass import GNSS_COMPASS
 from vrx_mj.sensors.gps import GPS
 from vrx_mj.sensors.imu import IMU
 from vrx_mj.sensors.kinds import Plot, RecordedNumbers, SensorKind
@@ -82,6 +85,7 @@ BALL_SHOOTER = SensorKind(
     plots=(Plot("shots", "Shots left", lambda data: data.shots_left),),
 )
 SENSOR_KINDS: Mapping[str, SensorKind] = {
-    kind.type: kind for kind in (CAMERA, LIDAR, IMU, PINGER, GPS, BALL_SHOOTER, P3D)
+    kind.type: kind
+    for kind in (CAMERA, LIDAR, IMU, PINGER, GPS, BALL_SHOOTER, P3D, ANEMOMETER, GNSS_COMPASS, ECHO_SOUNDER)
 }
 """All of them by type."""

@@ -6,8 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from integration.sensing import SONAR, WIND, sailing
 from vrx_mj import Simulation, compile_world
 from vrx_mj.autopilot.board import Board
+from vrx_mj.autopilot.packets import answer
 from vrx_mj.frames import quaternion, quaternion_product, rotation, rotation_matrix
 from vrx_mj.runtime.observation import BoatObservation
 
@@ -31,6 +33,7 @@ def measured(*moments, mounted=(0.0, 0.0, 0.0), wind=(0.0, 0.0, 0.0), x_from_eas
         model=SimpleNamespace(opt=SimpleNamespace(gravity=(0.0, 0.0, -G))),
         world=SimpleNamespace(parameters=parameters),
         wind=SimpleNamespace(velocity=lambda _t, _z: np.array(wind)),
+        mounted=lambda _boat: [],
     )
     board = Board(sim, "a", mounted)
     for time, seen in moments:
@@ -126,6 +129,31 @@ def test_the_wind_vane_points_to_where_the_apparent_wind_comes_from(blows, direc
 def test_a_boats_own_way_makes_wind_from_ahead():
     found = measured(moved(velocity=(3, 0, 0)), wind=(4.0, 0.0, 0.0))["windvane"]  # a beam wind to starboard
     assert (found["speed"], found["direction"]) == pytest.approx((5.0, -np.arctan2(4.0, 3.0)))
+
+
+def test_echo_sounders_are_its_range_finders_in_their_order():
+    """Six of them at most; what hears no echo is beyond its range, and none is a boat without."""
+    down = [SONAR.model_copy(update={"name": f"sonar{number}", "noise": 0.0}) for number in range(7)]
+    down[1] = down[1].model_copy(update={"pose": (0.0, 0.0, 0.0, 0.0, 0.0, 0.0), "range": (0.3, 40.0)})
+    down[2] = down[2].model_copy(update={"pose": (0.0, 0.0, -0.6, 0.0, pi / 2, 0.0)})
+    sim = sailing((WIND, *down), sea={"model": "none", "depth": 6.0}, wind=None)
+    found = Board(sim, "a").measure()
+    depth = 6.0 + sim.observe()["a"].position[2]
+    expected = [depth - 0.1, 80.0, depth - 0.6, *[depth - 0.1] * 3]
+    assert [found[f"rng_{number}"] for number in range(1, 7)] == pytest.approx(expected)
+    assert "rng_7" not in found
+    assert f'"rng_2":80.0,"rng_3":{found["rng_3"]},' in answer(found).decode()
+    assert not [key for key in measured(moved()) if key.startswith("rng")]
+
+
+def test_its_wind_vane_is_an_anemometer_without_noise():
+    quiet = WIND.model_copy(update={"noise": 0.0})
+    sim = sailing((quiet,), profile="marine", seed=3)
+    board = Board(sim, "a", quiet.pose[:3])
+    sim.sense("a")["wind"]
+    sim.step({"a": {"left": 1.0, "right": 0.2}}, duration=2.0)
+    vane, wind = board.measure()["windvane"], sim.sense("a")["wind"].data
+    assert (vane["speed"], vane["direction"]) == pytest.approx((wind.speed, -wind.angle), abs=1e-9)
 
 
 def test_who_integrates_it_sails_along():

@@ -14,7 +14,7 @@ from vrx_mj.drive.pilot import Wheel, engine_commands, engines_of
 from vrx_mj.errors import CommandError, ConfigError, VrxError
 from vrx_mj.formats.urdf.model import Urdf
 from vrx_mj.formats.urdf.reader import in_namespace, read_joints
-from vrx_mj.frames import quaternion
+from vrx_mj.frames import quaternion, quaternion_product
 from vrx_mj.mjcf.build import boat_urdf
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
@@ -290,8 +290,11 @@ class BoatFrames:
             if sensor.config.link != BASE:
                 frames[link] = transform(0.0, f"{boat}/{BASE}", link, mount.position, mount.orientation)
             if sensor.frame not in {link, WORLD_FRAME}:  # a ground truth is in the world's
-                optical = (0.5, -0.5, 0.5, -0.5) if sensor.config.type == "camera" else (1.0, 0.0, 0.0, 0.0)
-                frames[sensor.frame] = transform(0.0, link, sensor.frame, (0.0, 0.0, 0.0), optical)
+                turn = np.array((0.5, -0.5, 0.5, -0.5) if sensor.config.type == "camera" else (1.0, 0.0, 0.0, 0.0))
+                position = np.zeros(3)
+                if sensor.config.link == BASE:  # the frame of any other link is the sensor's
+                    position, turn = mount.position, quaternion_product(mount.orientation, turn)
+                frames[sensor.frame] = transform(0.0, link, sensor.frame, position, turn)
         for joint in self._joints:
             if joint.child not in frames and joint.child not in self._moving:
                 frames[joint.child] = transform(0.0, joint.parent, joint.child, joint.position, joint.quaternion)

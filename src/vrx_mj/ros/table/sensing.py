@@ -15,7 +15,21 @@ from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.table.host import Host, header, turned, vector
 from vrx_mj.ros.table.vrx3 import with_vrx3
 from vrx_mj.runtime.mounted import Mounted
-from vrx_mj.sensors.readings import CameraInfo, Fix, Image, Inertia, PointCloud, Reading, Scan, Sound, Truth
+from vrx_mj.sensors.errors import covariance
+from vrx_mj.sensors.readings import (
+    ApparentWind,
+    CameraInfo,
+    Echo,
+    Fix,
+    Heading,
+    Image,
+    Inertia,
+    PointCloud,
+    Reading,
+    Scan,
+    Sound,
+    Truth,
+)
 from vrx_mj.sensors.view import intrinsics
 
 JPEG_QUALITY = 80
@@ -24,6 +38,9 @@ FLOAT32, UINT16 = 7, 4
 """Of sensor_msgs/PointField."""
 KNOWN_DIAGONAL = 2
 """COVARIANCE_TYPE_DIAGONAL_KNOWN of sensor_msgs/NavSatFix."""
+UNKNOWN_VARIANCE, NOT_MEASURED = 1000.0, -1.0
+"""Variance [rad2, rad2/s2] of an angle that is not measured, as u-blox's driver has it; element 0 of a covariance of
+sensor_msgs/Imu that says that there is no such measurement."""
 MARKER_PERIOD = 10.0
 """Between two markers of where a beacon really is [s]."""
 
@@ -286,6 +303,41 @@ def _imu(reading: Reading) -> Message:
     )
 
 
+def _apparent_wind(reading: Reading) -> Message:
+    """Velocity of the air past the sensor, in its frame."""
+    wind: ApparentWind = reading.data
+    flow = (-wind.speed * math.cos(wind.angle), -wind.speed * math.sin(wind.angle), 0.0)
+    return new("geometry_msgs/Vector3Stamped", header=_head(reading), vector=vector(flow))
+
+
+def _compass(reading: Reading) -> Message:
+    """As drivers of receivers with two antennas: a yaw; roll and pitch are unknown, and accelerations not measured."""
+    data: Heading = reading.data
+    yaw, unknown = 0.5 * data.heading, UNKNOWN_VARIANCE
+    return new(
+        "sensor_msgs/Imu",
+        header=_head(reading),
+        orientation=turned((math.cos(yaw), 0.0, 0.0, math.sin(yaw))),
+        orientation_covariance=np.array(covariance(unknown, unknown, data.heading_variance)),
+        angular_velocity=vector((0.0, 0.0, data.rate_of_turn)),
+        angular_velocity_covariance=np.array(covariance(unknown, unknown, data.rate_of_turn_variance)),
+        linear_acceleration_covariance=np.array((NOT_MEASURED, *[0.0] * 8)),
+    )
+
+
+def _range(reading: Reading) -> Message:
+    """sensor_msgs/Range, whose `radiation_type` 0 is ultrasound."""
+    echo: Echo = reading.data
+    return new(
+        "sensor_msgs/Range",
+        header=_head(reading),
+        field_of_view=echo.field_of_view,
+        min_range=echo.range_min,
+        max_range=echo.range_max,
+        range=echo.range,
+    )
+
+
 def _odometries(_host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
     config = sensor.config
     make = partial(_odometry, f"{sensor.boat}/{config.link}", config.noise**2)
@@ -415,5 +467,11 @@ TOPICS: Mapping[str, SensorTopics] = {
         _place_beacon,
     ),
     "ball_shooter": SensorTopics("shooters/ball_shooter", inputs=_fire),
+    "anemometer": SensorTopics(
+        "sensors/{}",
+        (SensorTopic("/apparent_wind", "geometry_msgs/Vector3Stamped", _apparent_wind, ("/apparent_wind",)),),
+    ),
+    "gnss_compass": SensorTopics("sensors/{}", (SensorTopic("/heading", "sensor_msgs/Imu", _compass, ("/heading",)),)),
+    "echo_sounder": SensorTopics("sensors/{}", (SensorTopic("/range", "sensor_msgs/Range", _range, ("/range",)),)),
 }
 """Topics of sensors by their type."""

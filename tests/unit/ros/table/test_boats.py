@@ -13,7 +13,7 @@ import vrx_mj
 from ros_scene import run, served
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.urdf.reader import read_urdf
-from vrx_mj.frames import quaternion
+from vrx_mj.frames import quaternion, rotation_matrix
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.table.boats import Spin, boat_joints
 
@@ -144,6 +144,27 @@ def test_a_boat_whose_files_are_gone_keeps_its_sensors_and_vrxs_joints(bay, monk
     assert still["wamv1/gps_wamv_link"] == "wamv1/base_link"
     moving = {frame.child_frame_id: frame.header.frame_id for frame in table.outputs["/tf"].make().transforms}
     assert moving["wamv1/left_propeller_link"] == "wamv1/left_engine_link"
+
+
+def test_a_frame_of_a_sensors_own_on_base_link_is_where_it_measures(tmp_path):
+    robot = tmp_path / "surveyor.yaml"
+    robot.write_text(
+        "extends: blueboat\nsensors:\n"
+        "  - {type: echo_sounder, name: sonar, link: base_link, pose: [0.2, 0, -0.1, 0, 1.5708, 0], frame: sonar}\n"
+        "  - {type: camera, name: eye, link: base_link, pose: [0.5, 0, 0.3, 0, 0, 1.5708], frame: eye}\n"
+    )
+    world = vrx_mj.compile_world("ocean", fleet={"boats": [{"name": "a", "robot": str(robot), "pose": [0] * 6}]})
+    scene = served(world, wanted=WATCHED)
+    run(scene, 0.1)
+    frames = frames_of(scene)
+    for name, place, axes in (
+        ("a/sonar", (0.2, 0.0, -0.1), ((0, 0, -1), (0, 1, 0), (1, 0, 0))),
+        ("a/eye", (0.5, 0.0, 0.3), ((1, 0, 0), (0, 0, -1), (0, 1, 0))),  # x to the right of a view to port, y down
+    ):
+        parent, position, turn = frames[name]
+        assert parent == "a/base_link"
+        assert position == pytest.approx(place)
+        assert np.ravel(rotation_matrix(turn).T) == pytest.approx(np.ravel(axes), abs=1e-5)
 
 
 def test_another_root_hangs_on_base_link():

@@ -7,7 +7,17 @@ import numpy as np
 import pytest
 
 from trees import partial
-from vrx_mj.config.sensors import ErrorModel, GpsConfig, ImuConfig, LidarConfig, P3dConfig, PingerConfig
+from vrx_mj.config.sensors import (
+    AnemometerConfig,
+    EchoSounderConfig,
+    ErrorModel,
+    GnssCompassConfig,
+    GpsConfig,
+    ImuConfig,
+    LidarConfig,
+    P3dConfig,
+    PingerConfig,
+)
 from vrx_mj.config.world import Georeference
 from vrx_mj.frames import rotation_matrix
 from vrx_mj.ros.table.sensing import sensor_outputs
@@ -15,7 +25,7 @@ from vrx_mj.sensors.errors import Draw
 from vrx_mj.sensors.gps import fix
 from vrx_mj.sensors.imu import inertia
 from vrx_mj.sensors.places import Place
-from vrx_mj.sensors.readings import PointCloud, Reading, Sound
+from vrx_mj.sensors.readings import ApparentWind, Echo, Heading, PointCloud, Reading, Sound
 from vrx_mj.sensors.registry import truth
 
 
@@ -81,6 +91,31 @@ def test_a_fix_states_its_covariance_which_is_diagonal_in_any_world(noise, headi
     message = made(config, "/fix", fix(config, AT_REST, earth, DRAW))
     assert message.position_covariance_type == 2
     assert message.position_covariance.tolist() == pytest.approx(diagonal(*(value**2 for value in noise)))
+
+
+def test_apparent_wind_is_the_velocity_of_the_air_past_the_sensor():
+    """From ahead to port: it blows astern and to starboard."""
+    config = AnemometerConfig(name="wind", link="mast")
+    message = made(config, "/wind/apparent_wind", ApparentWind(5.0, math.atan2(4.0, 3.0)))
+    assert message.header.frame_id == "a/mast"
+    assert (message.vector.x, message.vector.y, message.vector.z) == pytest.approx((-3.0, -4.0, 0.0))
+
+
+def test_a_compass_states_its_yaw_and_what_it_does_not_measure():
+    message = made(GnssCompassConfig(name="gnss", link="mast"), "/gnss/heading", Heading(2.0, 0.3, 4e-4, 9e-4))
+    turn = message.orientation
+    assert rotation_matrix((turn.w, turn.x, turn.y, turn.z))[:, 0] == pytest.approx((math.cos(2.0), math.sin(2.0), 0.0))
+    assert message.orientation_covariance.tolist() == diagonal(1000.0, 1000.0, 4e-4)
+    assert message.angular_velocity.z == 0.3
+    assert message.angular_velocity_covariance.tolist() == diagonal(1000.0, 1000.0, 9e-4)
+    assert message.linear_acceleration_covariance[0] == -1.0
+
+
+@pytest.mark.parametrize("distance", [7.25, math.inf])
+def test_an_echo_is_a_range_of_ultrasound(distance):
+    message = made(EchoSounderConfig(name="sonar", link="keel"), "/sonar/range", Echo(distance, 0.5, 80.0, 0.25))
+    assert message.radiation_type == message.ULTRASOUND == 0
+    assert (message.range, message.min_range, message.max_range, message.field_of_view) == (distance, 0.5, 80.0, 0.25)
 
 
 def test_the_truth_states_the_variance_of_its_velocities():
