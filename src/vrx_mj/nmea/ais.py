@@ -113,7 +113,7 @@ class Transponder:
         self.due = min(self.due, self.reported + interval)
         if time >= self.due:
             found.append(self._position(time, seen, earth, heading))
-            self.reported, self.due = time, max(self.due, time - PERIOD) + interval
+            self.reported, self.due = time, (self.due if self.due > time - PERIOD else time) + interval
         if time >= self.due_static:
             found += self._static()
             self.due_static += STATIC_INTERVAL

@@ -61,7 +61,7 @@ class Instruments:
         """A line for people: what a boat sends, and what it has no sensor for."""
         sources = self._sources(boat)
         sent, missing = (
-            ", ".join(dict.fromkeys(one.talker + one.formatter for one in KINDS if has(one.sources[0])))
+            ", ".join(dict.fromkeys(one.formatter for one in KINDS if has(one.sources[0])))
             for has in (sources.__contains__, lambda source: source not in (*sources, "battery"))
         )
         lacks = f"; no sensor for {missing}" if missing else ""

@@ -35,6 +35,7 @@ class SentenceKind(NamedTuple):
 
     formatter: str
     talker: str
+    """Empty: that of the sensor that gives the heading."""
     rate: float
     """Sentences per simulated second, at most [Hz]."""
     sources: tuple[str, ...]
@@ -44,9 +45,10 @@ class SentenceKind(NamedTuple):
 
     def sentence(self, readings: Sequence[Reading]) -> Sentence | None:
         """The sentence of these readings."""
-        fields = [str(field) for field in self.fields(*readings)]
-        text = getattr(pynmea2, self.formatter)(self.talker, self.formatter, fields).render()
-        return Sentence(text, readings[0].time, readings[0].frame) if fields else None
+        first, fields = readings[0], [str(field) for field in self.fields(*readings)]
+        talker = self.talker or HEADINGS[first.type]
+        text = getattr(pynmea2, self.formatter)(talker, self.formatter, fields).render()
+        return Sentence(text, first.time, first.frame) if fields else None
 
 
 def knots(speed: float) -> float:
@@ -173,8 +175,8 @@ KINDS = (
     SentenceKind("GGA", "GP", 1.0, ("gps",), _gga),
     SentenceKind("RMC", "GP", 1.0, ("gps",), _rmc),
     SentenceKind("VTG", "GP", 1.0, ("gps",), _vtg),
-    SentenceKind("HDT", "HE", 10.0, ("heading",), _hdt),
-    SentenceKind("ROT", "HE", 10.0, ("heading",), _rot),
+    SentenceKind("HDT", "", 10.0, ("heading",), _hdt),
+    SentenceKind("ROT", "", 10.0, ("heading",), _rot),
     SentenceKind("MWV", "WI", 2.0, ("anemometer",), _apparent_wind),
     SentenceKind("MWV", "WI", 2.0, ("anemometer", "gps", "heading"), _true_wind),
     SentenceKind("DPT", "SD", 1.0, ("echo_sounder",), _dpt),
@@ -182,5 +184,5 @@ KINDS = (
     SentenceKind("XDR", "II", 1.0, ("battery",), _battery_xdr),
 )
 """In the order in which those of one moment are sent."""
-HEADINGS = ("gnss_compass", "imu")
-"""Sensors that give a `heading`, the better one first."""
+HEADINGS = {"gnss_compass": "GP", "imu": "HE"}
+"""Sensors that give a `heading`, the better one first, and their talkers."""
