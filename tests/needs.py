@@ -132,5 +132,6 @@ STABLE_BASELINES3 = Need(
 CAPYTAINE = Need("Capytaine", "pip install -e '.[hydro]'", lambda: importlib.util.find_spec("capytaine") is not None)
 MKDOCS = Need("mkdocs", "pip install -e '.[docs]'", lambda: importlib.util.find_spec("mkdocs") is not None)
 CHROMIUM = Need("Chromium", "apt-get install -y chromium", lambda: CHROMIUM_PROGRAM is not None)
+GPSDECODE = Need("gpsdecode", "apt-get install -y gpsd-clients", lambda: shutil.which("gpsdecode") is not None)
 NODE = Need("Node.js", "apt-get install -y nodejs npm", lambda: None not in {shutil.which("node"), shutil.which("npm")})
 EGL = Need("EGL or OSMesa", "apt-get install -y libegl1 libgl1-mesa-dri libopengl0", _can_draw)

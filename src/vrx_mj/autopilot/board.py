@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.autopilot.battery import Charge
 from vrx_mj.config.sensors import ImuConfig
 from vrx_mj.frames import quaternion_product, rotation_matrix
+from vrx_mj.runtime.battery import Charge
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.anemometer import apparent_wind
 from vrx_mj.sensors.errors import Draw

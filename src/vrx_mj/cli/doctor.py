@@ -341,7 +341,7 @@ def cores_row(cores: tuple[int, float]) -> Row:
 EXTRAS = {
     "ros1": ("rosbags", "lz4"), "foxglove": ("rosbags", "foxglove"), "rosbridge": ("rosbags", "websockets", "cbor2"),
     "rl": ("gymnasium", "pettingzoo"), "ray": ("ray",), "notebook": ("ipykernel", "rerun_notebook"),
-    "video": ("av",), "hydro": ("capytaine",),
+    "video": ("av",), "hydro": ("capytaine",), "nmea": ("rosbags", "pynmea2", "pyais"),
 }  # fmt: skip
 """Modules that each extra brings."""
 MASTER, MASTER_PORT, ROSBRIDGE_PORT = "http://localhost:11311", 11311, 9090

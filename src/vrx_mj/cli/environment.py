@@ -10,9 +10,9 @@ __all__ = ["PACKAGES", "installed_first", "intruder"]
 
 PACKAGES = frozenset({
     "IPython", "PIL", "av", "capytaine", "cbor2", "collada", "foxglove", "gymnasium", "jinja2", "llvmlite", "lxml",
-    "lz4", "markupsafe", "matplotlib", "mujoco", "numba", "numpy", "pettingzoo", "psutil", "pyarrow", "pydantic", "ray",
-    "rerun", "rerun_notebook", "rich", "rosbags", "scipy", "shapely", "trimesh", "typer", "websockets",
-    "xacro", "yaml", "yourdfpy",
+    "lz4", "markupsafe", "matplotlib", "mujoco", "numba", "numpy", "pettingzoo", "psutil", "pyais", "pyarrow",
+    "pydantic", "pynmea2", "ray", "rerun", "rerun_notebook", "rich", "rosbags", "scipy", "shapely", "trimesh", "typer",
+    "websockets", "xacro", "yaml", "yourdfpy",
 })  # fmt: skip
 """What we import, by the names of the modules."""
 

@@ -107,6 +107,7 @@ LEFT_OUT = {
     "--foxglove": ("8765", r"\d+"),
     "--localization": ("navigator", "navigator|truth"),
     "--ardupilot": ("9002", r"\d+|[^-]\S*:\d+"),
+    "--nmea": ("10110", r"\d+|[^-]\S*:\d+"),
 }
 """Options whose value may be left out, with that which they then have, and the form of their values."""
 

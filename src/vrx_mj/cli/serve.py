@@ -4,14 +4,16 @@ import logging
 import shutil
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vrx_mj.arguments import check_name
 from vrx_mj.cli.options import DEFAULT_PORT, Arguments, Fleet, Nudge, Record, Seed, World, opened_by, reads_files
 from vrx_mj.cli.screen import is_watched, show
 from vrx_mj.errors import CommandError, NetworkError
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
     from vrx_mj.autopilot import ArduPilot
     from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["check_installed", "parse_lockstep", "parse_rate", "serve"]
+__all__ = ["check_installed", "parse_lockstep", "parse_nmea", "parse_rate", "serve"]
 
 COLORS = {"WARN": "yellow", "ERROR": "red"}
 
@@ -37,6 +39,14 @@ Sitl = Annotated[
         metavar="<boat:port,...>",
         help="Let ArduPilot's SITL sail boats in lock-step, each by its UDP port; without boats all, the first at 9002 "
         "and each further one 10 above.",
+    ),
+]
+Nmea = Annotated[
+    str | None,
+    typer.Option(
+        metavar="<[boat:]port,...>",
+        help="Send NMEA 0183 and AIS to chart plotters, by UDP and TCP, of the first boat or of those named; the port "
+        "may be left out: 10110.",
     ),
 ]
 Waits = Annotated[
@@ -79,6 +89,7 @@ def serve(
     rosbridge: Rosbridge = None,
     foxglove: Foxglove = None,
     ardupilot: Sitl = None,
+    nmea: Nmea = None,
     ros2: Annotated[bool, typer.Option("--ros2", help="Serve ROS 2, through the rclpy of this Python.")] = False,
     host: Annotated[str, typer.Option(help="Address to listen on; 0.0.0.0: all networks.")] = "127.0.0.1",
     allow_origin: Origins = None,
@@ -98,17 +109,18 @@ def serve(
     """Serve a world to ROS, with VRX's topics and services. By default ROS 1 and rosbridge, without ROS 2.
 
     Ctrl-C or SIGTERM ends it; a recording is closed then. For viewers alone: vrx-mj serve example_course --foxglove
-    For ArduPilot: vrx-mj serve example_course --ardupilot
+    For ArduPilot: vrx-mj serve example_course --ardupilot; for chart plotters: vrx-mj serve example_course --nmea
 
     Example: vrx-mj serve example_course --fleet usv_config --ros1
     """
-    none = not (ros1 or ros2) and (rosbridge, foxglove, ardupilot) == (None, None, None)
+    none = not (ros1 or ros2) and (rosbridge, foxglove, ardupilot, nmea) == (None,) * 4
     _run(
         *(opened_by(world, arguments), fleet, {"seed": seed, "nudge": nudge}, record, ardupilot),
         ros1=ros1 or none,
         rosbridge=int(DEFAULT_PORT) if none else rosbridge,
         foxglove=foxglove,
         ros2=ros2,
+        nmea=nmea,
         host=host,
         origins=allow_origin or (),
         lockstep=None if lockstep is None else parse_lockstep(lockstep),
@@ -128,16 +140,15 @@ def _run(
     **wanted: Any,
 ) -> None:
     """Compile and serve; imports wait until they are needed."""
-    wires = wanted["ros1"] or wanted["ros2"] or (wanted["rosbridge"], wanted["foxglove"]) != (None, None)
+    optional = {name: wanted[name] is not None for name in ("rosbridge", "foxglove", "nmea")}
+    wires = wanted["ros1"] or wanted["ros2"] or any(optional.values())
     if wires:
-        check_installed(
-            rosbridge=wanted["rosbridge"] is not None, ros2=wanted["ros2"], foxglove=wanted["foxglove"] is not None
-        )
+        check_installed(ros2=wanted["ros2"], **optional)
         from vrx_mj.ros.access import checked_origins
         from vrx_mj.ros.serve import Wanted
         from vrx_mj.ros.serve import serve as run
 
-        services = Wanted(**wanted | {"origins": checked_origins(wanted["origins"])})
+        services = Wanted(**wanted | {"origins": checked_origins(wanted["origins"]), "nmea": None})
     from vrx_mj.cli.sailing import recording
     from vrx_mj.mjcf.compile import compile_world
     from vrx_mj.runtime.simulation import Simulation
@@ -148,6 +159,8 @@ def _run(
         autopilots = None if ardupilot is None else closing.enter_context(_ardupilot(sim, ardupilot, wanted))
         closing.enter_context(recording(sim, record, ()))
         if wires:
+            if wanted["nmea"] is not None:
+                services = replace(services, nmea=parse_nmea(wanted["nmea"], sim.boats))
             run(sim, services, report=_log_line, status=_status(), autopilots=autopilots)
         elif autopilots:
             ending = threading.Event()
@@ -183,14 +196,35 @@ def parse_lockstep(text: str) -> tuple[str, ...]:
     return tuple(topic for topic in text.split(",") if topic not in {"", "step"})
 
 
-def check_installed(*, rosbridge: bool, ros2: bool = False, foxglove: bool = False) -> None:
+def parse_nmea(text: str, boats: Sequence[str]) -> dict[str, int]:
+    """Ports by boat from `PORT`, of the first boat, or `BOAT:PORT,BOAT:PORT`.
+
+    Raises:
+        CommandError: it is neither; two boats have one port; there is no boat.
+        UnknownNameError: no boat has that name.
+    """
+    if not boats:
+        raise CommandError("--nmea: the world has no boat")
+    found: dict[str, int] = {}
+    for word in text.split(","):
+        boat, _, port = word.rpartition(":")
+        if not port.isdecimal() or int(port) in found.values():
+            raise CommandError(f"invalid --nmea '{text}': [BOAT:]PORT,... is needed, each port once, as in wamv:10110")
+        check_name("boat", boat or boats[0], boats)
+        found[boat or boats[0]] = int(port)
+    return found
+
+
+def check_installed(*, rosbridge: bool, ros2: bool = False, foxglove: bool = False, nmea: bool = False) -> None:
     """Say what to install before the world is compiled."""
     from importlib.util import find_spec
 
-    needed = ("rosbags",) + ("websockets", "cbor2") * rosbridge + ("foxglove",) * foxglove
+    plotters = ("pynmea2", "pyais") * nmea
+    needed = ("rosbags",) + ("websockets", "cbor2") * rosbridge + ("foxglove",) * foxglove + plotters
     missing = [name for name in needed if find_spec(name) is None]
     if missing:
         extra = "foxglove" if "foxglove" in missing else "rosbridge" if rosbridge else "ros1"
+        extra = "nmea" if set(plotters) & set(missing) else extra
         raise NetworkError(f"not installed: {', '.join(missing)}; {install_extra(extra)}")
     if ros2:
         from vrx_mj.ros.ros2 import load_rclpy

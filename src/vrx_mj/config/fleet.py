@@ -25,6 +25,7 @@ from vrx_mj.errors import ConfigError, Problem, VrxError
 _FUNCTION = re.compile(r"[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
 Controller = Annotated[str, demand(_FUNCTION.fullmatch, "expected module:function, as in my_boat:controller, got {}")]
 Engines = Literal["fixed", "hinged"]
+AisClass = Literal["A", "B"]
 
 
 @dataclass(frozen=True)
@@ -92,6 +93,8 @@ class _Built(InFolder):
     """Whether the engines are fixed to the hull, the default, or bodies on hinges, at four times the cost."""
     controller: Controller | None = None
     """Controller of the boats, module:function or module:Class, unless a run is given another."""
+    ais: AisClass | None = None
+    """Class of the AIS transponder, A or B; by default B of hulls shorter than 20 m."""
 
 
 class BoatEntry(_Built):
@@ -240,7 +243,7 @@ def _boat(fleet: FleetConfig, spawn: SpawnConfig, slot: Slot) -> BoatConfig:
     """
     levels: list[_Built] = [slot.entry, fleet] if slot.entry else [fleet]
     given: dict[str, Any] = {"robot": spawn.robot, "folder": spawn.folder}
-    for key in ("robot", "thrusters", "components", "engines", "controller"):
+    for key in ("robot", "thrusters", "components", "engines", "controller", "ais"):
         if level := next((level for level in levels if getattr(level, key)), None):
             folders = (name for name, owner in _Built.folder_keys.items() if owner == key)
             given |= {name: getattr(level, name) for name in (key, *folders)}

@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from vrx_mj.config.dynamics import MOST_SKEGS, MOST_STRIPS
+from vrx_mj.config.fleet import AisClass
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.model.kinds import (
     LEFT_OUT,
@@ -424,6 +425,8 @@ class Boat:
     """Channels of its autopilot; empty: as usual."""
     battery: Battery | None = field(default=None, metadata=LEFT_OUT)
     """Its battery."""
+    ais: AisClass | None = field(default=None, metadata=LEFT_OUT)
+    """Class of its AIS transponder; None: by its length."""
 
 
 def boat_label(name: str, robot: str) -> str:

@@ -22,8 +22,8 @@ DEFINITIONS = Path(__file__).parent / "definitions_ros2"
 AS_IN_ROS_1 = tuple(
     messages.DEFINITIONS / name
     for name in (
-        "geographic_msgs/GeoPoint.msg", "geographic_msgs/GeoPose.msg", "robot_localization/FromLL.srv",
-        "robot_localization/ToLL.srv",
+        "geographic_msgs/GeoPoint.msg", "geographic_msgs/GeoPose.msg", "nmea_msgs/Sentence.msg",
+        "robot_localization/FromLL.srv", "robot_localization/ToLL.srv",
     )
 )  # fmt: skip
 ENCODINGS = (b"\x00\x00", b"\x00\x01")

@@ -28,7 +28,7 @@ class Output:
     type: str
     """As ROS 1 names it, `sensor_msgs/JointState`."""
     make: Callable[..., Message | None]
-    """Gives the present message, or None where nothing is to be published; of a sensor it takes the reading."""
+    """Gives the present message, a list of several, or None for none; of a sensor it takes the reading."""
     rate: float = 0.0
     """Messages per simulated second; 0: whenever there is a new one."""
     sensor: tuple[str, str] | None = None

@@ -3,7 +3,9 @@
 import asyncio
 import concurrent.futures
 import contextlib
+import errno
 import logging
+import os
 import shlex
 import threading
 import time
@@ -78,6 +80,14 @@ def who_listens(port: int) -> str | None:
         return None
     pid = next(filter(None, found), None)
     return "a process of another user; 'sudo ss -ltnp' shows it" if pid is None else shown_process(pid)
+
+
+def refusal(what: str, host: str, port: int, error: Exception) -> str:
+    """Why a TCP port cannot be listened on."""
+    if isinstance(error, OSError) and error.errno == errno.EADDRINUSE:
+        return f"{what}: port {port} of {host} is taken by {who_listens(port) or 'an unknown program'}"
+    reason = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
+    return f"{what}: port {port} of {host} cannot be opened: {reason or 'it timed out'}"
 
 
 def _listens(connection: Any, port: int) -> bool:

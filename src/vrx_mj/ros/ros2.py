@@ -340,9 +340,14 @@ class Ros2:
     title = "ROS 2"
     dialect: Dialect = "vrx3"
 
-    def __init__(self, inbox: Inbox, *, host: str = "127.0.0.1", node: str = "vrx_mj") -> None:
-        """A node of this name; with a host of loopback it looks for others on this machine alone."""
-        self._inbox, self._host, self._name = inbox, host, node
+    def __init__(
+        self, inbox: Inbox, *, host: str = "127.0.0.1", node: str = "vrx_mj", packages: Sequence[str] = PACKAGES
+    ) -> None:
+        """A node of this name; with a host of loopback it looks for others on this machine alone.
+
+        Of `packages`, those of the topics' types, `start` says which are missing.
+        """
+        self._inbox, self._host, self._name, self._packages = inbox, host, node, packages
         self._lock, self._woken, self._closing = threading.Lock(), threading.Event(), False
         self._table: RosInterface | None = None
         self._queue = TopicQueue()
@@ -364,7 +369,7 @@ class Ros2:
         domain, distro = os.environ.get("ROS_DOMAIN_ID") or "0", os.environ.get("ROS_DISTRO") or "jazzy"
         by, reach = rclpy.get_rmw_implementation_identifier(), os.environ.get(RANGE, "SUBNET")
         lines = [f"ROS 2: node /{self._name} in domain {domain} by {by}, {RANGE}={reach}"]
-        for package in PACKAGES:
+        for package in self._packages:
             if not has_package(package):
                 shown = f", as {EXAMPLES[package]}," if package in EXAMPLES else ""
                 debian = f"ros-{distro}-{package.replace('_', '-')}"

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, ConfigError, SensorError, VrxError, shortened
@@ -46,6 +46,9 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.subscriptions import Subscription
 from vrx_mj.runtime.timing import Schedule, sample_number, steps_to_time
 from vrx_mj.sensors.readings import Reading
+
+if TYPE_CHECKING:
+    from vrx_mj.nmea import Instruments
 
 NEWS_RATE = 10.0
 """How often outputs without a rate are looked at, per simulated second."""
@@ -147,12 +150,10 @@ class Publisher:
         return due and (output.latched or output.name in self._wanted)
 
     def _make(self, output: Output, make: Callable[[], Message | None], time: float) -> None:
-        message = make()
-        if message is None:
-            return
-        if output.rate == 0.0 and not self._is_new(output, message):
-            return
-        self._batch.append(Sent(output, message, time))
+        made = make()
+        for message in made if isinstance(made, list) else [] if made is None else [made]:
+            if output.rate or self._is_new(output, message):
+                self._batch.append(Sent(output, message, time))
 
 
 STEP = "/vrx_mj/step"
@@ -255,6 +256,7 @@ class RosServer:
         localization: Source | None = None,
         clock_rate: float = CLOCK_RATE,
         lockstep: Lockstep | None = None,
+        instruments: "Instruments | None" = None,
     ) -> None:
         """Serve a simulation from its present moment on.
 
@@ -268,6 +270,7 @@ class RosServer:
             localization: what boats are localized by, as by robot_localization; None: they are not.
             clock_rate: of `/clock`, per simulated second.
             lockstep: which topics time waits for; None: it does not wait.
+            instruments: what topics of NMEA sentences come from; None: there are none.
 
         Raises:
             CommandError: the clock's rate is not above 0, or above that of the physics.
@@ -278,7 +281,7 @@ class RosServer:
             )
         self.sim, self.cmd_vel, self.truth, self.paused, self.pace = sim, cmd_vel, truth, False, 0.0
         self.sensor_load: Mapping[tuple[str, str], float] = {}
-        self.lockstep = lockstep
+        self.lockstep, self._instruments = lockstep, instruments
         self.update_rate = 0.0
         self.bodies, self.scenery = Bodies(sim), Scenery(sim.world.parameters)
         self.applied = AppliedForces(sim, report)
@@ -560,8 +563,13 @@ class RosServer:
         self.announce()  # what is latched, even while time does not advance
 
     def _offer(self) -> None:
-        waits, localized = self.lockstep is not None, self._localize()
-        tables = make_tables(self, clock_rate=self._clock_rate, waits=waits, localized=localized)
+        tables = make_tables(
+            self,
+            clock_rate=self._clock_rate,
+            waits=self.lockstep is not None,
+            localized=self._localize(),
+            instruments=self._instruments,
+        )
         self._services = {**tables["vrx"].services, **tables["vrx3"].services}
         self._tables: dict[Dialect, RosInterface] = {dialect: tables[dialect] for dialect in self._publishers}
         for transport in self._transports:

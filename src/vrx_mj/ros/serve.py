@@ -17,6 +17,7 @@ from vrx_mj.ros.network import Network
 from vrx_mj.ros.ros_server import CLOCK_RATE, Lockstep, Report, RosServer
 from vrx_mj.ros.table.host import CmdVel
 from vrx_mj.ros.table.localization import Source
+from vrx_mj.ros.table.vrx3 import PACKAGES
 from vrx_mj.runtime.limits import process_memory
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.signals import handled
@@ -132,6 +133,8 @@ class Wanted:
     foxglove: int | None = None
     """Its port."""
     ros2: bool = False
+    nmea: Mapping[str, int] | None = None
+    """Ports of sentences, by boat."""
     host: str = "127.0.0.1"
     """Address that is listened on."""
     origins: Sequence[str] = ()
@@ -194,7 +197,13 @@ def serve(
         DivergedError: the state became NaN or huge.
     """
     sim.prepare_sensors()  # compiling holds the clock up for seconds: now, and not when somebody subscribes
-    network, inbox, ending = Network(), Inbox(), threading.Event()
+    network, inbox, ending, instruments = Network(), Inbox(), threading.Event(), None
+    if wanted.nmea is not None:
+        from vrx_mj.nmea import Instruments
+
+        instruments = Instruments(sim)
+        for boat in wanted.nmea:
+            report("INFO", instruments.described(boat))
     try:
         transports = [*_transports(network, inbox, wanted, ending), *extra]
         with _opened(transports) as lines, handled(("SIGINT", "SIGTERM"), lambda _: ending.set()):
@@ -209,6 +218,7 @@ def serve(
                 localization=wanted.localization,
                 clock_rate=wanted.clock_rate,
                 lockstep=None if wanted.lockstep is None else Lockstep(wanted.lockstep),
+                instruments=instruments,
             )
             server.paused = wanted.paused
             for line in lines:
@@ -326,8 +336,8 @@ class _Loop:
 
 
 def _transports(network: Network, inbox: Inbox, wanted: Wanted, ending: threading.Event) -> Iterator[Transport]:
-    if not (wanted.for_ros or wanted.foxglove is not None):
-        raise CommandError("no transport is given: --ros1, --rosbridge, --foxglove or --ros2 is needed")
+    if not (wanted.for_ros or wanted.nmea) and wanted.foxglove is None:
+        raise CommandError("no transport is given: --ros1, --rosbridge, --foxglove, --nmea or --ros2 is needed")
     graph = Graph(network, inbox)
     servers: list[Server] = []
     if wanted.ros1:
@@ -349,7 +359,11 @@ def _transports(network: Network, inbox: Inbox, wanted: Wanted, ending: threadin
     if wanted.ros2:
         from vrx_mj.ros.ros2 import Ros2
 
-        yield Ros2(inbox, host=wanted.host)
+        yield Ros2(inbox, host=wanted.host, packages=(*PACKAGES, "nmea_msgs") if wanted.nmea else PACKAGES)
+    if wanted.nmea is not None:
+        from vrx_mj.ros.nmea import Nmea
+
+        yield from (Nmea(network, boat, port=port, host=wanted.host) for boat, port in wanted.nmea.items())
 
 
 @contextlib.contextmanager
@@ -388,7 +402,7 @@ def _greet(server: RosServer, wanted: Wanted, report: Report) -> None:
             report("WARN", f"lockstep: no subscriber of {topic} here, so time does not advance")
     if wanted.paused:
         report("INFO", "paused: rosservice call /gazebo/unpause_physics starts time")
-    if wanted.host not in LOOPBACK:
+    if wanted.host not in LOOPBACK and wanted.for_ros:
         report("WARN", f"listening on {wanted.host}: any machine on that network can drive the boats and end the run")
         _show_addresses(wanted, report)
     if os.environ.get("VRX_DEBUG") == "false":

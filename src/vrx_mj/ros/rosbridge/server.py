@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-import errno
 import functools
 import http
 import logging
@@ -19,7 +18,7 @@ from vrx_mj.ros import messages
 from vrx_mj.ros.access import Names, Origins, checked_origins, host_of, is_address, is_loopback
 from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.interface import Traffic
-from vrx_mj.ros.network import who_listens
+from vrx_mj.ros.network import refusal
 from vrx_mj.ros.rosbridge.client import Client, Hub
 from vrx_mj.ros.rosbridge.protocol import MOST_INCOMING
 
@@ -103,7 +102,7 @@ class Rosbridge:
         try:
             self._network.call(self._open(), OPENING)
         except (OSError, TimeoutError) as error:
-            raise NetworkError(self._refused(error)) from error
+            raise NetworkError(refusal("rosbridge", self.host, self.port, error)) from error
         shown = f"[{self.host}]" if ":" in self.host else self.host
         return [f"rosbridge: ws://{shown}:{self.port}"]
 
@@ -186,13 +185,6 @@ class Rosbridge:
         except TimeoutError:
             for client in self._hub.clients.values():
                 client.abort()
-
-    def _refused(self, error: Exception) -> str:
-        what = f"rosbridge: port {self.port} of {self.host}"
-        if isinstance(error, OSError) and error.errno == errno.EADDRINUSE:
-            return f"{what} is taken by {who_listens(self.port) or 'an unknown program'}"
-        reason = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
-        return f"{what} cannot be opened: {reason or 'it timed out'}"
 
 
 def allowing(origin: str) -> str:

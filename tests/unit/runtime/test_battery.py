@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from vrx_mj.autopilot.battery import Charge
 from vrx_mj.errors import CommandError
 from vrx_mj.model.boats import Battery
+from vrx_mj.runtime.battery import Charge
 
 
 def run(power, duration, *, resistance=0.0, voltage=((0.0, 10.0), (1.0, 10.0)), steps=1000):
