@@ -1,5 +1,6 @@
 """Data sets in COCO's form: of recordings, and of runs."""
 
+import importlib
 import json
 
 import numpy as np
@@ -92,10 +93,8 @@ def test_a_data_set_has_the_same_bytes_each_time(recording, folder, tmp_path):
 @needs(PYCOCOTOOLS)
 @pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")
 def test_pycocotools_reads_masks_and_boxes_as_they_were(recording, folder):
-    from pycocotools import mask as masks
-    from pycocotools.coco import COCO
-
-    data = COCO(str(folder / "annotations.json"))
+    masks, coco = (importlib.import_module(f"pycocotools.{name}") for name in ("mask", "coco"))
+    data = coco.COCO(str(folder / "annotations.json"))
     for number, reading in zip(data.getImgIds(), recording[1], strict=True):
         found = data.loadAnns(data.getAnnIds(imgIds=number))
         assert len(found) == len(reading.data.labels.objects)
