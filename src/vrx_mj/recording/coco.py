@@ -32,7 +32,12 @@ class CocoWriter:
     """
 
     def __init__(self, folder: str | Path, description: str = "vrx_mj") -> None:
-        """Begin a data set in a folder, which is made if need be; an older data set in it is replaced."""
+        """Begin a data set.
+
+        Args:
+            folder: is made if need be; an older data set in it is replaced.
+            description: of the data set, in its `info`.
+        """
         self._folder = as_path("folder", folder)
         self._description = as_text("description", description)
         self._images: list[dict[str, Any]] = []
@@ -49,7 +54,11 @@ class CocoWriter:
         self.close()
 
     def add(self, boat: str, reading: Reading) -> None:
-        """Add a camera's picture, as `Simulation.labelled` gives it, of the boat that carries the camera.
+        """Add a camera's picture with labels.
+
+        Args:
+            boat: that carries the camera.
+            reading: as `Simulation.labelled` gives it.
 
         Raises:
             CommandError: it is not a picture with labels.
