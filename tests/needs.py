@@ -130,6 +130,9 @@ STABLE_BASELINES3 = Need(
     lambda: importlib.util.find_spec("stable_baselines3") is not None,
 )
 CAPYTAINE = Need("Capytaine", "pip install -e '.[hydro]'", lambda: importlib.util.find_spec("capytaine") is not None)
+PYCOCOTOOLS = Need(
+    "pycocotools", "pip install -e '.[test]'", lambda: importlib.util.find_spec("pycocotools") is not None
+)
 MKDOCS = Need("mkdocs", "pip install -e '.[docs]'", lambda: importlib.util.find_spec("mkdocs") is not None)
 CHROMIUM = Need("Chromium", "apt-get install -y chromium", lambda: CHROMIUM_PROGRAM is not None)
 GPSDECODE = Need("gpsdecode", "apt-get install -y gpsd-clients", lambda: shutil.which("gpsdecode") is not None)

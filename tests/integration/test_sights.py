@@ -6,6 +6,7 @@ import pytest
 from integration.sailing import CALM, boats
 from integration.sensing import P3D, sailing
 from vrx_mj.config.sensors import CameraConfig, LidarConfig
+from vrx_mj.errors import UnknownNameError
 
 LIDAR = LidarConfig(name="lidar", link="lidar_link", pose=(0.7, 0.0, 1.8, 0.0, 0.0, 0.0), noise=0.0)
 CAMERA = CameraConfig(name="camera", link="camera_link", pose=(0.75, 0, 1.5, 0, 0, 0), width=64, height=36)
@@ -58,3 +59,30 @@ def test_a_camera_takes_pictures_at_its_rate_and_keeps_them_between():
     second = sim.sense("a")["camera"]
     assert (second.sequence, second.time) == (1, pytest.approx(0.04))
     assert second.data.rgb.tobytes() != first.data.rgb.tobytes()
+
+
+@pytest.mark.render
+def test_labels_come_with_pictures_and_change_neither_them_nor_the_motion():
+    def run(camera, read):
+        sim = sailing((camera,), fleet=HERE, objects=[TOTEM], seed=3)
+        for _ in range(3):
+            sim.advance(20)
+            reading = read(sim)
+        return reading, sim.get_state().sha256
+
+    camera = CAMERA.model_copy(update={"width": 640, "height": 360})
+    plain = run(camera, lambda sim: sim.sense("a")["camera"])
+    asked = run(camera, lambda sim: sim.labelled("a", "camera"))
+    always = run(camera.model_copy(update={"labels": True}), lambda sim: sim.sense("a")["camera"])
+    assert plain[0].data.labels is None
+    assert plain[1] == asked[1]
+    for reading, _ in (asked, always):
+        assert reading.data.rgb.tobytes() == plain[0].data.rgb.tobytes()
+        assert (reading.time, reading.sequence) == (plain[0].time, plain[0].sequence)
+        assert [one.category for one in reading.data.labels.objects if one.name == "totem"] == ["red_totem"]
+
+
+def test_a_boat_has_labels_of_cameras_alone():
+    sim = sailing((CAMERA, P3D), fleet=HERE, seed=3)
+    with pytest.raises(UnknownNameError, match="camera of a"):
+        sim.labelled("a", "p3d")

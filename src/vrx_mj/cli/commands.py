@@ -194,28 +194,44 @@ def view(
 def replay(
     recording: Recording,
     video: Annotated[Path | None, typer.Option(help="Draw a video instead, into a .mp4, .webp or .gif file.")] = None,
+    coco: Annotated[
+        Path | None,
+        typer.Option(
+            help="Write what the cameras saw, with boxes and masks, as a COCO data set into a folder instead."
+        ),
+    ] = None,
     view: Annotated[
         str, typer.Option(help="View of the video: chase, above, or both, with above in a corner.", show_default=True)
     ] = "both",
-    boat: Annotated[str | None, typer.Option(help="The boat that the camera follows.")] = None,
+    boat: Annotated[
+        str | None, typer.Option(help="The boat that the camera follows, or whose cameras the data set is of.")
+    ] = None,
     size: Annotated[str | None, typer.Option(help="Size of the video [pixels], as in 1280x720.")] = None,
     fps: Annotated[float | None, typer.Option(help="Pictures per second of the video.")] = None,
     speed: Annotated[float, typer.Option(help="Simulated seconds per second of the video.")] = 1.0,
-    begin: Annotated[float | None, typer.Option("--from", help="First simulated second of the video.")] = None,
-    end: Annotated[float | None, typer.Option("--to", help="Last simulated second of the video.")] = None,
+    begin: Annotated[
+        float | None, typer.Option("--from", help="First simulated second of the video or data set.")
+    ] = None,
+    end: Annotated[float | None, typer.Option("--to", help="Last simulated second of the video or data set.")] = None,
 ) -> None:
     """Open a recording in rerun's viewer, or draw a video of it. Without a display the viewer opens in a browser.
 
-    A video needs no display; .mp4 needs the extra `video`.
+    A video needs no display; .mp4 needs the extra `video`. A data set has the pictures of every second.
 
     Example: vrx-mj replay run.rrd --video run.mp4 --boat wamv2 --speed 2
     """
     from vrx_mj.recording import open_viewer
+    from vrx_mj.recording.coco import draw_coco
     from vrx_mj.recording.rrd_file import no_recording
     from vrx_mj.recording.video import Shot, draw_video, parse_size
 
+    if video is not None and coco is not None:
+        raise CommandError("--video and --coco write different things: give one of them")
     if not recording.is_file():
         raise RecordError(no_recording(recording))
+    if coco is not None:
+        typer.echo(draw_coco(recording, coco, boat, begin, end))
+        return
     if video is None:
         raise SystemExit(open_viewer(recording, follow=boat, write=typer.echo))
     typer.echo(draw_video(recording, video, Shot(view, boat, parse_size(size), fps, speed, begin, end)))

@@ -75,6 +75,8 @@ class CameraConfig(_Sensor):
     `centered`, ((w - 1) / 2, (h - 1) / 2), from 0."""
     antialiasing: Annotated[Literal[0, 2, 4], Field(exclude_if=operator.not_)] = 0
     """Samples per pixel that smooth edges, in two to three times the time; 0: none."""
+    labels: Annotated[Switch, Field(exclude_if=operator.not_)] = False
+    """Whether its pictures come with the names, boxes and masks of what they show."""
 
     def _faults(self) -> Iterator[Fault]:
         if self.near >= self.far:

@@ -19,16 +19,18 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg
 from rosbags.typesys.store import Typestore
 
 from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning
 from vrx_mj.outputs import write_files
+from vrx_mj.ros import cdr
 from vrx_mj.ros.interface import Inbox, RosInterface, Sent, Traffic
 from vrx_mj.ros.layout import layout_text
 from vrx_mj.ros.messages import Message, encode, full_name, full_text, md5sum, new, stamp, typestore
 from vrx_mj.ros.ros_server import CLOCK_RATE, RosServer
 from vrx_mj.ros.table.boats import command_topic
+from vrx_mj.ros.table.vrx3 import CONVERSIONS
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.run import Controller
 from vrx_mj.runtime.simulation import Simulation
@@ -249,7 +251,7 @@ class Ros2Type(NamedTuple):
 @cache
 def ros2_types() -> Typestore:
     """ROS 2's types."""
-    return get_typestore(Stores.ROS2_HUMBLE)
+    return typestore(Stores.ROS2_HUMBLE, cdr.DEFINITIONS)
 
 
 @cache
@@ -267,11 +269,17 @@ def _cdr(message: Message, type_name: str, kind: Ros2Type) -> bytes:
     types = ros2_types()
     if kind.same:
         return bytes(types.ros1_to_cdr(encode(message, type_name), kind.name))
-    there = migrate_message(typestore(), types, kind.name, kind.name, {}, message)
+    its_type, convert = CONVERSIONS.get(type_name, ("", None))
+    if convert and its_type == type_name:
+        there = convert(message)
+    else:
+        there = migrate_message(typestore(), types, kind.name, kind.name, {}, message)
     return bytes(types.serialize_cdr(there, kind.name))
 
 
-HEAVY = frozenset({"sensor_msgs/CompressedImage", "sensor_msgs/Image", "sensor_msgs/PointCloud2"})
+HEAVY = frozenset(
+    {"sensor_msgs/CompressedImage", "sensor_msgs/Image", "sensor_msgs/PointCloud2", "vision_msgs/Detection2DArray"}
+)
 """Types that are recorded only where they are named: measuring them takes most of a run's time, and most of a file."""
 FLUSH = 1.0
 """Wall time after which what was published is on the disk [s]."""

@@ -328,6 +328,7 @@ CLOSING = 2.0
 EXAMPLES = {
     "ros_gz_interfaces": "/vrx/task/info and range_bearing",
     "tf2_msgs": "/tf and /tf_static",
+    "vision_msgs": "labels of cameras",
     "visualization_msgs": "/vrx_mj/markers",
 }
 

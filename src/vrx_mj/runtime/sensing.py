@@ -6,6 +6,7 @@ is of that moment, and from then on sensors of the same rate have moments.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import mujoco
@@ -32,6 +33,7 @@ from vrx_mj.sensors.camera import Cameras
 from vrx_mj.sensors.displays import Display
 from vrx_mj.sensors.echo_sounder import beam, bottom_distance
 from vrx_mj.sensors.errors import Draw
+from vrx_mj.sensors.labels import Labeller
 from vrx_mj.sensors.lidar import Lidar, Water, cast_at_sea, noisy
 from vrx_mj.sensors.places import Mount, Place
 from vrx_mj.sensors.rays import cast
@@ -55,10 +57,11 @@ class Sights:
         self._world, self._arrays, self._drawing = world, arrays, drawing
         self._data: mujoco.MjData | None = None
         self._cameras: Cameras | None = None
+        self._labeller: Labeller | None = None
         self._lidars: dict[tuple[str, str], Lidar] = {}
 
     def image(self, sensor: Mounted, now: Moment, draw: Draw) -> Image:
-        """The picture of a camera."""
+        """The picture of a camera, with labels if its configuration asks for them."""
         model = self._drawing()
         if self._cameras is None:
             self._cameras = Cameras(model, self._world.parameters)
@@ -69,7 +72,12 @@ class Sights:
         at = place.position, place.rotation, now.time
         self._cameras.set_sea(self._arrays.waves)
         with announced(draw_surface, *SEA):
-            return self._cameras.image(sensor.config, data, *at, draw.key, draw.index)
+            image = self._cameras.image(sensor.config, data, *at, draw.key, draw.index)
+        if not sensor.config.labels:
+            return image
+        if self._labeller is None:
+            self._labeller = Labeller(model, self._world.parameters)
+        return replace(image, labels=self._labeller(self._cameras.seen_geoms(sensor.config), sensor.boat))
 
     def scan(self, sensor: Mounted, now: Moment, draw: Draw) -> PointCloud | Scan:
         """The scan of a lidar."""
@@ -280,11 +288,18 @@ class Sensing:
         kept = self._kept.get((boat, name))
         if kept is not None and kept.time == now.time:
             return kept
-        draw = Draw(self._seed, boat, name, now.index, sensor.config.rate, life=sensor.life)
-        data = sensor.kind.measure(_Measurement(self, sensor, now, before, draw))
-        reading = Reading(name, sensor.config.type, now.time, now.index, sensor.frame, data, sensor.mount)
-        self._kept[boat, name] = reading
+        reading = self._kept[boat, name] = self._measured(sensor, now, before)
         return reading
+
+    def labelled(self, boat: str, name: str) -> Reading:
+        """The last picture of a camera, with labels whether or not its configuration asks for them.
+
+        Raises:
+            UnknownNameError: no such boat, or no such camera on it.
+        """
+        sensor = _find(f"camera of {boat}", name, self.of_kind(boat, "camera"))
+        sensor = replace(sensor, config=sensor.config.model_copy(update={"labels": True}))
+        return self._measured(sensor, *self._caught(sensor.config.rate))
 
     def of_kind(self, boat: str, kind: str) -> dict[str, Mounted]:
         """A boat's sensors of a kind, by name.
@@ -339,6 +354,11 @@ class Sensing:
             moments.start(rate, data.qpos, data.qvel, data.time)
             self._rebound()
         return moments.last(rate)
+
+    def _measured(self, sensor: Mounted, now: Moment, before: Moment | None) -> Reading:
+        draw = Draw(self._seed, sensor.boat, sensor.name, now.index, sensor.config.rate, life=sensor.life)
+        data = sensor.kind.measure(_Measurement(self, sensor, now, before, draw))
+        return Reading(sensor.name, sensor.config.type, now.time, now.index, sensor.frame, data, sensor.mount)
 
     def measured(self, sensor: Mounted, moment: Moment) -> Place:
         """Where a sensor measures, and how that place moves."""

@@ -352,6 +352,15 @@ class Simulation(Roster):
         return self._sensing.readings(boat)
 
     @in_turn
+    def labelled(self, boat: str, camera: str) -> Reading:
+        """The last picture of a camera as `sense` has it, with labels whether or not the camera has `labels: true`.
+
+        Raises:
+            UnknownNameError: no boat has that name, or no camera on it.
+        """
+        return self._sensing.labelled(boat, camera)
+
+    @in_turn
     def prepare_sensors(self) -> None:
         """Compile now what the boats' cameras and lidars need on this machine, rather than in their first reading.
 

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.arrays import ByteArray, FloatArray
+from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics.kernel import kernel
@@ -122,6 +122,10 @@ class Cameras:
         else:
             copy_flipped(self._drawn, rgb)
         return Image(rgb=rgb, info=intrinsics(config))
+
+    def seen_geoms(self, config: CameraConfig) -> IntArray:
+        """Numbers (height, width) of the geoms that the pixels of the last picture, which this camera took, show."""
+        return self._canvases[config.antialiasing].seen_geoms(self._drawn)[::-1]
 
     def paint(self, colors: Mapping[int, Sequence[float]]) -> None:
         """Give geoms of the drawing model, by number, another colour: red, green, blue and alpha, 0 to 1."""

@@ -15,7 +15,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from vrx_mj.arrays import ByteArray
+from vrx_mj.arrays import ByteArray, IntArray
 from vrx_mj.errors import RenderError
 from vrx_mj.packages import load_triton
 from vrx_mj.sensors.sea import Skin
@@ -167,6 +167,8 @@ FLAGS = {
     mujoco.mjtRndFlag.mjRND_HAZE: False,  # the sea reaches the horizon
     mujoco.mjtRndFlag.mjRND_SKYBOX: True,
 }
+AS_IDS = [int(mujoco.mjtRndFlag.mjRND_SEGMENT), int(mujoco.mjtRndFlag.mjRND_IDCOLOR)]
+"""Flags that draw each shape in one colour: its number from 1 on, in 24 bits, least byte first."""
 
 
 _OPEN: "weakref.WeakSet[Canvas]" = weakref.WeakSet()
@@ -231,6 +233,26 @@ class Canvas:
         area = mujoco.MjrRect(0, 0, width, height)
         mujoco.mjr_render(area, self._scene, self._context)
         mujoco.mjr_readPixels(out, None, area, self._context)
+
+    def seen_geoms(self, out: ByteArray) -> IntArray:
+        """Numbers (height, width) of the geoms that the last picture shows, the lowest row first; -1: none.
+
+        `out` (height, width, 3) is of the picture's size, and is overwritten. What fog hides is not seen.
+        """
+        height, width = out.shape[:2]
+        area, fog = mujoco.MjrRect(0, 0, width, height), self._scene.flags[mujoco.mjtRndFlag.mjRND_FOG]
+        for camera in self._scene.camera if fog else ():
+            camera.frustum_far = min(camera.frustum_far, self._model.vis.map.fogend * self._model.stat.extent)
+        self._scene.flags[AS_IDS] = 1
+        mujoco.mjr_render(area, self._scene, self._context)
+        self._scene.flags[AS_IDS] = 0
+        mujoco.mjr_readPixels(out, None, area, self._context)
+        ids = out[..., 0] | out[..., 1].astype(np.intp) << 8 | out[..., 2].astype(np.intp) << 16
+        geoms: IntArray = np.full(self._scene.ngeom + 1, -1)
+        for drawn in np.flatnonzero(np.bincount(ids.reshape(-1))[1:]):
+            shape = self._scene.geoms[drawn]
+            geoms[drawn + 1] = shape.objid if shape.objtype == mujoco.mjtObj.mjOBJ_GEOM else -1
+        return np.asarray(geoms[ids])
 
     def __del__(self) -> None:
         self.close()

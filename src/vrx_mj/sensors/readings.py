@@ -34,6 +34,34 @@ class CameraInfo:
 
 
 @dataclass(frozen=True)
+class Label:
+    """An object that a picture shows."""
+
+    name: str
+    """Name of the boat, object, dock or placard; `terrain` for the shore."""
+    category: str
+    """Its category, as `mb_marker_buoy_red`."""
+    category_id: int
+    """Number of the category, the same in every world."""
+    number: int
+    """Value of its pixels in the mask, the same in all pictures of a world with the same boats, objects and docks."""
+    box: tuple[int, int, int, int]
+    """Smallest box around its visible pixels: column and row of its first corner, width and height [pixels]."""
+    area: int
+    """Number of its visible pixels."""
+
+
+@dataclass(frozen=True)
+class Labels:
+    """What a picture shows."""
+
+    objects: tuple[Label, ...]
+    """All that is visible, in the order of their numbers."""
+    mask: npt.NDArray[np.uint16]
+    """Number of the object that each pixel shows, (height, width); 0: water, sky, or what has no label."""
+
+
+@dataclass(frozen=True)
 class Image:
     """A picture of a camera, in the optical frame (z forward, x right, y down)."""
 
@@ -41,6 +69,8 @@ class Image:
     """Pixels, (height, width, 3), red, green and blue from 0 to 255."""
     info: CameraInfo
     """Intrinsics of the camera."""
+    labels: Labels | None = None
+    """What it shows, of a camera with `labels: true`."""
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ FOLDERS = {
     "validate": "validate --only airy -o made",
     "campaign": "campaign crew:steady --worlds harbour.yaml --duration 0.1 --record --restart -o made",
     "convert": "convert run.rrd made",
+    "replay": "replay run.rrd --coco made",
     "robot build": "robot build -o made/boat.urdf --mjcf made/boat.xml",
     "worlds generate": "worlds generate axes.yaml -o made",
     "ros packages": "ros packages -o made",
@@ -34,11 +35,11 @@ FOLDERS = {
 }
 """Every command that writes more than the one file it is given the name of, with words by which it fills `made`."""
 FILES = {
-    "demo", "run", "view", "list", "map", "replay", "score", "compare", "robot check", "robot hydro", "robot parts",
+    "demo", "run", "view", "list", "map", "score", "compare", "robot check", "robot hydro", "robot parts",
     "robot show", "doctor", "bench", "serve", "teleop",
 }  # fmt: skip
 """The others; `run` makes the folder of a bag as `convert` does."""
-SLOW = {"ros packages", "ros messages", "campaign", "convert", "trial", "validate", "robot build"}
+SLOW = {"ros packages", "ros messages", "campaign", "convert", "replay", "trial", "validate", "robot build"}
 SOURCES = Path(vrx_mj.__file__).parent
 OWN = {
     "outputs.py",
@@ -128,7 +129,7 @@ def test_no_command_follows_a_link_in_its_folder(cli, folder, sources, monkeypat
     monkeypatch.setattr(packages, "_interpreter", lambda *_: ("genpy", {}))  # files of other generators are like ours
     monkeypatch.setattr(packages, "_run", lambda *words: subprocess.CompletedProcess(words, 0))
     words = FOLDERS[name].split()
-    if name == "convert":
+    if name in {"convert", "replay"}:
         assert cli("run", "ocean", "--duration", 0.1, "--record", "run.rrd").code == 0
     first = cli(*words)
     assert first.code in {0, 1}, first.err

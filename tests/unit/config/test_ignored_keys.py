@@ -237,7 +237,7 @@ BLOCKS = {
     }, {
         "type": "own", "name": "mine", "link": "pod", "frame": "own", "pose": POSE, "topic": "own", "rate": 7,
         "width": 90, "height": 90, "horizontal_fov": 1, "near": 1, "far": 9, "noise": 0.3, "baseline": 0.1,
-        "antialiasing": 4,
+        "antialiasing": 4, "labels": True,
     }),
     "windage": Block(WindageConfig, lambda content: boat(
         windage={"frontal_area": 1, "lateral_area": 2, "length": 3, "height": 1, **content}), {

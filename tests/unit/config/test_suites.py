@@ -70,3 +70,11 @@ def test_errors_of_no_part_are_refused(tmp_path):
     with pytest.raises(VrxError) as refused:
         build_boat(Order("./mine.yaml", tmp_path, components=example_file("components")))
     assert str(refused.value) == "argument sensor_errors: expected none, standalone or rtk, got 'gps'"
+
+
+def test_a_suite_has_cameras_with_labels():
+    plain, labelled = (build_boat(Order("wamv", sensors=(suite,))) for suite in ("vrx", "labelled"))
+    assert named(plain) == named(labelled)
+    for boat, wanted in ((plain, False), (labelled, True)):
+        assert {one.labels for one in boat.sensors if one.type == "camera"} == {wanted}
+    assert "labels" not in sensor(plain, "camera").model_dump()

@@ -114,6 +114,25 @@ def test_images_and_points_are_written_only_where_they_are_named(tmp_path):
     assert [image.data.tolist() for image in images] == [list(range(12))] * 3
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_labels_have_the_type_of_the_bags_ros(tmp_path, name):
+    """Which has other fields in ROS 2, where classes have names."""
+    kind = "vision_msgs/Detection2DArray"
+    box = {"center": {"x": 3.0, "y": 1.0}, "size_x": 2.0, "size_y": 2.0}
+    result = new("vision_msgs/ObjectHypothesisWithPose", id=6, score=1.0)
+    message = new(kind, detections=[new("vision_msgs/Detection2D", results=[result], bbox=box)])
+    bag = Bag(tmp_path / name)
+    bag.start()
+    bag.write("/labels", kind, message, 1.0)
+    bag.close()
+    ((_, *_, back),) = read(tmp_path / name)
+    (found,) = back.detections
+    if name == "out.bag":
+        assert (found.results[0].id, found.bbox.center.x) == (6, 3.0)
+    else:
+        assert (found.results[0].hypothesis.class_id, found.bbox.center.position.x) == ("mb_marker_buoy_red", 3.0)
+
+
 def test_pictures_that_are_written_raw_and_compressed_are_warned_of(tmp_path):
     table = RosInterface({name: replace(OUTPUTS[IMAGE], name=name) for name in (IMAGE, f"{IMAGE}/compressed")})
     with pytest.warns(VrxWarning) as caught:

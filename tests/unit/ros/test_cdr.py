@@ -78,6 +78,18 @@ def test_every_type_of_vrx_3s_that_only_ros_2_has_is_known():
         assert not is_known(f"ros_gz_interfaces/{name}")
 
 
+HASHES = {
+    "BoundingBox2D": "RIHS01_008eacbb0cf8f26e83795547bed013eec3675485ef386ec056d80eaaf1c1ce2f",
+    "Detection2D": "RIHS01_0d12b69df5c593b3455b7346fac8205437a7d4bcb09b9e0e0b2dde787ded38ea",
+}
+"""Of code that ROS 2's generators wrote for vision_msgs."""
+
+
+@pytest.mark.parametrize("name", HASHES)
+def test_types_of_vision_are_those_of_ros_2(name):
+    assert cdr.typestore().hash_rihs01(f"vision_msgs/msg/{name}") == HASHES[name]
+
+
 def test_fields_tell_which_have_messages_in_them():
     assert cdr.fields("ros_gz_interfaces/ParamVec") == (
         ("header", "std_msgs/Header"),

@@ -145,6 +145,8 @@ LENS: Ignored = tuple(
     (Tag(f"distortion{key}"), "lens distortion is not simulated") for key in ("K1", "K2", "K3", "T1", "T2")
 )
 OFFSETS: Ignored = tuple((Tag(tag, (0.0, 0.0, 0.0), "m, rad"), "{} is ignored") for tag in _OFFSETS)
+LABELLED = ("boundingbox_camera", "segmentation_camera")
+"""Types of a camera that says what it sees."""
 LINK, TOPIC = "bodyName|robot_base_frame", "topicName|topic|odom_topic|cameraName"
 FRAME = "frameId|frameName|frame_id|odom_frame|projectile/frame"
 """Tags of what all plugins of sensors have, whoever makes them."""
@@ -274,8 +276,9 @@ def _camera(node: Node, plugin: Node | None, scope: Scope, link: str) -> Values:
     scope.check(plugin, LENS)
     optical = next((end for end in (f"{link}_optical", f"{link}_optical_frame") if end in scope.urdf.links), link)
     frame = plugin.text("frameName", optical) if plugin else optical
-    noise = {"noise": _noise(camera.child("noise"), scope), "frame": scope.local(frame)}
-    return camera.fields(FIELDS["camera"]) | _fields(plugin, FIELDS["camera_plugin"]) | noise
+    found = camera.fields(FIELDS["camera"]) | _fields(plugin, FIELDS["camera_plugin"])
+    labels = found["labels"] or node.attribute("type") in LABELLED
+    return found | {"noise": _noise(camera.child("noise"), scope), "frame": scope.local(frame), "labels": labels}
 
 
 def _lidar(node: Node, plugin: Node | None, scope: Scope, _: str) -> Values:

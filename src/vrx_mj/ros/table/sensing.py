@@ -8,10 +8,11 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from vrx_mj.config.sensors import LidarConfig
 from vrx_mj.ros.interface import VRX, VRX3, Input, Output, Service
-from vrx_mj.ros.messages import Message, new
+from vrx_mj.ros.messages import Message, new, stamp
 from vrx_mj.ros.table.host import Host, header, turned, vector
 from vrx_mj.ros.table.vrx3 import with_vrx3
 from vrx_mj.runtime.mounted import Mounted
@@ -22,8 +23,8 @@ from vrx_mj.sensors.readings import (
     Echo,
     Fix,
     Heading,
-    Image,
     Inertia,
+    Labels,
     PointCloud,
     Reading,
     Scan,
@@ -67,6 +68,8 @@ class SensorTopic:
     """Makes a reading's message."""
     vrx3: tuple[str, ...] = ()
     """What follows VRX 3's stem in the names of its topics that carry the same."""
+    asked: Callable[[Any], bool] = lambda _config: True
+    """Whether a sensor of a configuration has it."""
 
 
 class Stems(NamedTuple):
@@ -90,10 +93,8 @@ class SensorTopics:
     """Topics that are subscribed to; those of one name are one topic, which all of them take."""
 
     def of(self, config: Any) -> tuple[SensorTopic, ...]:
-        """Topics made of the readings of a sensor with a configuration: a lidar has that of its output."""
-        if not isinstance(config, LidarConfig):
-            return self.made
-        return tuple(topic for topic in self.made if topic.tail == f"/{config.output}")
+        """Topics made of the readings of a sensor with a configuration."""
+        return tuple(topic for topic in self.made if topic.asked(config))
 
 
 def sensor_outputs(host: Host, boat: str) -> Iterator[Output]:
@@ -151,17 +152,38 @@ def _head(reading: Reading) -> Message:
 
 
 def _image(reading: Reading) -> Message:
-    image: Image = reading.data
-    height, width, _ = image.rgb.shape
+    return _pixels(reading, reading.data.rgb, "rgb8")
+
+
+def _mask(reading: Reading) -> Message | None:
+    """The number of the label that each pixel belongs to; 0: none. Recorded pictures have no labels."""
+    labels: Labels | None = reading.data.labels
+    return labels and _pixels(reading, labels.mask.astype("<u2"), "mono16")
+
+
+def _pixels(reading: Reading, rows: npt.NDArray[Any], encoding: str) -> Message:
+    height, width = rows.shape[:2]
     return new(
         "sensor_msgs/Image",
         header=_head(reading),
         height=height,
         width=width,
-        encoding="rgb8",
-        step=3 * width,
-        data=image.rgb.reshape(-1),
+        encoding=encoding,
+        step=rows[0].nbytes,
+        data=rows.reshape(-1).view(np.uint8),
     )
+
+
+def _detections(reading: Reading) -> Message | None:
+    """What a camera sees; the number in a detection's header is that of its pixels in the mask."""
+    labels, found = reading.data.labels, []
+    for one in labels.objects if labels else ():
+        x, y, width, height = one.box
+        head = new("std_msgs/Header", seq=one.number, stamp=stamp(reading.time), frame_id=reading.frame)
+        result = new("vision_msgs/ObjectHypothesisWithPose", id=one.category_id, score=1.0)
+        box = {"center": {"x": x + 0.5 * width, "y": y + 0.5 * height}, "size_x": float(width), "size_y": float(height)}
+        found.append(new("vision_msgs/Detection2D", header=head, results=[result], bbox=box))
+    return labels and new("vision_msgs/Detection2DArray", header=_head(reading), detections=found)
 
 
 def _compressed(reading: Reading) -> Message:
@@ -440,14 +462,18 @@ TOPICS: Mapping[str, SensorTopics] = {
         (
             SensorTopic("/image_raw", "sensor_msgs/Image", _image, ("/optical/image_raw",)),
             SensorTopic("/image_raw/compressed", "sensor_msgs/CompressedImage", _compressed),
+            SensorTopic("/labels", "vision_msgs/Detection2DArray", _detections, ("/labels",), lambda one: one.labels),
+            SensorTopic("/labels/mask", "sensor_msgs/Image", _mask, ("/labels/mask",), lambda one: one.labels),
         ),
         _frames_and_infos,
     ),
     "lidar": SensorTopics(
         "sensors/lidars/{}_sensor",
         (
-            SensorTopic("/points", "sensor_msgs/PointCloud2", _points, ("/points",)),
-            SensorTopic("/scan", "sensor_msgs/LaserScan", _scan, ("/scan",)),
+            SensorTopic(
+                "/points", "sensor_msgs/PointCloud2", _points, ("/points",), lambda one: one.output == "points"
+            ),
+            SensorTopic("/scan", "sensor_msgs/LaserScan", _scan, ("/scan",), lambda one: one.output == "scan"),
         ),
         _middle_ring,
     ),

@@ -10,6 +10,7 @@ import numpy as np
 from vrx_mj.ros.cdr import kind
 from vrx_mj.ros.interface import VRX3, Output
 from vrx_mj.ros.messages import Message, new
+from vrx_mj.sensors.labels import CATEGORIES
 
 PACKAGES = (
     "geometry_msgs",
@@ -20,6 +21,7 @@ PACKAGES = (
     "sensor_msgs",
     "std_msgs",
     "tf2_msgs",
+    "vision_msgs",
     "visualization_msgs",
 )
 """Packages of the types that VRX 3's topics have."""
@@ -96,11 +98,26 @@ def _range_bearing(message: Message) -> Message:
     return parameters(message.header, {name: getattr(message, name) for name in ("range", "bearing", "elevation")})
 
 
+def _detections(message: Message) -> Message:
+    """vision_msgs/Detection2DArray, whose classes have names here; the id is the number of the pixels in the mask."""
+    names = {row["id"]: name for name, row in CATEGORIES.items()}
+    found = []
+    for one in message.detections:
+        (result,), center = one.results, one.bbox.center
+        hypothesis = kind("vision_msgs/ObjectHypothesis")(names[result.id], result.score)
+        results = [kind("vision_msgs/ObjectHypothesisWithPose")(hypothesis, result.pose)]
+        pose = kind("vision_msgs/Pose2D")(kind("vision_msgs/Point2D")(center.x, center.y), center.theta)
+        box = kind("vision_msgs/BoundingBox2D")(pose, one.bbox.size_x, one.bbox.size_y)
+        found.append(kind("vision_msgs/Detection2D")(one.header, results, box, str(one.header.seq)))
+    return kind("vision_msgs/Detection2DArray")(message.header, found)
+
+
 CONVERSIONS: Mapping[str, tuple[str, Callable[[Message], Message]]] = {
     "std_msgs/Float64": ("std_msgs/Float32", _number),
     "std_msgs/Float64MultiArray": ("ros_gz_interfaces/Float32Array", _numbers),
     "geographic_msgs/GeoPoseStamped": ("geometry_msgs/PoseStamped", _pose_stamped),
     "geographic_msgs/GeoPath": ("geometry_msgs/PoseArray", _pose_array),
     "usv_msgs/RangeBearing": ("ros_gz_interfaces/ParamVec", _range_bearing),
+    "vision_msgs/Detection2DArray": ("vision_msgs/Detection2DArray", _detections),
 }
 """By type of VRX's messages, that of VRX 3 and how it is made; other types are the same in both."""

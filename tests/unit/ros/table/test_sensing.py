@@ -9,6 +9,7 @@ import pytest
 from trees import partial
 from vrx_mj.config.sensors import (
     AnemometerConfig,
+    CameraConfig,
     EchoSounderConfig,
     ErrorModel,
     GnssCompassConfig,
@@ -20,22 +21,30 @@ from vrx_mj.config.sensors import (
 )
 from vrx_mj.config.world import Georeference
 from vrx_mj.frames import rotation_matrix
+from vrx_mj.ros import cdr
+from vrx_mj.ros.messages import decode, encode
 from vrx_mj.ros.table.sensing import sensor_outputs
 from vrx_mj.sensors.errors import Draw
 from vrx_mj.sensors.gps import fix
 from vrx_mj.sensors.imu import inertia
 from vrx_mj.sensors.places import Place
-from vrx_mj.sensors.readings import ApparentWind, Echo, Heading, PointCloud, Reading, Sound
+from vrx_mj.sensors.readings import ApparentWind, Echo, Heading, Image, Label, Labels, PointCloud, Reading, Sound
 from vrx_mj.sensors.registry import truth
+from vrx_mj.sensors.view import intrinsics
 
 
-def made(config, tail, data):
-    """The message that an output of a sensor makes of a reading."""
+def outputs(config):
+    """The topics of a boat a with this sensor alone."""
     sensor = SimpleNamespace(config=config, name=config.name, boat="a", frame=f"a/{config.link}")
     world = SimpleNamespace(parameters=partial({"georeference": {}}))
     host = SimpleNamespace(sim=SimpleNamespace(mounted=lambda _boat: [sensor], world=world))
-    output = next(one for one in sensor_outputs(host, "a") if one.name.endswith(tail))
-    return output.make(Reading(config.name, config.type, 1.5, 3, sensor.frame, data))
+    return list(sensor_outputs(host, "a"))
+
+
+def made(config, tail, data, dialect="vrx"):
+    """The message that an output of a sensor makes of a reading."""
+    output = next(one for one in outputs(config) if one.name.endswith(tail) and dialect in one.dialects)
+    return output.make(Reading(config.name, config.type, 1.5, 3, f"a/{config.link}", data))
 
 
 def test_a_cloud_is_one_row_of_points_of_18_bytes():
@@ -59,6 +68,59 @@ def test_the_marker_of_a_pinger_points_to_where_it_is_heard(bearing, elevation):
     level = math.cos(elevation)
     assert ahead == pytest.approx((level * math.cos(bearing), level * math.sin(bearing), math.sin(elevation)))
     assert message.scale.x == 12.0
+
+
+CAMERA = CameraConfig(name="eye", link="eye", labels=True)
+MASK = np.array([[0, 0, 300, 300], [0, 7, 300, 300], [7, 7, 7, 0]], np.uint16)
+SEEN = Image(
+    np.zeros((3, 4, 3), np.uint8),
+    intrinsics(CAMERA),
+    Labels(
+        (Label("b", "boat", 2, 7, (0, 1, 3, 2), 4), Label("m", "mb_marker_buoy_red", 6, 300, (2, 0, 2, 2), 4)), MASK
+    ),
+)
+
+
+def test_a_camera_with_labels_tells_boxes_and_their_numbers_in_the_mask():
+    message = made(CAMERA, "/labels", SEEN)
+    assert (message.header.frame_id, message.header.stamp.sec, len(message.detections)) == ("a/eye", 1, 2)
+    boat, buoy = message.detections
+    assert [(one.id, one.score) for one in (*boat.results, *buoy.results)] == [(2, 1.0), (6, 1.0)]
+    assert (boat.bbox.center.x, boat.bbox.center.y, boat.bbox.size_x, boat.bbox.size_y) == (1.5, 2.0, 3.0, 2.0)
+    assert (buoy.bbox.center.x, buoy.bbox.center.y, buoy.bbox.size_x, buoy.bbox.size_y) == (3.0, 1.0, 2.0, 2.0)
+    assert (boat.header.seq, buoy.header.seq, buoy.header.frame_id) == (7, 300, "a/eye")
+    back = decode(encode(message, "vision_msgs/Detection2DArray"), "vision_msgs/Detection2DArray")
+    assert [one.bbox.center.x for one in back.detections] == [1.5, 3.0]
+
+
+def test_ros_2s_detections_have_names_of_classes():
+    message = made(CAMERA, "/labels", SEEN, "vrx3")
+    kind = "vision_msgs/Detection2DArray"
+    boat, buoy = cdr.decode(cdr.encode(message, kind), kind).detections
+    told = [(one.id, one.results[0].hypothesis.class_id, one.results[0].hypothesis.score) for one in (boat, buoy)]
+    assert told == [("7", "boat", 1.0), ("300", "mb_marker_buoy_red", 1.0)]
+    assert (buoy.bbox.center.position.x, buoy.bbox.center.position.y, buoy.bbox.size_y) == (3.0, 1.0, 2.0)
+
+
+def test_a_mask_is_a_picture_of_16_bits():
+    message = made(CAMERA, "/labels/mask", SEEN)
+    assert (message.height, message.width, message.step, message.encoding) == (3, 4, 8, "mono16")
+    assert message.is_bigendian == 0
+    assert np.array_equal(np.frombuffer(message.data.tobytes(), "<u2").reshape(3, 4), MASK)
+
+
+def test_without_labels_there_is_nothing_to_tell():
+    """As in recorded pictures; and a camera that has none has no such topics."""
+    bare = Image(SEEN.rgb, SEEN.info)
+    assert made(CAMERA, "/labels", bare) is made(CAMERA, "/labels", bare, "vrx3") is None
+    assert made(CAMERA, "/labels/mask", bare) is None
+    names = [
+        {one.name for one in outputs(CameraConfig(name="eye", link="eye", labels=labels))} for labels in (False, True)
+    ]
+    assert names[1] - names[0] == {
+        "/a/sensors/eye/labels", "/a/sensors/eye/labels/mask",
+        "/a/sensors/cameras/eye_sensor/labels", "/a/sensors/cameras/eye_sensor/labels/mask",
+    }  # fmt: skip
 
 
 AT_REST = Place(np.zeros(3), np.eye(3), np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3), np.zeros(3))
