@@ -10,8 +10,8 @@ from needs import ROS1_TOOLS, needs
 from vrx_command import vrx
 from vrx_mj import Simulation, compile_world
 from vrx_mj.campaign.plan import Cell, Serving
-from vrx_mj.campaign.results import Tracks
 from vrx_mj.campaign.program_trial import sail_by_program
+from vrx_mj.campaign.results import Tracks
 from vrx_mj.errors import VrxError
 
 pytestmark = [

@@ -9,7 +9,6 @@ import pytest
 
 from vrx_command import environment
 from vrx_mj.campaign import program
-from vrx_mj.campaign.plan import Cell
 from vrx_mj.campaign.program import Program
 from vrx_mj.campaign.program_trial import PORTS, claimed_port, surroundings
 from vrx_mj.errors import NetworkError
