@@ -61,6 +61,13 @@ def test_a_plot_has_a_gap_where_there_is_no_echo():
     assert math.isnan(plot.values(echo(SONAR, math.inf, DRAW)))
 
 
+@pytest.mark.parametrize(
+    ("number", "problem"), [(7.0, ""), (math.inf, ""), (-1.0, "a range of -1 m"), (math.nan, "a range of nan m")]
+)
+def test_a_recorded_range_is_not_negative(number, problem):
+    assert ECHO_SOUNDER.numbers.problem(np.array([number])) == problem
+
+
 def test_noise_has_its_standard_deviation():
     noisy = SONAR.model_copy(update={"noise": 0.05})
     found = [echo(noisy, 7.0, Draw(1, "a", "sonar", index, 10.0)).range for index in range(4000)]
