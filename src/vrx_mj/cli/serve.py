@@ -109,7 +109,8 @@ def serve(
     """Serve a world to ROS, with VRX's topics and services. By default ROS 1 and rosbridge, without ROS 2.
 
     Ctrl-C or SIGTERM ends it; a recording is closed then. For viewers alone: vrx-mj serve example_course --foxglove
-    For ArduPilot: vrx-mj serve example_course --ardupilot; for chart plotters: vrx-mj serve example_course --nmea
+    For ArduPilot: vrx-mj serve example_course --ardupilot
+    For chart plotters: vrx-mj serve example_course --nmea
 
     Example: vrx-mj serve example_course --fleet usv_config --ros1
     """
@@ -119,9 +120,7 @@ def serve(
         ros1=ros1 or none,
         rosbridge=int(DEFAULT_PORT) if none else rosbridge,
         foxglove=foxglove,
-        ros2=ros2,
-        nmea=nmea,
-        host=host,
+        ros2=ros2, nmea=nmea, host=host,
         origins=allow_origin or (),
         lockstep=None if lockstep is None else parse_lockstep(lockstep),
         cmd_vel=cmd_vel.value,

@@ -123,6 +123,10 @@ class RecordingHost:
         """A boat's URDF; a VrxError where the files that it was made of are not here."""
         return description(self.sim.world, boat)
 
+    def further(self, _boat: str) -> Sequence[Output]:
+        """A recording has no other topics."""
+        return ()
+
 
 class SegmentOutputs(NamedTuple):
     """The topics of a recording while its bodies are the same."""

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, ConfigError, SensorError, VrxError, shortened
@@ -37,7 +37,7 @@ from vrx_mj.ros.messages import Message, encode
 from vrx_mj.ros.steering import HeldThrust, Steering
 from vrx_mj.ros.table import CLOCK, make_tables
 from vrx_mj.ros.table.boats import description
-from vrx_mj.ros.table.host import Bodies, CmdVel, Scenery
+from vrx_mj.ros.table.host import BoatOutputs, Bodies, CmdVel, Scenery
 from vrx_mj.ros.table.localization import Localization, Source
 from vrx_mj.ros.table.tasks import TASK_INFO
 from vrx_mj.runtime.applied import AppliedForces
@@ -46,9 +46,6 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.subscriptions import Subscription
 from vrx_mj.runtime.timing import Schedule, sample_number, steps_to_time
 from vrx_mj.sensors.readings import Reading
-
-if TYPE_CHECKING:
-    from vrx_mj.nmea import Instruments
 
 NEWS_RATE = 10.0
 """How often outputs without a rate are looked at, per simulated second."""
@@ -256,7 +253,7 @@ class RosServer:
         localization: Source | None = None,
         clock_rate: float = CLOCK_RATE,
         lockstep: Lockstep | None = None,
-        instruments: "Instruments | None" = None,
+        further: BoatOutputs = lambda _boat: (),
     ) -> None:
         """Serve a simulation from its present moment on.
 
@@ -270,7 +267,7 @@ class RosServer:
             localization: what boats are localized by, as by robot_localization; None: they are not.
             clock_rate: of `/clock`, per simulated second.
             lockstep: which topics time waits for; None: it does not wait.
-            instruments: what topics of NMEA sentences come from; None: there are none.
+            further: gives topics of each boat that not every simulation has, as of NMEA sentences.
 
         Raises:
             CommandError: the clock's rate is not above 0, or above that of the physics.
@@ -281,7 +278,7 @@ class RosServer:
             )
         self.sim, self.cmd_vel, self.truth, self.paused, self.pace = sim, cmd_vel, truth, False, 0.0
         self.sensor_load: Mapping[tuple[str, str], float] = {}
-        self.lockstep, self._instruments = lockstep, instruments
+        self.lockstep, self.further = lockstep, further
         self.update_rate = 0.0
         self.bodies, self.scenery = Bodies(sim), Scenery(sim.world.parameters)
         self.applied = AppliedForces(sim, report)
@@ -563,13 +560,8 @@ class RosServer:
         self.announce()  # what is latched, even while time does not advance
 
     def _offer(self) -> None:
-        tables = make_tables(
-            self,
-            clock_rate=self._clock_rate,
-            waits=self.lockstep is not None,
-            localized=self._localize(),
-            instruments=self._instruments,
-        )
+        waits, localized = self.lockstep is not None, self._localize()
+        tables = make_tables(self, clock_rate=self._clock_rate, waits=waits, localized=localized)
         self._services = {**tables["vrx"].services, **tables["vrx3"].services}
         self._tables: dict[Dialect, RosInterface] = {dialect: tables[dialect] for dialect in self._publishers}
         for transport in self._transports:

@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 from urllib.parse import urlsplit
 
@@ -15,7 +16,7 @@ from vrx_mj.ros.graph import Graph, Server, Wires
 from vrx_mj.ros.interface import Inbox, Transport
 from vrx_mj.ros.network import Network
 from vrx_mj.ros.ros_server import CLOCK_RATE, Lockstep, Report, RosServer
-from vrx_mj.ros.table.host import CmdVel
+from vrx_mj.ros.table.host import BoatOutputs, CmdVel
 from vrx_mj.ros.table.localization import Source
 from vrx_mj.ros.table.vrx3 import PACKAGES
 from vrx_mj.runtime.limits import process_memory
@@ -197,13 +198,7 @@ def serve(
         DivergedError: the state became NaN or huge.
     """
     sim.prepare_sensors()  # compiling holds the clock up for seconds: now, and not when somebody subscribes
-    network, inbox, ending, instruments = Network(), Inbox(), threading.Event(), None
-    if wanted.nmea is not None:
-        from vrx_mj.nmea import Instruments
-
-        instruments = Instruments(sim)
-        for boat in wanted.nmea:
-            report("INFO", instruments.described(boat))
+    network, inbox, ending = Network(), Inbox(), threading.Event()
     try:
         transports = [*_transports(network, inbox, wanted, ending), *extra]
         with _opened(transports) as lines, handled(("SIGINT", "SIGTERM"), lambda _: ending.set()):
@@ -218,7 +213,7 @@ def serve(
                 localization=wanted.localization,
                 clock_rate=wanted.clock_rate,
                 lockstep=None if wanted.lockstep is None else Lockstep(wanted.lockstep),
-                instruments=instruments,
+                further=_sentences(sim, wanted, report),
             )
             server.paused = wanted.paused
             for line in lines:
@@ -231,6 +226,19 @@ def serve(
                 server.close()
     finally:
         network.close()
+
+
+def _sentences(sim: Simulation, wanted: Wanted, report: Report) -> BoatOutputs:
+    """The topics of NMEA sentences, if any are wanted; says what boats send."""
+    if wanted.nmea is None:
+        return lambda _boat: ()
+    from vrx_mj.nmea import Instruments
+    from vrx_mj.ros.table.nmea import nmea_outputs
+
+    instruments = Instruments(sim)
+    for boat in wanted.nmea:
+        report("INFO", instruments.described(boat))
+    return partial(nmea_outputs, instruments)
 
 
 class _Announcer:

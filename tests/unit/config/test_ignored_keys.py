@@ -211,8 +211,8 @@ BLOCKS = {
         "": {"positions": [{"x": 0, "y": 0}, {"x": 0, "y": 20, "Y": 30}]},
     }, {
         "robot": "skiff", "arguments": {"locked": True}, "thrusters": "X", "components": "./x.yaml", "sensors": "none",
-        "engines": "hinged", "controller": "a:b", "name": "own", "description": "own", "usv_count": 3, "radius": 30,
-        "start_angle": 20, "spacing": 15, "size": 200, "seed": 9, "heading": 45, "headings": "compass",
+        "engines": "hinged", "controller": "a:b", "ais": "A", "name": "own", "description": "own", "usv_count": 3,
+        "radius": 30, "start_angle": 20, "spacing": 15, "size": 200, "seed": 9, "heading": 45, "headings": "compass",
         "positions": [{"x": 0, "y": 0}, {"x": 0, "y": 30}], "origin": "spawn", "boats": [{"name": "own"}],
     }),
     "task.type": Block(DockTask, lambda content: harbour(
@@ -287,10 +287,12 @@ LOOKED_AT = {"description"}
 REFERRED_TO = {(BuoyancyElement, "name"), (Visual, "name")}
 """Names for other keys to refer to."""
 FREE = {
-    "AnimalConfig.goal", "BoatConfig.engines", "BoatEntry.engines", "CameraConfig.antialiasing", "FleetConfig.engines",
+    "AnimalConfig.goal", "BoatConfig.ais", "BoatConfig.engines", "BoatEntry.ais", "BoatEntry.engines",
+    "CameraConfig.antialiasing", "FleetConfig.ais", "FleetConfig.engines",
     "FleetConfig.headings", "FleetConfig.heading", "FleetConfig.origin", "HoleConfig.size", "Layout.headings",
     "Layout.heading", "Rules.release",
-    "StationkeepingTask.type", "TargetConfig.size", "ThrusterConfig.mapping", "ThrusterEntry.mapping", "_Built.engines",
+    "StationkeepingTask.type", "TargetConfig.size", "ThrusterConfig.mapping", "ThrusterEntry.mapping", "_Built.ais",
+    "_Built.engines",
     "WindageConfig.vessel", "PhysicsConfig.profile",
 }  # fmt: skip
 """Choices with which no other key of theirs has another meaning; that of the profile is tried with sea and wind."""

@@ -3,6 +3,7 @@
 import contextlib
 import socket
 import time
+from functools import partial
 from types import SimpleNamespace
 
 import pynmea2
@@ -21,7 +22,7 @@ from vrx_mj.ros.network import Network
 from vrx_mj.ros.nmea import MOST_SENTENCES, Nmea
 from vrx_mj.ros.ros_server import RosServer
 from vrx_mj.ros.serve import Wanted, serve
-from vrx_mj.ros.table.nmea import SENTENCE, nmea_topics
+from vrx_mj.ros.table.nmea import SENTENCE, nmea_outputs, nmea_topics
 
 SOON = 20.0
 """Wall time after which what does not come is missing [s]."""
@@ -149,7 +150,7 @@ def test_sentences_are_topics_of_ros_1_and_ros_2(bay, dialect):
     sim = vrx_mj.Simulation(bay)
     boat, other = sim.boats
     own, ais = nmea_topics(boat)
-    scene = served(sim, wanted=(own, ais), dialect=dialect, instruments=Instruments(sim))
+    scene = served(sim, wanted=(own, ais), dialect=dialect, further=partial(nmea_outputs, Instruments(sim)))
     assert {nmea_topics(name)[0] for name in (boat, other)} <= scene.network.table.outputs.keys()
     scene.server.announce()
     for _ in range(12):
@@ -167,7 +168,7 @@ def test_both_generations_of_topics_and_the_wire_carry_the_same(bay):
     sim = vrx_mj.Simulation(bay)
     topics = [name for boat in sim.boats for name in nmea_topics(boat)]
     networks = [Fake(topics), Fake(topics, "vrx3")]
-    server = RosServer(sim, networks, Inbox(), report=lambda *_: None, instruments=Instruments(sim))
+    server = RosServer(sim, networks, Inbox(), report=lambda *_: None, further=partial(nmea_outputs, Instruments(sim)))
     for _ in range(12):
         server.advance(100)
     server.close()

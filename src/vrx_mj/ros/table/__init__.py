@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from itertools import chain
 from types import MappingProxyType
-from typing import TYPE_CHECKING, get_args
+from typing import get_args
 
 from vrx_mj.ros.interface import Dialect, Input, RosInterface
 from vrx_mj.ros.messages import Message
@@ -17,26 +17,18 @@ from vrx_mj.ros.table.tasks import elsewhere, task_inputs, task_outputs, task_se
 from vrx_mj.ros.table.viewers import marker_output
 from vrx_mj.ros.table.world import CLOCK, world_inputs, world_outputs, world_services
 
-if TYPE_CHECKING:
-    from vrx_mj.nmea import Instruments
-
 __all__ = ["CLOCK", "make_tables"]
 
 NONE: Mapping[str, Localization] = MappingProxyType({})
 
 
 def make_tables(
-    host: Host,
-    *,
-    clock_rate: float,
-    waits: bool = False,
-    localized: Mapping[str, Localization] = NONE,
-    instruments: "Instruments | None" = None,
+    host: Host, *, clock_rate: float, waits: bool = False, localized: Mapping[str, Localization] = NONE
 ) -> Mapping[Dialect, RosInterface]:
     """The tables of a simulation with the boats that it has now; `/clock` is published at a rate [Hz].
 
     Where time `waits` for answers, who comes late gets the last clock. `localized` has boats that say where they are.
-    VRX 3 has no parameters. With `instruments` there are topics of NMEA sentences.
+    VRX 3 has no parameters.
     """
     boats = host.sim.boats
     located = {boat: one.frames for boat, one in localized.items()}
@@ -49,11 +41,8 @@ def make_tables(
         *chain.from_iterable(own.outputs() for own in boat_frames),
         *chain.from_iterable(sensor_outputs(host, boat) for boat in boats),
         *chain.from_iterable(one.outputs() for one in localized.values()),
+        *chain.from_iterable(map(host.further, boats)),
     ]
-    if instruments is not None:
-        from vrx_mj.ros.table.nmea import nmea_outputs
-
-        outputs += chain.from_iterable(nmea_outputs(instruments, boat) for boat in boats)
     inputs = [
         *world_inputs(host),
         *gazebo_inputs(host),

@@ -1,6 +1,6 @@
 """What the table's functions may do: the simulation, and what serves it."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Literal, NamedTuple, Protocol
 
 import mujoco
@@ -12,7 +12,7 @@ from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.frames import rotation_vector
 from vrx_mj.mjcf.objects import DEPTH, ball_names
 from vrx_mj.model.world import Parameters
-from vrx_mj.ros.interface import Input
+from vrx_mj.ros.interface import Input, Output
 from vrx_mj.ros.messages import Message, kind, new, stamp
 from vrx_mj.runtime.applied import AppliedForces
 from vrx_mj.runtime.observation import Observation
@@ -292,6 +292,10 @@ CmdVel = Literal["thrust", "velocity", "off"]
 """What `cmd_vel` commands: shares of full thrust as VRX's twist2thrust, a velocity that a loop keeps, or nothing."""
 
 
+BoatOutputs = Callable[[str], Iterable[Output]]
+"""Gives topics of a boat."""
+
+
 class Host(Protocol):
     """A simulation that is served."""
 
@@ -299,6 +303,8 @@ class Host(Protocol):
     bodies: Bodies
     scenery: Scenery
     applied: AppliedForces
+    further: BoatOutputs
+    """Gives topics of a boat that not every host has."""
     update_rate: float
     """Physics steps per second of wall time that are asked for; 0: as many as possible."""
     cmd_vel: CmdVel
