@@ -168,6 +168,9 @@ def reading_columns(sensor: RecordedSensor, reading: Reading) -> dict[str, list[
 
         buffer = io.BytesIO()
         Image.fromarray(reading.data.rgb).save(buffer, "JPEG", quality=QUALITY)
+        if reading.data.labels is not None:
+            seen = [(one.category_id, *one.box) for one in reading.data.labels.objects]
+            columns["labels"] = [np.ravel(seen).astype("<i4")]
         return columns | {"EncodedImage:blob": [buffer.getvalue()]}
     if sensor.gives_points:
         cloud = reading.data  # as bytes: rerun takes numbers one by one
