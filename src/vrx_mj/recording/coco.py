@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import math
 from pathlib import Path
@@ -65,17 +64,13 @@ class CocoWriter:
             CommandError: it is not a picture with labels.
             RecordError: it cannot be written.
         """
-        from PIL import Image as Pillow
-
         check_kind("add", reading, Reading, "a Reading, as sim.labelled(boat, camera) returns it", CommandError)
         labels = getattr(reading.data, "labels", None)
         if labels is None:
             raise CommandError(f"{reading.name} of {boat} has no labels: take its picture by sim.labelled")
         number = len(self._images) + 1
         name = f"{number:06}_{as_text('boat', boat)}_{reading.name}.jpg"
-        file = io.BytesIO()
-        Pillow.fromarray(reading.data.rgb).save(file, "JPEG", quality=JPEG_QUALITY)
-        write_files(self._folder, {f"images/{name}": file.getvalue()}, "the data set", RecordError)
+        write_files(self._folder, {f"images/{name}": reading.data.jpeg(JPEG_QUALITY)}, "the data set", RecordError)
         height, width = labels.mask.shape
         self._images.append({"id": number, "file_name": name, "width": width, "height": height, "time": reading.time})
         for one in labels.objects:

@@ -20,7 +20,7 @@ from vrx_mj.recording.parts import Part
 from vrx_mj.recording.reader import RecordedReadings
 from vrx_mj.recording.record_scene import RecordedSensor, RecordScene
 from vrx_mj.recording.timeline import static, times
-from vrx_mj.sensors.labels import CATEGORIES
+from vrx_mj.sensors.labels import CATEGORY_NAMES
 from vrx_mj.sensors.readings import Reading, Scan
 from vrx_mj.sensors.registry import SENSOR_KINDS
 from vrx_mj.sensors.view import focal_length
@@ -155,11 +155,11 @@ def pictures(sensor: RecordedSensor, readings: RecordedReadings) -> Iterator[Chu
 def boxes(sensor: RecordedSensor, part: Part) -> Chunk:
     """The boxes of a camera's labels, over its pictures."""
     seen = [cell.reshape(-1, 5) for cell in part.arrays("labels", "<i4")]
-    every, names = np.concatenate(seen), {row["id"]: name for name, row in CATEGORIES.items()}
+    every = np.concatenate(seen)
     columns = rr.Boxes2D.columns(
         centers=(every[:, 1:3] + 0.5 * every[:, 3:]).astype(np.float32),
         half_sizes=(0.5 * every[:, 3:]).astype(np.float32),
-        labels=[names[number] for number in every[:, 0].tolist()],
+        labels=[CATEGORY_NAMES[number] for number in every[:, 0].tolist()],
         class_ids=every[:, 0].astype(np.uint16),
     )
     return Chunk.from_columns(sensor.path, [times(part.times("time"))], columns.partition([len(each) for each in seen]))
