@@ -9,16 +9,16 @@ from typing import Any, Self
 
 import numpy as np
 
-from vrx_mj.arguments import as_number, as_path, as_text, check_kind, check_name
+from vrx_mj.arguments import as_number, as_path, as_text, check_name
 from vrx_mj.arrays import BoolArray
 from vrx_mj.bar import Bar
-from vrx_mj.errors import CommandError, RecordError
+from vrx_mj.errors import CommandError, RecordError, shown
 from vrx_mj.outputs import write_files
 from vrx_mj.recording.reader import read_record
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
 from vrx_mj.sensors.labels import CATEGORIES
-from vrx_mj.sensors.readings import Reading
+from vrx_mj.sensors.readings import Labels, Reading
 
 JPEG_QUALITY = 95
 
@@ -53,23 +53,18 @@ class CocoWriter:
         whole |= {"categories": [*CATEGORIES.values()]}
         write_files(self._folder, {"annotations.json": json.dumps(whole) + "\n"}, "the data set", RecordError)
 
-    def add(self, boat: str, reading: Reading) -> None:
-        """Add a camera's picture with labels.
-
-        Args:
-            boat: that carries the camera.
-            reading: as `Simulation.labelled` gives it.
+    def add(self, reading: Reading) -> None:
+        """Add a camera's picture with labels, as `Simulation.labelled` gives it.
 
         Raises:
-            CommandError: it is not a picture with labels.
+            CommandError: it is none.
             RecordError: it cannot be written.
         """
-        check_kind("add", reading, Reading, "a Reading, as sim.labelled(boat, camera) returns it", CommandError)
-        labels = getattr(reading.data, "labels", None)
-        if labels is None:
-            raise CommandError(f"{reading.name} of {boat} has no labels: take its picture by sim.labelled")
-        number = len(self._images) + 1
-        name = f"{number:06}_{as_text('boat', boat)}_{reading.name}.jpg"
+        labels = getattr(getattr(reading, "data", None), "labels", None)
+        if not isinstance(labels, Labels):
+            raise CommandError(f"invalid reading {shown(reading)}: one with labels is needed, as sim.labelled gives it")
+        number, boat = len(self._images) + 1, reading.frame.partition("/")[0]
+        name = f"{number:06}_{boat}_{reading.name}.jpg"
         write_files(self._folder, {f"images/{name}": reading.data.jpeg(JPEG_QUALITY)}, "the data set", RecordError)
         height, width = labels.mask.shape
         self._images.append({"id": number, "file_name": name, "width": width, "height": height, "time": reading.time})
@@ -116,7 +111,8 @@ def write_coco(
     seconds = {round(saved.time, 6): saved for saved in recorded.states}  # the end may be saved twice
     states = [saved for time, saved in seconds.items() if low <= time <= high]
     if not states:
-        raise RecordError(f"'{recorded.path}' has no state from {low:g} s to {high:g} s: there is one every second")
+        span = f"invalid begin {shown(begin)} or end {shown(end)}"
+        raise RecordError(f"{span}: '{recorded.path}' has no state in that span; one is saved every second")
     about = f"{recorded.properties.get('world')}, seed {recorded.properties.get('seed')}"
     with CocoWriter(folder, about) as coco, Bar("drawing", len(states), "seconds") as bar:
         sim = Simulation(recorded.companies[0].world)
@@ -128,6 +124,6 @@ def write_coco(
             for name in sim.boats:
                 for camera in sim.mounted(name) if boat in (None, name) else ():
                     if camera.config.type == "camera":
-                        coco.add(name, sim.labelled(name, camera.name))
+                        coco.add(sim.labelled(name, camera.name))
             bar.update(number)
     return len(coco)
