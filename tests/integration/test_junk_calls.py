@@ -108,8 +108,8 @@ SIMULATED = {
     "subscribe": {"boat": "a", "sensor": "gps_wamv", "callback": print, "rate": 1.0},
     "watch_contacts": {"tell": print, "ended": True},
 }
-NEEDING_MORE = {"attach", "detach", "energy", "fire", "paint", "pinger", "set_pinger", "set_placard", "set_state",
-                "send", "spawn", "spawn_object", "spawn_dock", "remove", "unsubscribe",
+NEEDING_MORE = {"attach", "detach", "energy", "fire", "labelled", "paint", "pinger", "set_pinger", "set_placard",
+                "set_state", "send", "spawn", "spawn_object", "spawn_dock", "remove", "unsubscribe",
                 "unwatch_contacts", "load"}  # fmt: skip
 """Methods of a simulation that other tests here call."""
 
@@ -199,6 +199,15 @@ def test_instruments_and_tasks(junk):
     junk.try_all("pinger", sim.pinger, {"boat": "a", "sensor": receiver})
     junk.try_all("set_pinger", sim.set_pinger, {"boat": "a", "sensor": receiver, "position": (1.0, 2.0, -3.0)})
     junk.try_all("fire", sim.fire, {"boat": "a", "sensor": None})
+    junk.try_all("labelled", sim.labelled, {"boat": "a", "camera": "front_left_camera"})
+    with recordings.CocoWriter("data") as coco:
+        junk.try_all("add", coco.add, {"reading": sim.labelled("a", "front_left_camera")})
+    with vrx_mj.record(sim, "run.rrd", sea=False):
+        sim.advance(1)
+    junk.every = 6
+    asked = {"source": "run.rrd", "folder": "data", "boat": "a", "begin": 0.0, "end": 0.0}
+    junk.try_all("write_coco", recordings.write_coco, asked)
+    junk.every = 1
     junk.try_all("sense", lambda sensor: sim.sense("a")[sensor], {"sensor": "gps_wamv"})
     junk.try_all("send", lambda topic: None if topic is LANDMARK else sim.send(topic, {}), {"topic": LANDMARK})
     docked = vrx_mj.Simulation(vrx_mj.compile_world("scan_dock_deliver"))

@@ -250,6 +250,32 @@ def test_pictures_come_back_as_they_were_seen(tmp_path):
 
 
 @pytest.mark.render
+def test_boxes_of_labels_are_over_recorded_pictures(tmp_path):
+    from rerun.chunk import RrdReader
+
+    sim = sailing((CAMERA.model_copy(update={"labels": True}),), fleet=HERE, objects=[TOTEM], seed=3)
+    seen = []
+    sim.subscribe("a", "camera", seen.append, rate=5.0)
+    with vrx_mj.record(sim, tmp_path / "run.rrd", sensors="camera@5"):
+        sim.step({"a": AHEAD}, duration=1.0)
+    rows = [
+        row
+        for chunk in RrdReader(tmp_path / "run.rrd").stream().filter(content="/world/boats/a/sensors/camera")
+        for row in chunk.to_record_batch().to_pylist()
+        if row.get("Boxes2D:centers") is not None
+    ]
+    assert len(rows) == len(seen) == 6
+    for row, reading in zip(rows, seen, strict=True):
+        objects = reading.data.labels.objects
+        assert row["Boxes2D:labels"] == [one.category for one in objects]
+        corners = np.subtract(row["Boxes2D:centers"], row["Boxes2D:half_sizes"])
+        assert corners.tolist() == [list(one.box[:2]) for one in objects]
+        assert (2 * np.array(row["Boxes2D:half_sizes"])).tolist() == [list(one.box[2:]) for one in objects]
+    assert "red_totem" in rows[0]["Boxes2D:labels"]
+    assert len(vrx_mj.read_record(tmp_path / "run.rrd").readings("a", "camera")) == 6
+
+
+@pytest.mark.render
 def test_a_cameras_pinhole_and_place_are_in_the_recording(tmp_path):
     """A point straight ahead of the camera, 2 m away, is projected to the middle of the picture."""
     sim = sailing((CAMERA,), fleet=HERE)

@@ -220,8 +220,7 @@ def replay(
 
     Example: vrx-mj replay run.rrd --video run.mp4 --boat wamv2 --speed 2
     """
-    from vrx_mj.recording import open_viewer
-    from vrx_mj.recording.coco import draw_coco
+    from vrx_mj.recording import open_viewer, write_coco
     from vrx_mj.recording.rrd_file import no_recording
     from vrx_mj.recording.video import Shot, draw_video, parse_size
 
@@ -230,7 +229,8 @@ def replay(
     if not recording.is_file():
         raise RecordError(no_recording(recording))
     if coco is not None:
-        typer.echo(draw_coco(recording, coco, boat, begin, end))
+        count = write_coco(recording, coco, boat=boat, begin=begin, end=end)
+        typer.echo(f"data set: {coco}, {count} pictures, annotations.json")
         return
     if video is None:
         raise SystemExit(open_viewer(recording, follow=boat, write=typer.echo))

@@ -7,15 +7,6 @@ from vrx_mj.recording.session import open_viewer, record, resume
 from vrx_mj.recording.tables import read
 
 __all__ = [
-    "CocoWriter",
-    "Comparison",
-    "Record",
-    "Track",
-    "compare",
-    "open_viewer",
-    "read",
-    "read_record",
-    "record",
-    "resume",
+    "CocoWriter", "Comparison", "Record", "Track", "compare", "open_viewer", "read", "read_record", "record", "resume",
     "write_coco",
-]
+]  # fmt: skip

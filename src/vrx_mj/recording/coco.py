@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-import io
 import json
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 
-from vrx_mj.arguments import as_path, as_text, check_kind
+from vrx_mj.arguments import as_number, as_path, as_text, check_name
 from vrx_mj.arrays import BoolArray
 from vrx_mj.bar import Bar
-from vrx_mj.errors import CommandError, RecordError, UnknownNameError
+from vrx_mj.errors import CommandError, RecordError, shown
 from vrx_mj.outputs import write_files
 from vrx_mj.recording.reader import read_record
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
 from vrx_mj.sensors.labels import CATEGORIES
-from vrx_mj.sensors.readings import Reading
+from vrx_mj.sensors.readings import Labels, Reading
 
 JPEG_QUALITY = 95
 
@@ -51,61 +49,30 @@ class CocoWriter:
         return len(self._images)
 
     def __exit__(self, *_: object) -> None:
-        self.close()
+        whole = {"info": {"description": self._description}, "images": self._images, "annotations": self._annotations}
+        whole |= {"categories": [*CATEGORIES.values()]}
+        write_files(self._folder, {"annotations.json": json.dumps(whole) + "\n"}, "the data set", RecordError)
 
-    def add(self, boat: str, reading: Reading) -> None:
-        """Add a camera's picture with labels.
-
-        Args:
-            boat: that carries the camera.
-            reading: as `Simulation.labelled` gives it.
+    def add(self, reading: Reading) -> None:
+        """Add a camera's picture with labels, as `Simulation.labelled` gives it.
 
         Raises:
-            CommandError: it is not a picture with labels.
+            CommandError: it is none.
             RecordError: it cannot be written.
         """
-        from PIL import Image as Pillow
-
-        check_kind("add", reading, Reading, "a Reading, as sim.labelled(boat, camera) returns it", CommandError)
-        labels = getattr(reading.data, "labels", None)
-        if labels is None:
-            raise CommandError(f"{reading.name} of {boat} has no labels: take its picture by sim.labelled")
-        number = len(self._images) + 1
-        name = f"{number:06}_{as_text('boat', boat)}_{reading.name}.jpg"
-        file = io.BytesIO()
-        Pillow.fromarray(reading.data.rgb).save(file, "JPEG", quality=JPEG_QUALITY)
-        write_files(self._folder, {f"images/{name}": file.getvalue()}, "the data set", RecordError)
+        labels = getattr(getattr(reading, "data", None), "labels", None)
+        if not isinstance(labels, Labels):
+            raise CommandError(f"invalid reading {shown(reading)}: one with labels is needed, as sim.labelled gives it")
+        number, boat = len(self._images) + 1, reading.frame.partition("/")[0]
+        name = f"{number:06}_{boat}_{reading.name}.jpg"
+        write_files(self._folder, {f"images/{name}": reading.data.jpeg(JPEG_QUALITY)}, "the data set", RecordError)
         height, width = labels.mask.shape
-        image = {"id": number, "file_name": name, "width": width, "height": height, "time": reading.time}
-        self._images.append(image)
+        self._images.append({"id": number, "file_name": name, "width": width, "height": height, "time": reading.time})
         for one in labels.objects:
-            self._annotations.append(
-                {
-                    "id": len(self._annotations) + 1,
-                    "image_id": number,
-                    "category_id": one.category_id,
-                    "name": one.name,
-                    "bbox": one.box,
-                    "area": one.area,
-                    "iscrowd": 0,
-                    "segmentation": {"size": [height, width], "counts": run_lengths(labels.mask == one.number)},
-                }
-            )
-
-    def close(self) -> None:
-        """Write the annotations of all pictures that were added.
-
-        Raises:
-            RecordError: they cannot be written.
-        """
-        keys = ("id", "name", "supercategory")
-        whole = {
-            "info": {"description": self._description},
-            "images": self._images,
-            "annotations": self._annotations,
-            "categories": [{key: row[key] for key in keys} for row in CATEGORIES.values()],
-        }
-        write_files(self._folder, {"annotations.json": json.dumps(whole) + "\n"}, "the data set", RecordError)
+            own = {"id": len(self._annotations) + 1, "image_id": number, "category_id": one.category_id}
+            seen = {"name": one.name, "bbox": one.box, "area": one.area, "iscrowd": 0}
+            runs = {"size": [height, width], "counts": run_lengths(labels.mask == one.number)}
+            self._annotations.append({**own, **seen, "segmentation": runs})
 
 
 def run_lengths(mask: BoolArray) -> list[int]:
@@ -116,14 +83,9 @@ def run_lengths(mask: BoolArray) -> list[int]:
 
 
 def write_coco(
-    source: str | Path,
-    folder: str | Path,
-    *,
-    boat: str | None = None,
-    begin: float | None = None,
+    source: str | Path, folder: str | Path, *, boat: str | None = None, begin: float | None = None,
     end: float | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> int:
+) -> int:  # fmt: skip
     """Write what cameras saw at every second of a recording, whether or not they were recorded; returns the pictures.
 
     Args:
@@ -132,7 +94,6 @@ def write_coco(
         boat: whose cameras; None: those of all boats.
         begin: first simulated time [s]; None: that of the recording.
         end: last simulated time [s]; None: that of the recording.
-        progress: called after every second with the number of those that are written, and of all.
 
     Raises:
         RecordError: the file is not a recording, or has no camera or no state in that span, or nothing can be written.
@@ -144,14 +105,16 @@ def write_coco(
     carriers = {row.boat for one in worlds.values() for row in one.parameters.sensors if row.type == "camera"}
     if not carriers:
         raise RecordError(f"'{recorded.path}' has no boat with a camera")
-    if boat is not None and boat not in carriers:
-        raise UnknownNameError("boat with a camera", boat, sorted(carriers))
-    low, high = -math.inf if begin is None else begin, math.inf if end is None else end
+    if boat is not None:
+        check_name("boat with a camera", boat, sorted(carriers))
+    low, high = -math.inf if begin is None else as_number(begin), math.inf if end is None else as_number(end)
     seconds = {round(saved.time, 6): saved for saved in recorded.states}  # the end may be saved twice
     states = [saved for time, saved in seconds.items() if low <= time <= high]
     if not states:
-        raise RecordError(f"'{recorded.path}' has no state from {low:g} s to {high:g} s: there is one every second")
-    with CocoWriter(folder, f"{recorded.properties.get('world')}, seed {recorded.properties.get('seed')}") as coco:
+        span = f"invalid begin {shown(begin)} or end {shown(end)}"
+        raise RecordError(f"{span}: '{recorded.path}' has no state in that span; one is saved every second")
+    about = f"{recorded.properties.get('world')}, seed {recorded.properties.get('seed')}"
+    with CocoWriter(folder, about) as coco, Bar("drawing", len(states), "seconds") as bar:
         sim = Simulation(recorded.companies[0].world)
         for number, saved in enumerate(states, 1):
             state = State.from_bytes(saved.blob)
@@ -161,17 +124,6 @@ def write_coco(
             for name in sim.boats:
                 for camera in sim.mounted(name) if boat in (None, name) else ():
                     if camera.config.type == "camera":
-                        coco.add(name, sim.labelled(name, camera.name))
-            if progress is not None:
-                progress(number, len(states))
+                        coco.add(sim.labelled(name, camera.name))
+            bar.update(number)
     return len(coco)
-
-
-def draw_coco(recording: Path, folder: Path, boat: str | None, begin: float | None, end: float | None) -> str:
-    """Write a data set of a recording, and show how far it is; returns a line about it. Errors: `write_coco`."""
-    with Bar("drawing", 0.0, "seconds") as bar:
-        count = write_coco(
-            recording, folder, boat=boat, begin=begin, end=end,
-            progress=lambda done, total: bar.update(done, total=total),
-        )  # fmt: skip
-    return f"data set: {folder}, {count} pictures, annotations.json"

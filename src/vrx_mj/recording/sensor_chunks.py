@@ -20,6 +20,7 @@ from vrx_mj.recording.parts import Part
 from vrx_mj.recording.reader import RecordedReadings
 from vrx_mj.recording.record_scene import RecordedSensor, RecordScene
 from vrx_mj.recording.timeline import static, times
+from vrx_mj.sensors.labels import CATEGORY_NAMES
 from vrx_mj.sensors.readings import Reading, Scan
 from vrx_mj.sensors.registry import SENSOR_KINDS
 from vrx_mj.sensors.view import focal_length
@@ -109,6 +110,7 @@ class SensedChunks:
         readings = RecordedReadings.of(sensor, parts)
         if sensor.type == "camera":
             yield from pictures(sensor, readings)
+            yield from (boxes(sensor, part) for part in parts if "labels" in part.columns)
             return
         if sensor.readings_path != sensor.path:
             yield part_chunk(parts)
@@ -148,6 +150,19 @@ def pictures(sensor: RecordedSensor, readings: RecordedReadings) -> Iterator[Chu
         stamp = rr.AnyValues.columns(time=[time], sequence=[sequence])
         columns = [*stamp, *rr.EncodedImage.columns(blob=[blob])]
         yield Chunk.from_columns(sensor.path, [times([time])], columns)
+
+
+def boxes(sensor: RecordedSensor, part: Part) -> Chunk:
+    """The boxes of a camera's labels, over its pictures."""
+    seen = [cell.reshape(-1, 5) for cell in part.arrays("labels", "<i4")]
+    every = np.concatenate(seen)
+    columns = rr.Boxes2D.columns(
+        centers=(every[:, 1:3] + 0.5 * every[:, 3:]).astype(np.float32),
+        half_sizes=(0.5 * every[:, 3:]).astype(np.float32),
+        labels=[CATEGORY_NAMES[number] for number in every[:, 0].tolist()],
+        class_ids=every[:, 0].astype(np.uint16),
+    )
+    return Chunk.from_columns(sensor.path, [times(part.times("time"))], columns.partition([len(each) for each in seen]))
 
 
 def points(sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:

@@ -6,7 +6,6 @@ A process that is killed leaves a file that reads up to its last flush.
 from __future__ import annotations
 
 import dataclasses
-import io
 import json
 import warnings
 import weakref
@@ -164,11 +163,10 @@ def reading_columns(sensor: RecordedSensor, reading: Reading) -> dict[str, list[
     """Cells that give a reading back: its picture, its points, or its numbers as the fields of its class list them."""
     columns: dict[str, list[Cell]] = {"time": [np.array([reading.time])], "sequence": [np.array([reading.sequence])]}
     if sensor.type == "camera":
-        from PIL import Image
-
-        buffer = io.BytesIO()
-        Image.fromarray(reading.data.rgb).save(buffer, "JPEG", quality=QUALITY)
-        return columns | {"EncodedImage:blob": [buffer.getvalue()]}
+        if reading.data.labels is not None:
+            seen = [(one.category_id, *one.box) for one in reading.data.labels.objects]
+            columns["labels"] = [np.ravel(seen).astype("<i4")]
+        return columns | {"EncodedImage:blob": [reading.data.jpeg(QUALITY)]}
     if sensor.gives_points:
         cloud = reading.data  # as bytes: rerun takes numbers one by one
         numbers = {"intensity": [cloud.intensity.astype("<f4").tobytes()], "ring": [cloud.ring.astype("<u2").tobytes()]}

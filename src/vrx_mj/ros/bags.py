@@ -271,9 +271,8 @@ def _cdr(message: Message, type_name: str, kind: Ros2Type) -> bytes:
         return bytes(types.ros1_to_cdr(encode(message, type_name), kind.name))
     its_type, convert = CONVERSIONS.get(type_name, ("", None))
     if convert and its_type == type_name:
-        there = convert(message)
-    else:
-        there = migrate_message(typestore(), types, kind.name, kind.name, {}, message)
+        return bytes(types.serialize_cdr(convert(message), kind.name))
+    there = migrate_message(typestore(), types, kind.name, kind.name, {}, message)
     return bytes(types.serialize_cdr(there, kind.name))
 
 

@@ -297,7 +297,8 @@ class Sensing:
         Raises:
             UnknownNameError: no such boat, or no such camera on it.
         """
-        sensor = _find(f"camera of {boat}", name, self.of_kind(boat, "camera"))
+        known = self.of_kind(boat, "camera")
+        sensor = _find(f"camera of {boat}", name, known)
         sensor = replace(sensor, config=sensor.config.model_copy(update={"labels": True}))
         return self._measured(sensor, *self._caught(sensor.config.rate))
 

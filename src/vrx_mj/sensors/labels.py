@@ -17,6 +17,8 @@ CATEGORIES: Mapping[str, Mapping[str, Any]] = {
     row["name"]: row for row in json.loads((Path(__file__).parent / "labels.json").read_bytes())
 }
 """Categories by name: number, supercategory, and the models of objects that are of it, the first that matches."""
+CATEGORY_NAMES: Mapping[int, str] = {row["id"]: name for name, row in CATEGORIES.items()}
+"""Names of categories by their numbers."""
 OWN_BOAT, BOAT, SHORE, DOCK, PLACARD = tuple(CATEGORIES)[:5]
 TERRAIN = "terrain"
 """Name of the shore, and what names of its geoms begin with."""

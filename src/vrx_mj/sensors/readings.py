@@ -1,5 +1,6 @@
 """What a sensor gives: data with the time and the frame that they belong to."""
 
+import io
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -71,6 +72,14 @@ class Image:
     """Intrinsics of the camera."""
     labels: Labels | None = None
     """What it shows, of a camera with `labels: true`."""
+
+    def jpeg(self, quality: int) -> bytes:
+        """Its pixels as a JPEG file of a quality, of 100."""
+        from PIL import Image as Pillow
+
+        file = io.BytesIO()
+        Pillow.fromarray(self.rgb).save(file, "JPEG", quality=quality)
+        return file.getvalue()
 
 
 @dataclass(frozen=True)

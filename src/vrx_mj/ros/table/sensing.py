@@ -1,6 +1,5 @@
 """Sensors in ROS: VRX's topics, types, rates and frames, and messages made of readings."""
 
-import io
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -187,11 +186,7 @@ def _detections(reading: Reading) -> Message | None:
 
 
 def _compressed(reading: Reading) -> Message:
-    from PIL import Image as Pillow
-
-    file = io.BytesIO()
-    Pillow.fromarray(reading.data.rgb).save(file, "JPEG", quality=JPEG_QUALITY)
-    data = np.frombuffer(file.getvalue(), np.uint8)
+    data = np.frombuffer(reading.data.jpeg(JPEG_QUALITY), np.uint8)
     return new("sensor_msgs/CompressedImage", header=_head(reading), format="rgb8; jpeg compressed bgr8", data=data)
 
 
@@ -462,18 +457,16 @@ TOPICS: Mapping[str, SensorTopics] = {
         (
             SensorTopic("/image_raw", "sensor_msgs/Image", _image, ("/optical/image_raw",)),
             SensorTopic("/image_raw/compressed", "sensor_msgs/CompressedImage", _compressed),
-            SensorTopic("/labels", "vision_msgs/Detection2DArray", _detections, ("/labels",), lambda one: one.labels),
-            SensorTopic("/labels/mask", "sensor_msgs/Image", _mask, ("/labels/mask",), lambda one: one.labels),
+            SensorTopic("/labels", "vision_msgs/Detection2DArray", _detections, ("/labels",), lambda c: c.labels),
+            SensorTopic("/labels/mask", "sensor_msgs/Image", _mask, ("/labels/mask",), lambda c: c.labels),
         ),
         _frames_and_infos,
     ),
     "lidar": SensorTopics(
         "sensors/lidars/{}_sensor",
         (
-            SensorTopic(
-                "/points", "sensor_msgs/PointCloud2", _points, ("/points",), lambda one: one.output == "points"
-            ),
-            SensorTopic("/scan", "sensor_msgs/LaserScan", _scan, ("/scan",), lambda one: one.output == "scan"),
+            SensorTopic("/points", "sensor_msgs/PointCloud2", _points, ("/points",), lambda c: c.output == "points"),
+            SensorTopic("/scan", "sensor_msgs/LaserScan", _scan, ("/scan",), lambda c: c.output == "scan"),
         ),
         _middle_ring,
     ),

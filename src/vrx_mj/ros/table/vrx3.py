@@ -10,7 +10,7 @@ import numpy as np
 from vrx_mj.ros.cdr import kind
 from vrx_mj.ros.interface import VRX3, Output
 from vrx_mj.ros.messages import Message, new
-from vrx_mj.sensors.labels import CATEGORIES
+from vrx_mj.sensors.labels import CATEGORY_NAMES
 
 PACKAGES = (
     "geometry_msgs",
@@ -100,11 +100,10 @@ def _range_bearing(message: Message) -> Message:
 
 def _detections(message: Message) -> Message:
     """vision_msgs/Detection2DArray, whose classes have names here; the id is the number of the pixels in the mask."""
-    names = {row["id"]: name for name, row in CATEGORIES.items()}
     found = []
     for one in message.detections:
         (result,), center = one.results, one.bbox.center
-        hypothesis = kind("vision_msgs/ObjectHypothesis")(names[result.id], result.score)
+        hypothesis = kind("vision_msgs/ObjectHypothesis")(CATEGORY_NAMES[result.id], result.score)
         results = [kind("vision_msgs/ObjectHypothesisWithPose")(hypothesis, result.pose)]
         pose = kind("vision_msgs/Pose2D")(kind("vision_msgs/Point2D")(center.x, center.y), center.theta)
         box = kind("vision_msgs/BoundingBox2D")(pose, one.bbox.size_x, one.bbox.size_y)
