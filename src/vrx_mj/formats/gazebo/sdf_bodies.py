@@ -1,15 +1,16 @@
 """Links of a model of Gazebo as a tree of bodies on joints; links that fixed joints hold together are one body."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.formats.gazebo.sdf_frames import WORLD
 from vrx_mj.formats.gazebo.sdf_joints import SdfJoint
-from vrx_mj.formats.urdf.model import ZERO, Inertial, LinkRow, relative
-from vrx_mj.frames import Pose, compose, rotation
+from vrx_mj.formats.urdf.model import ZERO, LinkRow, relative
+from vrx_mj.frames import Pose, compose
+from vrx_mj.rigid_bodies import MassProperties, joined, posed, rigid
 
 LEAST = 1e-9
 """Smallest share of the largest moment of inertia, or moment [kg m2], that a principal moment has in MuJoCo."""
@@ -144,24 +145,17 @@ class _Growth:
                 queue.append(self.of(end))
 
 
-def mass_of(body: Body) -> Inertial | None:
+def mass_of(body: Body) -> MassProperties | None:
     """Mass and inertia of all links of a body together, along its axes; None without a mass."""
     parts = [
-        (row.link.inertial, compose(pose, row.link.inertial.pose)) for row, pose in body.parts if row.link.inertial
+        posed(rigid(own.mass, ZERO[:3], own.tensor), compose(pose, own.pose))
+        for row, pose in body.parts
+        if (own := row.link.inertial)
     ]
-    mass = sum(part.mass for part, _ in parts)
     if not parts:
         return None
-    center = sum((part.mass * np.array(pose[:3]) for part, pose in parts), np.zeros(3)) / mass
-    inertia = np.zeros((3, 3))
-    for part, pose in parts:
-        turn, arm = np.array(rotation(*pose[3:])), np.array(pose[:3]) - center
-        xx, yy, zz, xy, xz, yz = part.tensor
-        local = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        inertia += turn @ local @ turn.T + part.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    x, y, z = center.tolist()
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = _possible(inertia).tolist()
-    return Inertial(mass, (x, y, z, 0.0, 0.0, 0.0), (xx, yy, zz, xy, xz, yz))
+    whole = joined(parts)
+    return replace(whole, inertia=_possible(whole.inertia))
 
 
 def _possible(inertia: FloatArray) -> FloatArray:

@@ -257,9 +257,9 @@ class _Object:
         if found is None:
             row = body.parts[0][0].link
             raise ConfigError([row.place.problem(f"link '{row.name}'", "must have a mass: it moves")])
-        *moments, xy, xz, yz = found.tensor
+        *moments, xy, xz, yz = found.tensor()
         products = [xy, xz, yz] if max(map(abs, (xy, xz, yz))) > PRODUCT * max(moments) else []
-        return {"mass": found.mass, "center_of_mass": list(found.pose[:3]), "inertia": [*moments, *products]}
+        return {"mass": found.mass, "center_of_mass": found.center.tolist(), "inertia": [*moments, *products]}
 
     def all_shapes(self, body: Body) -> Content:
         """The collisions and visuals of a body."""
