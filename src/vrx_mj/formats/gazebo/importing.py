@@ -21,7 +21,7 @@ from vrx_mj.config.tree import File, Items, Place, Section
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, shortened
 from vrx_mj.foreign import budget
-from vrx_mj.formats.gazebo.document import Fate, Note, Report, is_file
+from vrx_mj.formats.gazebo.document import Fate, Note, Report, is_file, label
 from vrx_mj.formats.gazebo.folders import files_below, has_world, is_folder
 from vrx_mj.formats.gazebo.launch import launch_of
 from vrx_mj.formats.gazebo.launched import Launch, Spawned, fleet_of, objects_of
@@ -95,11 +95,6 @@ class Imported:
             self.paths[folder, source] = next(path for path in paths if path not in taken)
         return self.paths[folder, source]
 
-    def add_unless_known(self, file: Path) -> None:
-        """Import a file of a folder, unless it is a boat that a launch file has brought, or only macros for boats."""
-        if not file.name.lower().endswith(ROBOTS) or (file.resolve() not in self.robots and _has_links(file)):
-            self.add(file, {})
-
     def add(self, file: Path, arguments: dict[str, str]) -> None:
         """Import a file by its kind."""
         name = file.name.lower()
@@ -155,7 +150,7 @@ class Imported:
         with warnings.catch_warnings(action="ignore", category=VrxWarning):
             boat = read_boat(file)
         model = model_element(file)[0]
-        self.notes.append(Note(model.place, model.label, "taken over", f"`{path}`, a boat"))
+        self.notes.append(Note(model.place, label(model), "taken over", f"`{path}`, a boat"))
         for remark in (*boat.remarks, *boat.gazebo.warnings):
             what, _, text = remark.partition(": ")[2].rpartition(": ")
             line = remark.partition(": ")[0].rpartition(":")[2]
@@ -327,7 +322,8 @@ def import_files(source: Path, arguments: Mapping[str, str] | None = None) -> Im
         raise VrxError(f"no file to import in {display(source)}: none ends in {', '.join(KINDS)}")
     for file in sorted(files, key=lambda file: file.name.lower().endswith(ROBOTS)):  # launch files bring boats
         try:
-            made.add_unless_known(file)
+            if not file.name.lower().endswith(ROBOTS) or (file.resolve() not in made.robots and _has_links(file)):
+                made.add(file, {})
         except VrxError as error:
             made.failed += str(error).splitlines()
     if not made.texts and made.failed:
@@ -386,11 +382,8 @@ def _with_robots(fleet: Section, robots: Sequence[str | None]) -> Section:
     """A fleet whose boats are of robots that are written at these paths; of None they stay."""
     if not robots:
         return fleet
-    boats = map(_with_robot, fleet["boats"], robots)
+    boats = []
+    for boat, robot in zip(fleet["boats"], robots, strict=True):
+        own = {key: value for key, value in boat.items() if key != "arguments"}  # which are in the robot then
+        boats.append(boat.holding({**own, "robot": f"./{robot}"}) if robot else boat)
     return fleet.holding({**fleet, "boats": Items.of(boats, fleet["boats"].places)})
-
-
-def _with_robot(boat: Section, robot: str | None) -> Section:
-    """A boat of a fleet with the robot at a path, which is expanded; of None it stays."""
-    own = {key: value for key, value in boat.items() if key != "arguments"}
-    return boat.holding({**own, "robot": f"./{robot}"}) if robot else boat

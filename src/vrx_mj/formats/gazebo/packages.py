@@ -32,34 +32,22 @@ def is_nowhere(path: str) -> bool:
     return path.startswith(NOWHERE) or any(map(is_built_in, list(Path(path).parents)[:DEEPEST]))
 
 
-def world_named(path: str) -> str:
-    """The name here of a world of VRX's, by its path in VRX's packages.
-
-    Raises:
-        UnknownNameError: VRX has none of this name.
-    """
-    parts = PurePosixPath(path).parts
-    stem = parts[-1].partition(".")[0]
-    known = catalogue("worlds")
-    names = (f"vrx2019/{stem}" if "vrx_2019" in parts else stem, PLACES.get(stem, stem))
-    found = next((name for name in names if name in known), None)
-    if found is None:
-        raise UnknownNameError("world of VRX", stem, known)
-    return found
-
-
 def named_world(path: str) -> Path | str:
     """A world's file, or the name here of one of VRX's that is not at hand.
 
     Raises:
         UnknownNameError: it leads into a package of VRX, which has none of this name, nor a link to one.
     """
-    try:
-        return world_named(path) if is_nowhere(path) else home_path(path)
-    except UnknownNameError:
-        if (found := linked(path) or linked(f"{path}.xacro")) is None:
-            raise
-        return found
+    if not is_nowhere(path):
+        return home_path(path)
+    parts = PurePosixPath(path).parts
+    stem = parts[-1].partition(".")[0]
+    known = catalogue("worlds")
+    names = (f"vrx2019/{stem}" if "vrx_2019" in parts else stem, PLACES.get(stem, stem))
+    found = next((name for name in names if name in known), None) or linked(path) or linked(f"{path}.xacro")
+    if found is None:
+        raise UnknownNameError("world of VRX", stem, known)
+    return found
 
 
 def robot_named(path: str) -> str | None:

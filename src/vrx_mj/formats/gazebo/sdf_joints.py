@@ -61,10 +61,6 @@ class SdfJoint:
         bounded = self.type in {"revolute", "prismatic"} and bool(self.axes)
         return self.type == "fixed" or (bounded and self.axes[0].limits.lower == self.axes[0].limits.upper)
 
-    def in_frame(self, pose: Pose, *, backward: bool) -> Pose:
-        """Its pose in the frame of the link at its far end, whose pose in the model is given: its child, or parent."""
-        return relative(pose, self.place) if backward else self.shift
-
 
 def read_sdf_joint(model: Model, node: Node, scope: Scope) -> SdfJoint | None:
     """A `<joint>`; None where it does not name its ends. Problems are noted, not raised."""

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from vrx_mj.config.values import COLORS
-from vrx_mj.formats.gazebo.document import Element
+from vrx_mj.formats.gazebo.document import Element, plugin_name
 from vrx_mj.formats.series.pieces import At
 from vrx_mj.formats.urdf.tags import sections
 
@@ -30,9 +30,7 @@ PART_OF_GYMKHANA = ("navigation", "stationkeeping")
 
 def kind_of(plugin: Element) -> str | None:
     """Which of VRX's scoring plugins an element is, as `scandock`; None: another plugin."""
-    name = plugin.attributes.get("filename", "").lower()
-    name = name.removeprefix("lib").removesuffix(".so").replace("_", "")
-    found = re.fullmatch(r"(\w+?)(vrx)?scoringplugin", name)
+    found = re.fullmatch(r"(\w+?)(vrx)?scoringplugin", plugin_name(plugin))
     return found[1] if found and found[1] in _TASKS else None
 
 
@@ -104,23 +102,10 @@ def _stationkeeping(plugin: Element, *_: object) -> Content:
 
 
 def _wayfinding(plugin: Element, *_: object) -> Content:
-    points = [point for group in plugin.all("waypoints") for point in group.all("waypoint")]
-    poses = [point.read("pose", "latitude longitude yaw") for point in points]
+    poses = [point.read("pose", "latitude longitude yaw") for point in plugin.every("waypoints/waypoint")]
     if not poses or None in poses:
         raise plugin.fault("each <waypoint> of <waypoints> needs a <pose>", "waypoints")
     return {"type": "wayfinding", "waypoints": poses}
-
-
-def _perception(plugin: Element, *_: object) -> Content:
-    shown = [thing for group in plugin.all("object_sequence") for thing in group.all("object")]
-    loops = {"loop_forever": True} if plugin.read("loop_forever", "switch") else {}
-    return {"type": "perception", "objects": [At(_object(thing), thing.place) for thing in shown], **loops}
-
-
-def _object(thing: Element) -> Content:
-    for tag in ("name", "pose"):
-        thing.needed(tag)
-    return thing.fields("perception object")
 
 
 def _navigation(plugin: Element, *_: object) -> Content:
@@ -130,10 +115,9 @@ def _navigation(plugin: Element, *_: object) -> Content:
 
 
 def _channel(plugin: Element) -> Content:
-    course = {"course": plugin.text("course_name")} if plugin.text("course_name") else {}
-    gates = [gate for group in plugin.all("gates") for gate in group.all("gate")]
+    gates = plugin.every("gates/gate")
     pairs = [At([gate.needed(f"{side}_marker") for side in ("left", "right")], gate.place) for gate in gates]
-    return {**course, **({"gates": pairs} if pairs else {}), **plugin.fields("gymkhana")}
+    return {**plugin.fields("channel"), **({"gates": pairs} if pairs else {}), **plugin.fields("gymkhana")}
 
 
 def _gymkhana(plugin: Element, plugins: Sequence[Element], _: object) -> Content:
@@ -145,16 +129,6 @@ def _gymkhana(plugin: Element, plugins: Sequence[Element], _: object) -> Content
     return {"type": "gymkhana", "channel": course, "pinger": pinger, **plugin.fields("gymkhana")}
 
 
-def _wildlife(plugin: Element, *_: object) -> Content:
-    buoys = [buoy for group in plugin.all("buoys") for buoy in group.all("buoy")]
-    animals = [At(_animal(buoy), buoy.place) for buoy in buoys]
-    return {"type": "wildlife", "animals": animals, **plugin.fields("wildlife")}
-
-
-def _animal(buoy: Element) -> Content:
-    return {"name": buoy.needed("model_name|name|link_name").partition("::")[0], "goal": buoy.needed("goal")}
-
-
 LIGHT = "robotx_light_buoy"
 """The light buoy that a task sets; VRX 3's have fixed colours."""
 HOLES = (("big", 5.0), ("small", 10.0))
@@ -163,7 +137,7 @@ _HOLE = re.compile(r"placard_?(\d)\w{0,40}?_(big|small)_hole")
 
 
 def _scan_dock(plugin: Element, _: object, objects: Sequence[Mapping[str, Any]]) -> Content:
-    targets = [one for group in plugin.all("targets") for one in group.all("target")]
+    targets, rows = plugin.every("targets/target"), plugin.fields("scandock")
     light = next((one for one in objects if one["model"] == LIGHT), None)
     dock = next((one for one in objects if re.match(r"(vrx_)?dock_(?!block)", one["model"])), None)
     if dock is None:
@@ -176,16 +150,8 @@ def _scan_dock(plugin: Element, _: object, objects: Sequence[Mapping[str, Any]])
     if light is not None:
         found["light_buoy"] = light["name"]
     colors = [plugin.text(f"color_{i}").lower() for i in (1, 2, 3)]
-    bays = [bay for group in plugin.all("bays") for bay in group.all("bay")]
-    stay = next((bay.read("min_dock_time") for bay in bays if bay.child("min_dock_time")), None)
-    return {
-        **found,
-        **({"color_sequence": colors} if all(colors) else {}),
-        **plugin.fields("scandock"),
-        **({} if stay is None else {"min_dock_time": stay}),
-        "bays": [At(_bay(bay), bay.place) for bay in bays],
-        **_targets(targets, len(bays)),
-    }
+    sequence = {"color_sequence": colors} if all(colors) else {}
+    return {**found, **sequence, **rows, **_targets(targets, len(rows["bays"]))}
 
 
 def _targets(targets: Sequence[Element], bays: int) -> Content:
@@ -193,10 +159,6 @@ def _targets(targets: Sequence[Element], bays: int) -> Content:
     found = [_target(one) for one in targets]
     usual = [{"bay": bay, "size": size, "points": points} for bay in range(1, bays + 1) for size, points in HOLES]
     return {"targets": found} if sorted(found, key=str) != sorted(usual, key=str) and found else {}
-
-
-def _bay(bay: Element) -> Content:
-    return {key: value for key, value in bay.fields("bay").items() if value is not False}
 
 
 def _target(target: Element) -> Content:
@@ -208,6 +170,6 @@ def _target(target: Element) -> Content:
 
 _TASKS: Mapping[str, Callable[[Element, Sequence[Element], Sequence[Mapping[str, Any]]], Content]] = {
     "acousticperception": _by_rows, "acoustictracking": _by_rows, "gymkhana": _gymkhana,
-    "navigation": _navigation, "perception": _perception, "scandock": _scan_dock,
-    "stationkeeping": _stationkeeping, "wayfinding": _wayfinding, "wildlife": _wildlife,
+    "navigation": _navigation, "perception": _by_rows, "scandock": _scan_dock,
+    "stationkeeping": _stationkeeping, "wayfinding": _wayfinding, "wildlife": _by_rows,
 }  # fmt: skip

@@ -17,7 +17,7 @@ from vrx_mj.config.wording import shown
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning, first_lines, nearest, shortened
 from vrx_mj.formats.gazebo import surroundings
-from vrx_mj.formats.gazebo.document import STRICT, Element, Note, Report, as_node, read_document
+from vrx_mj.formats.gazebo.document import STRICT, Element, Note, Report, as_node, label, plugin_name, read_document
 from vrx_mj.formats.gazebo.erb_docks import is_template
 from vrx_mj.formats.gazebo.models import (
     NO_MODEL,
@@ -53,7 +53,7 @@ WATER = {"ocean_waves", "coast_waves", "ocean", WAVES}
 """Models that are the water, which is everywhere here."""
 SUN = "sun"
 WINDS = {"usvgazebowindplugin", "usvwind"}
-"""Files of VRX's wind plugins, as `_file` gives them."""
+"""VRX's wind plugins."""
 PLATFORMS = {"platform", "articulated_platform"}
 """What holds a boat of VRX 3 until its task is ready: a lock, which is the task's here."""
 ONCE = {"scene", "gui", "spherical_coordinates", "gravity", "physics", "wind"}
@@ -126,10 +126,12 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
             parts = {problem: part for problem in error.problems if (part := reader.part_of(problem))}
             if STRICT.get() or len(parts) < len(error.problems):
                 raise
-        unread += [_unread(problem, part) for problem, part in parts.items()]
+        for problem, part in parts.items():
+            place = Place(File(problem.file, None), problem.line, problem.column)
+            unread.append(Note(place, problem.key or label(part), "not read", problem.message))
         more = _alike(world, parts.values()) if turn >= CANDIDATES else []
         unread += [
-            Note(one.place, one.label, "not read", f"{CANDIDATES} others of its kind cannot be read") for one in more
+            Note(one.place, label(one), "not read", f"{CANDIDATES} others of its kind cannot be read") for one in more
         ]
         left = {id(part) for part in (*parts.values(), *more)}
         world = replace(world, children=tuple(child for child in world.children if id(child) not in left))
@@ -146,15 +148,11 @@ def _validated(found: GazeboWorld) -> GazeboWorld:
     return replace(found, whole=whole)
 
 
-def _unread(problem: Problem, part: Element) -> Note:
-    place = Place(File(problem.file, None), problem.line, problem.column)
-    return Note(place, problem.key or part.label, "not read", problem.message)
-
-
 def _alike(world: Element, parts: Iterable[Element]) -> list[Element]:
     """The other parts of a world of the kinds of some, but for models: of each kind one counts, if it can be read."""
-    kinds = {(one.tag, _file(one)) for one in parts if one.tag not in INSIDE}
-    return [one for one in world.children if (one.tag, _file(one)) in kinds and not any(one is part for part in parts)]
+    kinds = {(one.tag, plugin_name(one)) for one in parts if one.tag not in INSIDE}
+    others = (one for one in world.children if not any(one is part for part in parts))
+    return [one for one in others if (one.tag, plugin_name(one)) in kinds]
 
 
 def world_of(file: Path, root: Element, world: Element, known: Mapping[str, Path]) -> GazeboWorld:
@@ -174,14 +172,10 @@ def warn_of_losses(notes: Sequence[Note], source: str, *, stacklevel: int) -> No
     once = dict.fromkeys(notes)
     lost = [note for note in once if note.fate != "taken over"]
     if lost:
-        lines = (f"{_where(note.place)}: {note.what} {note.fate}: {note.ours}" for note in lost)
+        places = (":".join(map(str, filter(None, (note.place.file.name, note.place.line)))) for note in lost)
+        lines = (f"{place}: {note.what} {note.fate}: {note.ours}" for place, note in zip(places, lost, strict=True))
         head = f"{source}: {len(lost)} of {len(once)} parts are not as in Gazebo (`vrx-mj import` lists all)"
         warnings.warn("\n  ".join([head, *first_lines(lines, SHOWN)]), VrxWarning, stacklevel=stacklevel)
-
-
-def _where(place: Place) -> str:
-    """File and line, as messages show them."""
-    return place.file.name if place.line is None else f"{place.file.name}:{place.line}"
 
 
 def _no_world(file: Path, root: Element) -> Any:
@@ -216,7 +210,9 @@ class _Reader:
         self.known = known
         self.told: set[str] = set()
         self.hints: dict[str, str] = {}
-        self.newer = _is_newer(root)
+        names = (one.attribute("name") for one in root.walk() if one.tag == "plugin")
+        self.newer = version_of(root) >= GZ_SIM or any(name.startswith(("gz::", "vrx::")) for name in names)
+        """Whether the world is one of gz-sim: by its version of SDF, or by its plugins."""
 
     def world(self) -> GazeboWorld:
         """All of it."""
@@ -307,7 +303,7 @@ class _Reader:
 
     def add_piece(self, part: str, element: Element, content: Content, ours: str) -> None:
         """Add a piece of the world, in which may be keys of other parts."""
-        self.pieces.append(Piece(part, element.label, element.place, (element.label,), content))
+        self.pieces.append(Piece(part, label(element), element.place, (label(element),), content))
         self.report.note(element, "taken over", ours)
 
     def take_include(self, element: Element) -> None:
@@ -432,26 +428,26 @@ class _Reader:
 
     def take_plugin(self, element: Element) -> None:
         """Take over a plugin of the world."""
-        file = _file(element)
+        name = plugin_name(element)
         if kind_of(element):
             self.scoring.append(element)
-        elif _is_wind(element):
-            self.add("wind", element, surroundings.wind(element))
+        elif name in WINDS:
+            self.add("wind", element, element.fields("wind"))
             self.note_wind(element)
-        elif "publisherplugin" in file:
+        elif "publisherplugin" in name:
             self.add("sea", element, surroundings.published_sea(element), "it publishes what nothing here listens to")
-        elif "contain" in file or element.child("performer"):
+        elif "contain" in name or element.child("performer"):
             self.report.note(element, "taken over", "zones of the task's dock")
-        elif "wind-effects" in file:
+        elif "windeffects" in name:
             self.report.note(element, "ignored", "<wind> blows without gusts, on boats alone")
-        elif file.startswith(("gz-sim", "libgz-sim", "ignition-gazebo")):
+        elif name.startswith("gzsim"):
             self.report.note(element, "taken over", "every world has it")
         else:
             self.report.note(element, "ignored", "no such plugin here")
 
     def take_wind(self, element: Element) -> None:
         """Take over the wind of gz-sim, which acts on boats with sails, areas or coefficients."""
-        plugin = next((one for one in self.root.all("plugin") if _is_wind(one)), None)
+        plugin = next((one for one in self.root.all("plugin") if plugin_name(one) in WINDS), None)
         if plugin is not None:
             self.report.note(element, "ignored", f"the wind is that of the plugin on line {plugin.place.line}")
             return
@@ -541,7 +537,7 @@ class _Reader:
             self.report.note(element, "approximated", f"`extends: {world}`, which has {missing[0]['name']}, too")
         else:
             self.report.note(element, "taken over", f"`extends: {world}`")
-        self.pieces.insert(0, Piece("base", element.label, element.place, (element.label,), {"extends": world}))
+        self.pieces.insert(0, Piece("base", label(element), element.place, (label(element),), {"extends": world}))
         return list(found)
 
     def add_task(self, objects: list[Content]) -> None:
@@ -562,12 +558,6 @@ class _Reader:
                 self.report.note(other, "ignored", "a world has one task: that of the first scoring plugin")
 
 
-def _is_newer(root: Element) -> bool:
-    """Whether a world is one of gz-sim: by its version of SDF, or by its plugins."""
-    names = (one.attributes.get("name", "") for one in root.walk() if one.tag == "plugin")
-    return version_of(root) >= GZ_SIM or any(name.startswith(("gz::", "vrx::")) for name in names)
-
-
 def _same(content: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
     """Whether an object is that of the base: of its model, at its pose."""
     if _plain(content["model"]) != other["model"]:
@@ -580,18 +570,9 @@ def _plain(value: Any) -> Any:
     return value.value if isinstance(value, At) else value
 
 
-def _file(element: Element) -> str:
-    return element.attributes.get("filename", "").lower().replace("_", "")
-
-
-def _is_wind(plugin: Element) -> bool:
-    """Whether a plugin is VRX's wind."""
-    return _file(plugin).removeprefix("lib").removesuffix(".so") in WINDS
-
-
 _SURROUNDINGS: Mapping[str, tuple[str, Callable[[Element], object]]] = {
     "scene": ("scene", surroundings.scene), "gui": ("camera", surroundings.view),
-    "spherical_coordinates": ("georeference", surroundings.georeference),
+    "spherical_coordinates": ("georeference", lambda element: element.fields("spherical_coordinates")),
 }  # fmt: skip
 _TAKE: Mapping[str, Callable[[_Reader, Element], None]] = {
     "include": _Reader.take_include, "model": _Reader.take_model, "plugin": _Reader.take_plugin,

@@ -55,7 +55,11 @@ def world_document(source: str | Path) -> tuple[Section, str] | None:
     text, _, number = str(source).rpartition(MARK)
     if is_path(source) or not (is_path(text) or number.isdigit()):
         return None
-    world = _numbered(read_series(file_of("worlds", text)), number)
+    series = read_series(file_of("worlds", text))
+    if not re.fullmatch("[0-9]{1,9}", number) or int(number) >= series.count:
+        last = series.count - 1
+        raise VrxError(f"{series.file.name}{MARK}{number}: no such world; the series has 0 to {last}")
+    world = series_world(series, int(number))
     return read_source("worlds", world.section), world.name
 
 
@@ -91,7 +95,9 @@ def series_world(series: Series, number: int) -> SeriesWorld:
     description = f"world {number} of {Path(series.file.name).name}: {steps}"
     section = _said_by(calls, found.section.holding({**found.section, "description": description}))
     stale = any(note.what == "<wind_obj>" for note in found.notes)
-    return SeriesWorld(f"{series.stem}{number}", number, coordinate, section, _side(series, coordinate), stale)
+    sides = (axis.sides.get(coordinate[axis.name]) for axis in reversed(series.axes))  # VRX writes all to one file
+    side = next((one for one in sides if one is not None), None)
+    return SeriesWorld(f"{series.stem}{number}", number, coordinate, section, side, stale)
 
 
 def _read(series: Series, number: int, calls: Sequence[Call], lines: Mapping[Made, list[Line]]) -> GazeboWorld:
@@ -171,19 +177,6 @@ def _in_axes(calls: Sequence[Call], problem: Problem) -> Problem:
     values = call.parameters.items()
     key = key or next((name for name, value in values if f"'{value}'" in problem.message), None)
     return call.problem(key, ": ".join(filter(None, (problem.key, problem.message))))
-
-
-def _numbered(series: Series, text: str) -> SeriesWorld:
-    last = series.count - 1
-    if not re.fullmatch("[0-9]{1,9}", text) or int(text) > last:
-        raise VrxError(f"{series.file.name}{MARK}{text}: no such world; the series has 0 to {last}")
-    return series_world(series, int(text))
-
-
-def _side(series: Series, coordinate: dict[str, int]) -> object:
-    """The last of the trees that axes have for a file beside the world: VRX writes all of them to one file."""
-    found = [axis.sides[coordinate[axis.name]] for axis in series.axes if coordinate[axis.name] in axis.sides]
-    return found[-1] if found else None
 
 
 HEAD = "# World "
