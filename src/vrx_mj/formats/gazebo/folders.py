@@ -42,7 +42,8 @@ def files_below(folder: Path, kinds: tuple[str, ...]) -> Iterator[Path]:
             made = f"{name}.xacro" in present or f"{name}.erb" in present
             if made or not name.lower().endswith(kinds) or not (os.path.exists(file) and is_inside(file, folder)):  # noqa: PTH110 - as is_folder
                 continue
-            found, size = found + 1, size + _size(file)
+            length = file.stat().st_size
+            found, size = found + 1, size + (length if length <= MAX_BYTES else 0)  # a longer one is not read
             if found > MOST_FILES:
                 raise VrxError(f"more than {MOST_FILES} files to read in {display(folder)}: name a smaller folder")
             if size > MOST_MEGABYTES * 10**6:
@@ -74,12 +75,6 @@ def has_world(file: Path) -> bool:
         return re.search(rb"<world[\s>]", read_bytes(file)) is not None
     except VrxError:
         return not file.name.startswith("model")
-
-
-def _size(file: Path) -> int:
-    """Bytes of a file that are read; of one above the limit none are."""
-    size = file.stat().st_size
-    return size if size <= MAX_BYTES else 0
 
 
 def links_below(folder: Path) -> list[Path]:

@@ -340,21 +340,18 @@ class _Run:
         name = options.get("model") or options.get("entity")
         if not name:
             raise element.fault("a spawned model needs -model NAME", "args")
-        if {"database", "sdf"} & options.keys():
-            found = self.sdf_model(element, name, options, scope)
-            if found is None:
-                return
-            robot, arguments = found, dict[str, str]()
-        else:
-            robot, arguments = self.spawned(element, options, scope)
+        found = self.spawned(element, name, options, scope)
+        if found is None:
+            return
+        robot, arguments = found
         if isinstance(robot, str) and robot.startswith(LEFT_OUT):
             self.leave_out(element, robot, f"<node> '{name}'")
             return
-        if robot in self.known_objects or (isinstance(robot, Path) and _is_object(robot)):
-            self.spawn_object(element, Spawned(name, pose, element.place, robot))
-            return
-        if isinstance(robot, Path) and is_gazebo_model(robot.name):
+        if isinstance(robot, Path) and is_gazebo_model(robot.name) and not is_template(robot):
             pose = _with_own(pose, robot)
+        if robot in self.known_objects or (isinstance(robot, Path) and _is_object(robot)):
+            self.spawn(element, Spawned(name, pose, element.place, robot), self.launch.objects)
+            return
         boat = Spawned(name, pose, element.place, robot, self.known(element, name, robot, arguments))
         self.spawn(element, boat, self.launch.boats)
         self.report.note(element, "taken over", "a boat of the fleet", f"<node> '{name}'")
@@ -370,33 +367,27 @@ class _Run:
             self.report.problems += element.fault(text, "name").problems
         return replace(scope, namespace=namespace)
 
-    def sdf_model(self, element: Element, name: str, options: Mapping[str, str], scope: _Scope) -> Path | str | None:
-        """The file of a model of SDF, or its name in the catalogue; None, with a note: there is no such model."""
+    def spawned(self, element: Element, name: str, options: Mapping[str, str], scope: _Scope) -> Description | None:
+        """File and arguments of what a node spawns; None, with a note: there is no such model of SDF."""
         what = f"<node> '{name}'"
         if "database" in options:
             model, folder = options["database"], self.open[0].parent
             if model in self.known_objects:
-                return model
+                return model, {}
             if has_model(model, folder):
-                return model_file(f"{SCHEME}{model}", folder)
+                return model_file(f"{SCHEME}{model}", folder), {}
             self.report.note(element, "ignored", f"no model named '{shortened(model)}'; {NO_MODEL}", what)
             return None
         try:
-            robot, arguments = self.spawned(element, options, scope)
+            robot, arguments = self.described(element, options, scope)
         except ConfigError as error:
-            if "file" not in options:
+            if not {"file", "sdf"} <= options.keys():
                 raise
             self.report.note(element, "ignored", error.problems[0].message, what)
             return None
-        if arguments:
+        if arguments and "sdf" in options:
             self.report.note(element, "ignored", f"arguments of the xacro of an SDF: {' '.join(arguments)}", what)
-        return robot
-
-    def spawn_object(self, element: Element, thing: Spawned) -> None:
-        """Add an object, whose name no other model has; a pose in its own file is in the frame of the spawned one."""
-        if isinstance(thing.model, Path) and not is_template(thing.model):
-            thing = replace(thing, pose=_with_own(thing.pose, thing.model))
-        self.spawn(element, thing, self.launch.objects)
+        return robot, {} if "sdf" in options else arguments
 
     def known(self, element: Element, name: str, robot: Path | str, given: dict[str, str]) -> dict[str, str]:
         """The arguments that the xacro of a boat declares; xacro ignores others."""
@@ -428,7 +419,7 @@ class _Run:
             self.places[safe_name(thing.name)] = element.place
         things.append(thing)
 
-    def spawned(self, element: Element, options: Mapping[str, str], scope: _Scope) -> Description:
+    def described(self, element: Element, options: Mapping[str, str], scope: _Scope) -> Description:
         """File and arguments of the description that a node spawns."""
         if "file" in options:
             return self.robot_file(element, options["file"]), {}

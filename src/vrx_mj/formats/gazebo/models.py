@@ -153,13 +153,10 @@ def hold_models(file: Path, root: Element) -> None:
 def read_ahead(root: Element, near: Path) -> None:
     """Have the models that a file includes parsed by two questions, not two for each."""
     uris = dict.fromkeys(one.text("uri").rstrip("/") for one in root.walk() if one.tag == "include")
-    folders = []
-    for uri in list(uris)[:MOST_AHEAD]:
-        with contextlib.suppress(VrxError):
-            folders.append(model_folder(uri.rpartition("/")[2], near))
-    parse_ahead(folder / CONFIG for folder in folders if folder and is_file(folder / CONFIG))
-    files = []
-    for folder in filter(None, folders):
+    near_by = (folder_in_reach(uri.rpartition("/")[2], near) for uri in list(uris)[:MOST_AHEAD])
+    folders, files = [*filter(None, near_by)], []
+    parse_ahead(folder / CONFIG for folder in folders if is_file(folder / CONFIG))
+    for folder in folders:
         with contextlib.suppress(VrxError):
             files.append(folder / _main_file(folder))
     parse_ahead(files)
@@ -208,6 +205,13 @@ def model_folder(name: str, near: Path) -> Path | None:
     if found is not None and found.parent in beside and not is_inside(found, near.parent, *allowed_folders()):
         raise VrxError(f"model '{name}' is a link that leads out of {display(near.parent)}")
     return found
+
+
+def folder_in_reach(name: str, near: Path) -> Path | None:
+    """The folder of a model, unless it is a link that leads elsewhere."""
+    with contextlib.suppress(VrxError):
+        return model_folder(name, near)
+    return None
 
 
 def model_paths() -> list[Path]:

@@ -165,10 +165,7 @@ class Frames:
     def inside(self, node: Node, link: str, scope: Scope) -> Pose:
         """The pose of a thing on a link, in the link's frame."""
         given = given_pose(node)
-        if not given.relative_to:
-            return given.pose
-        frame = self.known(_around(given, scope, link), given)
-        return compose(relative(self.pose(link), self.pose(frame)), given.pose) if frame else ZERO
+        return relative(self.pose(link), self.placed(given, scope, link)) if given.relative_to else given.pose
 
 
 def _shown(name: str) -> str:

@@ -9,10 +9,10 @@ from vrx_mj.errors import ConfigError, VrxError
 from vrx_mj.formats.gazebo.document import Element, markup
 from vrx_mj.formats.gazebo.models import (
     Source,
+    folder_in_reach,
     has_model,
     model_element,
     model_file,
-    model_folder,
     model_name,
     model_paths,
     uri_name,
@@ -95,7 +95,7 @@ class Model:
             found = _URI.fullmatch(text)
             name = found[2].partition("/")[0] if found else ""
             if found and name not in self._packages:
-                place = _folder(name, folder)
+                place = folder_in_reach(name, folder)
                 self._packages |= {name: place} if place else {}
             if found and (name in self._packages or found[1] != "file"):
                 return f"{SCHEME}{found[2]}"
@@ -117,21 +117,16 @@ class Model:
             self.links[name] = node, scope
             self.frames.add(name, given_pose(node), scope, scope.model)
             self.attached.setdefault(scope.model, name)
-        for node in model.children("frame"):
-            to = node.attribute("attached_to") or MODEL
-            self._add(scope.name(node.name()), node, scope, scope.name(MODEL if to == WORLD else to))
-        for node in model.children("joint"):
-            self.joints.append((node, scope))
-            end = node.text("child")
-            self._add(scope.name(node.attribute("name") or ""), node, scope, scope.name(MODEL if end == WORLD else end))
+        self.joints += [(node, scope) for node in model.children("joint")]
+        for node in (*model.children("frame"), *model.children("joint")):
+            to = node.text("child") if node.tag == "joint" else node.attribute("attached_to") or MODEL
+            name, around = scope.name(node.name()), scope.name(MODEL if to == WORLD else to)
+            self.frames.add(name, given_pose(node), scope, around)
+            self.attached.setdefault(name, around)
         self.plugins += [(node, scope) for node in model.children("plugin")]
         for tag in INSIDE:
             for node in model.children(tag):
                 self._gather_model(node, model, scope, folder, depth)
-
-    def _add(self, name: str, node: Node, scope: Scope, to: str) -> None:
-        self.frames.add(name, given_pose(node), scope, to)
-        self.attached.setdefault(name, to)
 
     def _gather_model(self, node: Node, outer: Node, scope: Scope, folder: Path, depth: int) -> None:
         """Take in a model in another, whichever of the two says how it is called and placed."""
@@ -182,14 +177,6 @@ class Model:
         tree.set("name", include.text("name") or found.model.attributes.get("name") or name)
         include.element.append(tree)
         return Node(tree, f"model '{tree.get('name')}'", self.findings), place
-
-
-def _folder(name: str, near: Path) -> Path | None:
-    """The folder of a model, unless it is a link that leads elsewhere."""
-    try:
-        return model_folder(name, near)
-    except VrxError:
-        return None
 
 
 def in_world_frame(world: Element, file: Path) -> list[Element | ConfigError]:

@@ -3,8 +3,9 @@
 import json
 import re
 from collections.abc import Container, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import ConfigError, Problem
@@ -142,19 +143,9 @@ def unlocks(launch: StockLaunch, given: Mapping[str, str]) -> bool:
     return any(truth(given.get(name, "true")) is False and truth(launch.own.get(name, "")) for name in LOCKS)
 
 
-@dataclass(frozen=True)
-class _Tool:
-    """A launch file of VRX that opens no world, and the command that does its work."""
-
-    command: str = ""
-    options: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    """Options by the names of arguments, each with what to type where it is not given; empty: nothing."""
-    reason: str = ""
-    """What to know before."""
-
-
-_TOOLS: Mapping[str, _Tool] = {name: _Tool(**row) for name, row in _TABLE["tools"].items()}
-"""VRX's launch files that open no world here."""
+_TOOLS: Mapping[str, Mapping[str, Any]] = _TABLE["tools"]
+"""VRX's launch files that open no world here: the `command` that does the work of each, its `options` by the names of
+arguments, each with what to type where it is not given (empty: nothing), and the `reason`: what to know before."""
 
 
 def is_tool(name: str) -> bool:
@@ -164,9 +155,9 @@ def is_tool(name: str) -> bool:
 
 def instead_of(name: str, given: Mapping[str, str]) -> str:
     """What to type instead of one of VRX's launch files that open no world here, with its arguments."""
-    tool = _TOOLS[name]
-    command = " ".join([tool.command, *_words(tool.options, given)])
-    return "; ".join(filter(None, ("opens no world here", tool.reason, tool.command and f"type: {command}")))
+    tool = {"command": "", "options": {}, "reason": "", **_TOOLS[name]}
+    command = " ".join([tool["command"], *_words(tool["options"], given)])
+    return "; ".join(filter(None, ("opens no world here", tool["reason"], tool["command"] and f"type: {command}")))
 
 
 def _words(options: Mapping[str, Sequence[str]], given: Mapping[str, str]) -> Iterator[str]:

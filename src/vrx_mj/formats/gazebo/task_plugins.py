@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
+from vrx_mj.config.tasks import TASKS
 from vrx_mj.config.values import COLORS
 from vrx_mj.formats.gazebo.document import Element, plugin_name
 from vrx_mj.formats.series.pieces import At
@@ -12,14 +13,6 @@ from vrx_mj.formats.urdf.tags import sections
 Content = dict[str, Any]
 
 BOAT = "wamv"
-STATES = {
-    "initial_state_duration": (30.0, 10.0),
-    "ready_state_duration": (60.0, 10.0),
-    "running_state_duration": (300.0, 300.0),
-}
-"""What a state lasts [s] where a plugin says nothing: VRX's scoring_plugin.cc, and ours."""
-BUFFER = 3.0
-"""VRX's collision_buffer [s] where a plugin says nothing."""
 TOPICS = ("_topic", "_service", "_topic_name", "robot_namespace")
 """How elements end that name topics."""
 OURS = {"", "vrx", "wamv", "scan_dock", "scan_dock_deliver"}
@@ -74,16 +67,11 @@ def _named(plugin: Element, own: Content) -> Content:
 
 
 def _common(plugin: Element, own: Content) -> Content:
-    """What all tasks have, where it differs from our defaults."""
-    boat = plugin.text("vehicle")
-    found: Content = {"boat": boat} if boat and boat != BOAT else {}
-    for tag, (theirs, ours) in STATES.items():
-        value = plugin.read(tag, default=theirs)
-        if value != ours:
-            found[tag] = value
-    buffer = plugin.read("collision_buffer", default=BUFFER)
-    usual = 10.0 if own["type"] in {"navigation_course", "follow_path", "wildlife"} else BUFFER
-    return found | ({"collision_buffer": buffer} if buffer != usual else {})
+    """What all tasks have, where it differs from our defaults; what a plugin leaves out is as in scoring_plugin.cc."""
+    ours = TASKS[own["type"]].model_fields
+    return {
+        key: value for key, value in plugin.fields("scoring plugin").items() if value not in {BOAT, ours[key].default}
+    }
 
 
 def _by_rows(plugin: Element, *_: object) -> Content:

@@ -1,7 +1,9 @@
 """A world of Gazebo, of either generation of VRX, as a world's file of ours."""
 
 import itertools
+import json
 import math
+import re
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -38,24 +40,14 @@ from vrx_mj.formats.gazebo.task_plugins import kind_of, marked, task_of, unread
 from vrx_mj.formats.series.pieces import SYMBOLS, At, Piece, assembled, base_objects, located, named_as, thing
 from vrx_mj.formats.urdf.tags import losses
 
-BASES = {
-    "sydney_regatta": "sydney_regatta",
-    "sandisland": "sand_island",
-    "marina": "marina",
-    "nathan_benderson_park": "vrx2023/nbpark",
-}
-"""Terrains of VRX, and the worlds of ours that have them."""
-NEWER_BASES = {"sydney_regatta": "base/vrx2023"}
-"""The same for worlds of VRX 3 where it is another one."""
-WAVES = "waves"
-"""The model of asv_wave_sim that makes waves."""
-WATER = {"ocean_waves", "coast_waves", "ocean", WAVES}
-"""Models that are the water, which is everywhere here."""
-SUN = "sun"
+TABLE: Mapping[str, Any] = json.loads(Path(__file__).with_suffix(".json").read_bytes())
+"""Terrains of VRX, and the worlds of ours that have them, for VRX 3 where it is another one; the fates of models by
+their names and of plugins by what is found in theirs; elements of a wind plugin that name topics, and our names."""
+BASES = TABLE["terrains"]
+WATER = {"ocean_waves", "coast_waves", "ocean", "waves"}
+"""Models that are the water, which is everywhere here, that of asv_wave_sim the last."""
 WINDS = {"usvgazebowindplugin", "usvwind"}
 """VRX's wind plugins."""
-PLATFORMS = {"platform", "articulated_platform"}
-"""What holds a boat of VRX 3 until its task is ready: a lock, which is the task's here."""
 ONCE = {"scene", "gui", "spherical_coordinates", "gravity", "physics", "wind"}
 """Elements of which a world has one: in Gazebo the first, here in a xacro the last <scene>, as macros make one."""
 NO_BOATS = "none"
@@ -69,11 +61,6 @@ GZ_SIM = (1, 7)
 """Version of SDF from which a world is one of gz-sim."""
 STALE_LINK = "base_link"
 """What VRX's files of 2019 call the boat's link, which has another name since: their wind acts on nothing."""
-TOPICS = {
-    "topic_wind_speed": "/vrx/debug/wind/speed",
-    "topic_wind_direction": "/vrx/debug/wind/direction",
-}
-"""Elements of a wind plugin that name topics, and the names that these have here."""
 MOST_HINTS = 100
 """Unknown names of models for which a known one is guessed."""
 CANDIDATES = 20
@@ -313,14 +300,8 @@ class _Reader:
             raise element.fault(f"a world has one terrain, which line {self.terrain.place.line} already gives")
         if name in BASES:
             self.terrain = element
-        elif name == SUN:
-            self.report.note(element, "taken over", "the sun, which every world has")
-        elif name == WAVES and not has_model(name, self.file.parent):
-            self.report.note(element, "approximated", "flat water: its waves are in its folder; " + NO_MODEL)
-        elif name in WATER and not has_model(name, self.file.parent):
-            self.report.note(element, "taken over", "the water, which is everywhere")
-        elif name in PLATFORMS:
-            self.report.note(element, "taken over", "the lock of the boat, which is the task's `locked`")
+        elif name in TABLE["models"] and not (name in WATER and has_model(name, self.file.parent)):
+            self.report.note(element, *TABLE["models"][name])
         else:
             self.place(element, name)
 
@@ -436,14 +417,9 @@ class _Reader:
             self.note_wind(element)
         elif "publisherplugin" in name:
             self.add("sea", element, surroundings.published_sea(element), "it publishes what nothing here listens to")
-        elif "contain" in name or element.child("performer"):
-            self.report.note(element, "taken over", "zones of the task's dock")
-        elif "windeffects" in name:
-            self.report.note(element, "ignored", "<wind> blows without gusts, on boats alone")
-        elif name.startswith("gzsim"):
-            self.report.note(element, "taken over", "every world has it")
         else:
-            self.report.note(element, "ignored", "no such plugin here")
+            known = "contain" if element.child("performer") else name
+            self.report.note(element, *next(said for pattern, *said in TABLE["plugins"] if re.search(pattern, known)))
 
     def take_wind(self, element: Element) -> None:
         """Take over the wind of gz-sim, which acts on boats with sails, areas or coefficients."""
@@ -459,7 +435,7 @@ class _Reader:
         """Note links that boats have no more, and topics of other names."""
         if any(thing.text("link_name") == STALE_LINK for thing in element.all("wind_obj")):
             self.report.note(element, "approximated", "its link `base_link` is the boat's here", "<wind_obj>")
-        for tag, topic in TOPICS.items():
+        for tag, topic in TABLE["topics"].items():
             if element.text(tag) not in {"", topic}:
                 self.report.note(element, "ignored", f"here it is `{topic}`", f"<{tag}>")
 
@@ -529,7 +505,7 @@ class _Reader:
         if self.terrain is None:
             return []
         element, name = self.terrain, model_name(self.terrain)
-        world = (NEWER_BASES if self.newer else {}).get(name, BASES[name])
+        world = (TABLE["newer_terrains"] if self.newer else {}).get(name, BASES[name])
         found = base_objects(Section({"extends": world}, element.place))
         here = [content for _, content in self.placed]
         missing = [one for one in found if one["model"] != BALL and not any(_same(other, one) for other in here)]

@@ -12,6 +12,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from vrx_mj.config.kinds import AXIS
 from vrx_mj.config.loading import problem_at
 from vrx_mj.config.search import catalogue, display
 from vrx_mj.config.tree import File, Items, Loc, Section
@@ -101,9 +102,7 @@ def looks_like_axes(path: Path) -> bool:
         root, _ = parse_loosely(File(display(path), None, read_lines(path)))
     except ConfigError:
         return False
-    return bool(root) and all(
-        isinstance(axis, Section) and {"steps", "macros"} <= axis.keys() for axis in root.values()
-    )
+    return bool(root) and all(isinstance(axis, Section) and axis.keys() >= AXIS for axis in root.values())
 
 
 def _axis(name: str, content: Section) -> Axis:
