@@ -54,11 +54,6 @@ class Tree:
     """Joints that would close a loop, which are open."""
 
 
-def one_body(links: Sequence[LinkRow], places: Sequence[Pose]) -> Tree:
-    """All links as one body, which does not move, in the frame of the model."""
-    return Tree([Body(links[0].link.name, ZERO, list(zip(links, places, strict=True)))], [], is_anchored=True)
-
-
 def tree_of(links: Sequence[LinkRow], places: Sequence[Pose], joints: Iterable[SdfJoint]) -> Tree:
     """The links as a tree on the body that hangs on no other.
 

@@ -76,9 +76,8 @@ def read_sdf_joint(model: Model, node: Node, scope: Scope) -> SdfJoint | None:
     place = model.frames.placed(given, scope, usual)
     around = model.frames.pose(child) if child != WORLD else ZERO
     shift = given.pose if usual == child and not given.relative_to else relative(around, place)
-    axes = tuple(
-        _axis(model, node, tag, kind, place, scope) for tag in ("axis", "axis2")[: AXES.get(kind, 1)]
-    )  # fmt: skip
+    tags = ("axis", "axis2")[: AXES.get(kind, 1)]
+    axes = tuple(_axis(model, node, tag, kind, place, scope) for tag in tags)
     return SdfJoint(scope.name(node.name()), kind, parent, child, place, shift, axes, node)
 
 

@@ -14,10 +14,10 @@ from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import WATER_DENSITY
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, shortened
-from vrx_mj.formats.gazebo.document import Element, Note, Report, as_node, is_file, plugin_name, spot
+from vrx_mj.formats.gazebo.document import Element, Fate, Note, Report, as_node, is_file, plugin_name, spot
 from vrx_mj.formats.gazebo.erb_docks import is_template, template_content
 from vrx_mj.formats.gazebo.models import Source, has_model, is_installed, model_element, model_name
-from vrx_mj.formats.gazebo.sdf_bodies import Body, Hinge, Tree, mass_of, one_body, tree_of
+from vrx_mj.formats.gazebo.sdf_bodies import Body, Hinge, Tree, mass_of, tree_of
 from vrx_mj.formats.gazebo.sdf_frames import WORLD, given_pose, pose_of, safe_name
 from vrx_mj.formats.gazebo.sdf_joints import Axis, SdfJoint, read_sdf_joint
 from vrx_mj.formats.gazebo.sdf_links import SHAPES, read_sdf_link, shape_tag, sizes_of
@@ -141,32 +141,14 @@ class _Object:
         if self.is_static:
             for joint in joints:
                 self.report.note(joint.node, "taken over", "the model is static")
-            return one_body(rows, places)
+            return Tree([Body(rows[0].link.name, ZERO, list(zip(rows, places, strict=True)))], [], is_anchored=True)
         tree = tree_of(rows, places, [joint for joint in joints if joint.type != "gearbox"])
         for joint in joints:
-            self.note_joint(joint, tree)
+            self.report.note(joint.node, *_fate(joint, tree))
         if tree.loose:
             text = f"no joint holds {shortened(', '.join(tree.loose))}: part of the first link's rigid body"
             self.report.note(model.links[tree.loose[0]][0], "approximated", text)
         return tree
-
-    def note_joint(self, joint: SdfJoint, tree: Tree) -> None:
-        """Note what became of a joint."""
-        kind = TYPES.get(joint.type, joint.type)
-        if joint.type == "gearbox":
-            self.report.note(joint.node, "ignored", "a gearbox couples two other joints; here each moves on its own")
-        elif joint in tree.loops:
-            text = "it would close a loop of joints, which is open here; its links move without it"
-            self.report.note(joint.node, "approximated", text)
-        elif joint.holds:
-            where = "`static`" if WORLD in (joint.parent, joint.child) else "its links are one rigid body"
-            equal = "" if joint.type == "fixed" else "its limits are equal: "
-            self.report.note(joint.node, "taken over", f"{equal}{where}")
-        elif kind == joint.type:
-            self.report.note(joint.node, "taken over", "`joints`")
-        else:
-            left = ", without its thread" if joint.type == "screw" else ""
-            self.report.note(joint.node, "approximated", f"`joints`: a {kind} joint{left}")
 
     def content(self) -> Content:
         """The keys of an object's file."""
@@ -367,6 +349,20 @@ def _distinct(names: Sequence[str], first: int = 2) -> list[str]:
         numbered = (f"{own[:56]}_{count}" for count in itertools.count(first))
         found.append(next(name for name in itertools.chain([own], numbered) if name not in found))
     return found
+
+
+def _fate(joint: SdfJoint, tree: Tree) -> tuple[Fate, str]:
+    """What became of a joint."""
+    kind = TYPES.get(joint.type, joint.type)
+    if joint.type == "gearbox":
+        return "ignored", "a gearbox couples two other joints; here each moves on its own"
+    if joint in tree.loops:
+        return "approximated", "it would close a loop of joints, which is open here; its links move without it"
+    if joint.holds:
+        where = "`static`" if WORLD in (joint.parent, joint.child) else "its links are one rigid body"
+        return "taken over", where if joint.type == "fixed" else f"its limits are equal: {where}"
+    left = ", without its thread" if joint.type == "screw" else ""
+    return ("taken over", "`joints`") if kind == joint.type else ("approximated", f"`joints`: a {kind} joint{left}")
 
 
 def _axis(axis: Axis, *, free: bool, sign: int) -> Content:

@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from vrx_mj.config.tasks import TASKS
+from vrx_mj.config.tasks import TASKS, TaskConfig
 from vrx_mj.config.values import COLORS
 from vrx_mj.formats.gazebo.document import Element, plugin_name
 from vrx_mj.formats.series.pieces import At
@@ -68,7 +68,7 @@ def _named(plugin: Element, own: Content) -> Content:
 
 def _common(plugin: Element, own: Content) -> Content:
     """What all tasks have, where it differs from our defaults; what a plugin leaves out is as in scoring_plugin.cc."""
-    ours = TASKS[own["type"]].model_fields
+    ours = TASKS.get(own["type"], TaskConfig).model_fields
     return {
         key: value for key, value in plugin.fields("scoring plugin").items() if value not in {BOAT, ours[key].default}
     }
@@ -144,16 +144,14 @@ def _scan_dock(plugin: Element, _: object, objects: Sequence[Mapping[str, Any]])
 
 def _targets(targets: Sequence[Element], bays: int) -> Content:
     """Points of holes, unless they are the usual ones of all bays."""
-    found = [_target(one) for one in targets]
+    found = []
+    for target in targets:
+        if (hole := _HOLE.search(target.text("topic"))) is None:
+            raise target.fault("expected the topic of a hole, as vrx/dock_2022_placard1_big_hole/contain", "topic")
+        points = target.read("bonus_points", default=0.0)
+        found.append({"bay": int(hole[1]), "size": hole[2], "points": points})
     usual = [{"bay": bay, "size": size, "points": points} for bay in range(1, bays + 1) for size, points in HOLES]
     return {"targets": found} if sorted(found, key=str) != sorted(usual, key=str) and found else {}
-
-
-def _target(target: Element) -> Content:
-    found = _HOLE.search(target.text("topic"))
-    if found is None:
-        raise target.fault("expected the topic of a hole, as vrx/dock_2022_placard1_big_hole/contain", "topic")
-    return {"bay": int(found[1]), "size": found[2], "points": target.read("bonus_points", default=0.0)}
 
 
 _TASKS: Mapping[str, Callable[[Element, Sequence[Element], Sequence[Mapping[str, Any]]], Content]] = {

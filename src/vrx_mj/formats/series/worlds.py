@@ -95,9 +95,7 @@ def series_world(series: Series, number: int) -> SeriesWorld:
     description = f"world {number} of {Path(series.file.name).name}: {steps}"
     section = _said_by(calls, found.section.holding({**found.section, "description": description}))
     stale = any(note.what == "<wind_obj>" for note in found.notes)
-    sides = (axis.sides.get(coordinate[axis.name]) for axis in reversed(series.axes))  # VRX writes all to one file
-    side = next((one for one in sides if one is not None), None)
-    return SeriesWorld(f"{series.stem}{number}", number, coordinate, section, side, stale)
+    return SeriesWorld(f"{series.stem}{number}", number, coordinate, section, _side(series, coordinate), stale)
 
 
 def _read(series: Series, number: int, calls: Sequence[Call], lines: Mapping[Made, list[Line]]) -> GazeboWorld:
@@ -177,6 +175,12 @@ def _in_axes(calls: Sequence[Call], problem: Problem) -> Problem:
     values = call.parameters.items()
     key = key or next((name for name, value in values if f"'{value}'" in problem.message), None)
     return call.problem(key, ": ".join(filter(None, (problem.key, problem.message))))
+
+
+def _side(series: Series, coordinate: dict[str, int]) -> object:
+    """The last of the trees that axes have for a file beside the world: VRX writes all of them to one file."""
+    found = [axis.sides[coordinate[axis.name]] for axis in series.axes if coordinate[axis.name] in axis.sides]
+    return found[-1] if found else None
 
 
 HEAD = "# World "
