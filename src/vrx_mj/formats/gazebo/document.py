@@ -14,7 +14,7 @@ from xml.sax.saxutils import escape, quoteattr
 from vrx_mj.config.search import display, package_paths
 from vrx_mj.config.tree import File, Place
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ConfigError, Problem
+from vrx_mj.errors import ConfigError, Problem, VrxError
 from vrx_mj.foreign import ReaderError, ask, ask_ahead, spend
 from vrx_mj.formats.series.pieces import At
 from vrx_mj.formats.urdf.elements import Findings, Node, numbers_of, truth
@@ -272,6 +272,15 @@ def label(part: Element | Node) -> str:
     """An element as messages call it: `<include> 'buoy'`."""
     name = part.attribute("name") or part.text("name") or part.text("uri")
     return f"<{part.tag}>{f' {shown(name)}' if name else ''}"
+
+
+@contextlib.contextmanager
+def faults_at(element: Element, key: str = "", before: str = "") -> Iterator[None]:
+    """Around what may raise a VrxError or ValueError, which becomes an error at an element."""
+    try:
+        yield
+    except (VrxError, ValueError) as error:
+        raise element.fault(f"{before}{error}", key) from None
 
 
 def spot(place: Spot, folder: Path | None = None) -> Place:

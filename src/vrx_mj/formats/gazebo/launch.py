@@ -13,7 +13,7 @@ from vrx_mj.config.tree import File, Place
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, shortened
 from vrx_mj.foreign import budget, spend
-from vrx_mj.formats.gazebo.document import Element, Fate, Note, home_path, is_file, read_document
+from vrx_mj.formats.gazebo.document import Element, Fate, Note, faults_at, home_path, is_file, read_document
 from vrx_mj.formats.gazebo.erb_docks import is_template
 from vrx_mj.formats.gazebo.launched import ENDING, POSE, Launch, Spawned, checked_fleet, pose_of_words, spawn_options
 from vrx_mj.formats.gazebo.models import NO_MODEL, has_model, is_gazebo_model, model_element, model_file
@@ -330,13 +330,10 @@ class _Run:
     def spawn_model(self, element: Element, scope: _Scope) -> None:
         """Spawn what a node of gazebo_ros does: a boat or an object."""
         words = self.words(element, self.value(element, "args", scope, ""))
-        try:
+        with faults_at(element, "args"):
             options = spawn_options(words)
+        with faults_at(element, "args", "-x -y -z -R -P -Y: "):
             pose = pose_of_words(options.get(key, "0") for key in POSE)
-        except VrxError as error:
-            raise element.fault(str(error), "args") from None
-        except ValueError as error:
-            raise element.fault(f"-x -y -z -R -P -Y: {error}", "args") from None
         name = options.get("model") or options.get("entity")
         if not name:
             raise element.fault("a spawned model needs -model NAME", "args")
@@ -431,10 +428,8 @@ class _Run:
 
     def words(self, element: Element, text: str, key: str = "args") -> list[str]:
         """The words of a command line, which an attribute gives."""
-        try:
+        with faults_at(element, key, f"{shown(text)}: "):
             return shlex.split(text)
-        except ValueError as error:
-            raise element.fault(f"{shown(text)}: {error}", key) from None
 
     def namespace(self, element: Element, scope: _Scope) -> str:
         """The namespace that an element makes for what is in it."""
@@ -446,19 +441,15 @@ class _Run:
         if text is None:
             raise element.fault("required, but missing", key)
         folder = self.open[-1].parent if self.open else Path.cwd()
-        try:
+        with faults_at(element, before=f"{shown(text)}: "):
             return self.substitutions.substituted(text, scope.arguments, folder)
-        except VrxError as error:
-            raise element.fault(f"{shown(text)}: {error}") from None
 
     def allowed(self, element: Element, path: str) -> Path:
         """A file that may be read: beside the first file, or in a package."""
-        try:
+        with faults_at(element):
             if path.startswith(LEFT_OUT):
                 raise VrxError(f"no package named '{package_left_out(path)}', in which it would be")
             return self.files.allowed(str(self.open[0].parent / path) if self.open else path)
-        except VrxError as error:
-            raise element.fault(str(error)) from None
 
 
 def _is_object(file: Path) -> bool:

@@ -21,7 +21,7 @@ from vrx_mj.config.search import (
 )
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
-from vrx_mj.formats.gazebo.document import Element, is_file, parse_ahead, read_document
+from vrx_mj.formats.gazebo.document import Element, faults_at, is_file, parse_ahead, read_document
 
 CONFIG = "model.config"
 """What a folder of a model has beside its SDF."""
@@ -55,10 +55,8 @@ def model_name(include: Element) -> str:
     uri = include.text("uri")
     if not uri:
         raise include.fault("<uri> is required, but missing")
-    try:
+    with faults_at(include, "uri"):
         return uri_name(uri)
-    except VrxError as error:
-        raise include.fault(str(error), "uri") from None
 
 
 def uri_name(uri: str) -> str:

@@ -33,20 +33,12 @@ from vrx_mj.formats.gazebo.launch import is_launch, launch_of, read_launch
 from vrx_mj.formats.gazebo.launched import Launch, fleet_of, with_objects
 from vrx_mj.formats.gazebo.packages import PACKAGES
 from vrx_mj.formats.gazebo.robot_fleets import is_robot_xacro, robot_fleet
-from vrx_mj.formats.gazebo.stock import instead_of, is_tool, stock_launch
+from vrx_mj.formats.gazebo.stock import TABLE, instead_of, is_tool, stock_launch
 from vrx_mj.formats.gazebo.worlds import NO_BOATS, GazeboWorld, gazebo_world, is_gazebo_world, warn_of_losses
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
 from vrx_mj.packages import shell_word
 
 LAUNCH = (".launch",)
-MODELS = ("model.config", "model.sdf", "model.sdf.erb")
-INSTEAD: Mapping[tuple[str, ...], str] = {
-    (".urdf", ".urdf.xacro"): "no world, but boats: {}; sail one: vrx-mj run example_course --fleet FILE",
-    MODELS: "no world, but models: {}; a world names one in `objects` as model: model://NAME",
-    (".launch.py", ".launch.xml"): "no world; launch files of ROS 2 are programs, which are not run: {}",
-    (".yaml", ".yml"): "no launch file and no world of Gazebo; name one of its YAML files: {}",
-}
-"""What a folder may hold instead of worlds, by the ends of the files' names, and what to do with it."""
 MOST_LAUNCHES = 200
 """Launch files of a folder that are read to choose one."""
 NEWER = ("vrx_gz", "vrx_ros")
@@ -238,9 +230,9 @@ def _reasons(folder: Path, launches: Mapping[Path, Launch]) -> Iterator[str]:
     if launches:
         listed = ", ".join(short_names([*launches], folder)[:LISTED])
         yield f"its launch files open no world: {listed}; give one to --fleet, with a world"
-    for kinds, text in INSTEAD.items():
-        files = list(files_below(folder, kinds))
-        names = [file.parent.name for file in files] if kinds == MODELS else short_names(files, folder)
+    for text, kinds in TABLE["instead"].items():
+        files = list(files_below(folder, tuple(kinds)))
+        names = [file.parent.name for file in files] if "model.sdf" in kinds else short_names(files, folder)
         if files:
             yield text.format(", ".join(list(dict.fromkeys(names))[:LISTED]))
     links = links_below(folder)

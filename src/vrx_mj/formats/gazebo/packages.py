@@ -6,18 +6,10 @@ from pathlib import Path, PurePosixPath
 from vrx_mj.config.search import catalogue, is_built_in
 from vrx_mj.errors import UnknownNameError, shortened
 from vrx_mj.formats.gazebo.document import LIBRARIES, home_path, is_file
-from vrx_mj.formats.gazebo.stock import PLACES
+from vrx_mj.formats.gazebo.stock import PLACES, TABLE
 from vrx_mj.formats.urdf.expand import LEFT_OUT
 
-PACKAGES = LIBRARIES | {
-    "gazebo_ros",
-    "wamv_gazebo",
-    "wamv_description",
-    "xacro",
-    "rviz",
-    "joy",
-    "teleop_twist_keyboard",
-}
+PACKAGES = LIBRARIES | {*TABLE["packages"]}
 """Packages of ROS and VRX that need not be there: what they hold is known here, or not needed."""
 NOWHERE = "/package:/"
 """Beginning of a path in such a package that is missing."""
