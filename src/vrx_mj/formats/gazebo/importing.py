@@ -342,9 +342,8 @@ def _check_arguments(file: Path, arguments: Mapping[str, str]) -> None:
         known = declared_arguments(file) if is_gazebo_world(file) else declared(file, arguments, package_paths())
     name = next((name for name in arguments if name not in known), None)
     if name is not None:
-        raise ConfigError(
-            [Problem(display(file), None, None, f"{name}:=", str(UnknownNameError("argument", name, known)))]
-        )
+        message = str(UnknownNameError("argument", name, known))
+        raise ConfigError([Problem(display(file), None, None, f"{name}:=", message)])
 
 
 def _cell(text: str) -> str:

@@ -52,9 +52,7 @@ def is_gazebo_model(text: str) -> bool:
 
 def model_name(include: Element) -> str:
     """The name in the `<uri>` of an `<include>`: that of a folder of models, or of one on Gazebo's server."""
-    uri = include.text("uri")
-    if not uri:
-        raise include.fault("<uri> is required, but missing")
+    uri = include.needed("uri")
     with faults_at(include, "uri"):
         return uri_name(uri)
 

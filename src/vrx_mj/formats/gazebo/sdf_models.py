@@ -17,7 +17,7 @@ from vrx_mj.formats.gazebo.models import (
     model_paths,
     uri_name,
 )
-from vrx_mj.formats.gazebo.sdf_frames import MODEL, NESTED, WORLD, Frames, Given, Scope, frame_of, given_pose, pose_of
+from vrx_mj.formats.gazebo.sdf_frames import MODEL, NESTED, WORLD, Frames, Given, Scope, given_pose, pose_of
 from vrx_mj.formats.series.pieces import At
 from vrx_mj.formats.urdf.elements import Findings, Node
 from vrx_mj.formats.urdf.links import Surroundings
@@ -184,10 +184,11 @@ def in_world_frame(world: Element, file: Path) -> list[Element | ConfigError]:
 
     In the place of one whose pose is relative to what is not there, or to itself, is the error.
     """
-    models = (child for child in world.children if child.tag in INSIDE)
-    turned = (frame_of(one) or one.attribute("placement_frame") or one.text("placement_frame") for one in models)
-    found: list[Element | ConfigError] = list(world.children)
-    if not any(turned):
+    models, found = [one for one in world.children if one.tag in INSIDE], list[Element | ConfigError](world.children)
+    poses = filter(None, (one.child("pose") for one in models))
+    frames = {one.attribute(key) for one in poses for key in ("relative_to", "frame")}
+    placed_by = (one.attribute("placement_frame") or one.text("placement_frame") for one in models)
+    if frames <= {"", WORLD} and not any(placed_by):
         return found
     model = Model(Source(world, (), file))
     given, problems = {node.element: one for node, one in model.given}, model.findings.problems

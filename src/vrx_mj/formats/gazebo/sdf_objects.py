@@ -17,7 +17,7 @@ from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, shortened
 from vrx_mj.formats.gazebo.document import Element, Fate, Note, Report, as_node, is_file, plugin_name, spot
 from vrx_mj.formats.gazebo.erb_docks import is_template, template_content
 from vrx_mj.formats.gazebo.models import Source, has_model, is_installed, model_element, model_name
-from vrx_mj.formats.gazebo.sdf_bodies import Body, Hinge, Tree, mass_of, tree_of
+from vrx_mj.formats.gazebo.sdf_bodies import Body, Hinge, Tree, mass_of
 from vrx_mj.formats.gazebo.sdf_frames import WORLD, given_pose, pose_of, safe_name
 from vrx_mj.formats.gazebo.sdf_joints import Axis, SdfJoint, read_sdf_joint
 from vrx_mj.formats.gazebo.sdf_links import SHAPES, read_sdf_link, shape_tag, sizes_of
@@ -38,6 +38,8 @@ FARTHEST = 1e9
 """Limit of a joint that has only the other one [rad or m]."""
 TYPES = {"screw": "revolute", "revolute2": "universal"}
 """What types of joints of SDF are here that are called otherwise."""
+STATIC: tuple[Fate, str] = "taken over", "the model is static"
+"""What becomes of the joints of a model that does not move."""
 QUIET = {"mesh", "unit"}
 """Things that are odd in a file of which an object's notes say more, or nothing."""
 PRODUCT = 1e-9
@@ -138,13 +140,10 @@ class _Object:
         for kind, things in findings.odd.items():
             if kind not in QUIET:
                 self.report.note(self.element, "approximated", f"{ODD[kind]}: {shortened(', '.join(things))}")
-        if self.is_static:
-            for joint in joints:
-                self.report.note(joint.node, "taken over", "the model is static")
-            return Tree([Body(rows[0].link.name, ZERO, list(zip(rows, places, strict=True)))], [], is_anchored=True)
-        tree = tree_of(rows, places, [joint for joint in joints if joint.type != "gearbox"])
+        moving = [joint for joint in joints if joint.type != "gearbox"]
+        tree = Tree(rows, places, moving, is_static=self.is_static)
         for joint in joints:
-            self.report.note(joint.node, *_fate(joint, tree))
+            self.report.note(joint.node, *(STATIC if self.is_static else _fate(joint, tree)))
         if tree.loose:
             text = f"no joint holds {shortened(', '.join(tree.loose))}: part of the first link's rigid body"
             self.report.note(model.links[tree.loose[0]][0], "approximated", text)

@@ -68,10 +68,8 @@ def _named(plugin: Element, own: Content) -> Content:
 
 def _common(plugin: Element, own: Content) -> Content:
     """What all tasks have, where it differs from our defaults; what a plugin leaves out is as in scoring_plugin.cc."""
-    ours = TASKS.get(own["type"], TaskConfig).model_fields
-    return {
-        key: value for key, value in plugin.fields("scoring plugin").items() if value not in {BOAT, ours[key].default}
-    }
+    ours, found = TASKS.get(own["type"], TaskConfig).model_fields, plugin.fields("scoring plugin").items()
+    return {key: value for key, value in found if value not in {BOAT, ours[key].default}}
 
 
 def _by_rows(plugin: Element, *_: object) -> Content:

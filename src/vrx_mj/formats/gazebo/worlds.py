@@ -7,6 +7,7 @@ import re
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, TypeGuard
 
@@ -117,9 +118,8 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
             place = Place(File(problem.file, None), problem.line, problem.column)
             unread.append(Note(place, problem.key or label(part), "not read", problem.message))
         more = _alike(world, parts.values()) if turn >= CANDIDATES else []
-        unread += [
-            Note(one.place, label(one), "not read", f"{CANDIDATES} others of its kind cannot be read") for one in more
-        ]
+        told = f"{CANDIDATES} others of its kind cannot be read"
+        unread += [Note(one.place, label(one), "not read", told) for one in more]
         left = {id(part) for part in (*parts.values(), *more)}
         world = replace(world, children=tuple(child for child in world.children if id(child) not in left))
     raise AssertionError("a world without parts can be read")
@@ -254,11 +254,9 @@ class _Reader:
         if problem in self.parts:
             return self.parts[problem]
         spot = problem.line or 0, problem.column or 0
-        before = (
-            one for one in self.root.children
-            if one.place.file.name == problem.file and (one.place.line or 0, one.place.column or 0) <= spot
-        )  # fmt: skip
-        return max(before, key=lambda one: (one.place.line or 0, one.place.column or 0), default=None)
+        own = (part for part in self.root.children if part.place.file.name == problem.file)
+        spots = (((part.place.line or 0, part.place.column or 0), part) for part in own)
+        return max((one for one in spots if one[0] <= spot), key=itemgetter(0), default=(None, None))[1]
 
     def take(self, element: Element) -> None:
         """Take over one element of the world."""

@@ -15,20 +15,14 @@ from vrx_mj.config.values import MAX_COORDINATE, switched
 from vrx_mj.config.wording import shown, unknown_key
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning, shortened
-from vrx_mj.formats.parts.catalogue import (
-    HULL_LINKS,
-    JAZZY_NAMES,
-    Instance,
-    Kind,
-    Parameter,
-    PartsFile,
-    PartType,
-    catalogue,
-    part_types,
-)
+from vrx_mj.formats.parts.catalogue import Instance, Kind, Parameter, PartsFile, PartType, catalogue, part_types
 from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.formats.urdf.expressions import Result, evaluated
 
+JAZZY_NAMES = frozenset({"sensor_name", "pinger_name"})
+"""Parameters that only a pinger of VRX jazzy has."""
+HULL_LINKS = ("base", "dummy", "left_battery", "right_battery", "cpu_cases")
+"""Links of the bare hull, without their suffix `_link`."""
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_-]{0,63}")
 _WORD = re.compile(r"[A-Za-z0-9_./-]{1,64}")
 _EXPRESSION = re.compile(r"\$\{([^}]*)\}")

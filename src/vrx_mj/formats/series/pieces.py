@@ -36,9 +36,8 @@ class Piece:
 
     def fault(self, message: str) -> ConfigError:
         """An error about it."""
-        return ConfigError(
-            [Problem(self.place.file.name, self.place.line, self.place.column, key_path(self.loc), message)]
-        )
+        file, line, column = self.place
+        return ConfigError([Problem(file.name, line, column, key_path(self.loc), message)])
 
 
 class At(NamedTuple):

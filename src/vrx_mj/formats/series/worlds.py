@@ -83,10 +83,8 @@ def series_world(series: Series, number: int) -> SeriesWorld:
     coordinate = series.coordinate(number)
     calls = calls_of(series, number)
     lines = _lines(calls)
-    kept = counted(
-        [Piece(macros()[call.macro].part, call.macro, call.place, call.loc, {"call": call}) for call in calls]
-    )
-    calls = [piece.content["call"] for piece in kept]
+    pieces = [Piece(macros()[call.macro].part, call.macro, call.place, call.loc, {"call": call}) for call in calls]
+    calls = [piece.content["call"] for piece in counted(pieces)]
     try:
         found = _read(series, number, calls, lines)
     except ConfigError as error:
