@@ -9,7 +9,6 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
-from xml.sax.saxutils import escape, quoteattr
 
 from vrx_mj.config.search import display, package_paths
 from vrx_mj.config.tree import File, Place
@@ -188,10 +187,6 @@ class Element:
             raise self.fault(f"expected true or false, got {shown(text)}", key)
         return found
 
-    def inner_xml(self) -> str:
-        """What is between the tags of this element, as XML."""
-        return f"{escape(self.own_text)}{''.join(map(_xml, self.children))}"
-
 
 def is_file(path: Path) -> bool:
     """Whether there is a file of this path, which may be too long for any."""
@@ -256,11 +251,6 @@ def _element(table: Table, place: Callable[[int, int, int], Place]) -> Element:
         children = tuple(reversed(inside[number]))
         inside[around].append(Element(tag, place(file, line, column), attributes, text, children))
     return inside[-1][0]
-
-
-def _xml(element: Element) -> str:
-    attributes = "".join(f" {name}={quoteattr(value)}" for name, value in element.attributes.items())
-    return f"<{element.tag}{attributes}>{element.inner_xml()}</{element.tag}>"
 
 
 def as_node(element: Element) -> Node:

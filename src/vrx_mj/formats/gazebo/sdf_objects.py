@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from vrx_mj.config.search import SCHEME, catalogue, kind_name
-from vrx_mj.config.shapes import MESH_SUFFIXES, BuoyancyConfig, BuoyancyElement, Shape, Visual
+from vrx_mj.config.shapes import MESH_SUFFIXES, BuoyancyConfig, BuoyancyElement, Shape
 from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import WATER_DENSITY
@@ -253,9 +253,7 @@ class _Object:
         pose = compose(link, shape.pose)
         place = {} if pose == ZERO else {"pose": list(pose)}
         if isinstance(shape, Shape):
-            keys = ("type", "size", "radius", "length") + (("color",) if isinstance(shape, Visual) else ())
-            given = shape.model_fields_set
-            return {key: getattr(shape, key) for key in keys if key in given} | place
+            return shape.model_dump(include={"type", "size", "radius", "length", "color"}, exclude_unset=True) | place
         color = {} if shape.color is None else {"color": shape.color}
         try:
             folder, file = self.mesh(shape.file)

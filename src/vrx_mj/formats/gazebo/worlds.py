@@ -30,7 +30,6 @@ from vrx_mj.formats.gazebo.models import (
     model_element,
     model_file,
     model_name,
-    read_ahead,
     version_of,
 )
 from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat, read_boat
@@ -104,7 +103,6 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
     if "#" in str(file):
         raise world.fault("the path of the file has a '#', which stands for what follows it, a model: rename it")
     hold_models(file, root)
-    read_ahead(root, file.parent)
     known, unread = catalogue("objects"), list[Note]()
     for turn in itertools.count():
         reader = _Reader(file, root, world, known, unread)
