@@ -168,10 +168,8 @@ class Element:
         if form in {"switch", "flag"}:
             return self._truth(self.own_text, "") or (None if form == "flag" else False)
         labels = {"whole": "number", "color": "r g b" if len(self.own_text.split()) == 3 else "r g b a"}.get(form, form)
-        try:
+        with faults_at(self):
             numbers = numbers_of(self.own_text, labels)
-        except ValueError as error:
-            raise self.fault(str(error)) from None
         if form == "whole" and not numbers[0].is_integer():
             raise self.fault(f"expected a whole number, got {shown(self.own_text)}")
         return int(numbers[0]) if form == "whole" else numbers[0] if form == "number" else list(numbers)

@@ -1,5 +1,6 @@
 """Files of Gazebo and ROS below a folder, as a catkin workspace, a package or a folder of worlds."""
 
+import contextlib
 import os
 import re
 from collections import Counter
@@ -20,10 +21,9 @@ DEEPEST = 50
 
 def is_folder(path: str | Path) -> bool:
     """Whether there is a folder of this path, which may be too long for any."""
-    try:
+    with contextlib.suppress(ValueError):
         return os.path.isdir(path)  # noqa: PTH112 - Path.is_dir raises an OSError for a name that is too long
-    except ValueError:
-        return False
+    return False
 
 
 def files_below(folder: Path, kinds: tuple[str, ...]) -> Iterator[Path]:
@@ -71,10 +71,9 @@ def has_world(file: Path) -> bool:
     """Whether there is a world in a file, not only a model; of what cannot be read its name says it."""
     if not file.name.lower().endswith((".sdf", ".sdf.xacro")):
         return True
-    try:
+    with contextlib.suppress(VrxError):
         return re.search(rb"<world[\s>]", read_bytes(file)) is not None
-    except VrxError:
-        return not file.name.startswith("model")
+    return not file.name.startswith("model")
 
 
 def links_below(folder: Path) -> list[Path]:

@@ -1,5 +1,6 @@
 """Files of Gazebo and ROS written as files of ours, with a table of what became of each part."""
 
+import contextlib
 import html
 import os
 import warnings
@@ -115,7 +116,7 @@ class Imported:
             raise VrxError(f"'{file}' is {wrong_kind(file, wanted) or f'not {wanted}'}")
 
     def add_world(self, file: Path, arguments: Mapping[str, str]) -> str:
-        """Write a world and the objects that it brings, and return its path."""
+        """Write a world with the objects, the boats and the fleet that it brings, and return its path."""
         world = gazebo_world(file, arguments)
         with warnings.catch_warnings(action="ignore", category=VrxWarning):  # `vrx-mj run` says them again
             validated(WorldConfig, read_source("worlds", world.section), Loading(), name=world.name)
@@ -124,16 +125,13 @@ class Imported:
             return path
         self.notes += world.notes
         self.texts[path] = self.text(file, self.with_objects(world.section, file.parent))
-        self.sails.append((path, self.add_fleet(file, world.fleet)))
+        fleet = world.fleet
+        if isinstance(fleet, Section):
+            models = [str(boat["robot"]) for boat in fleet["boats"]]
+            robots = [self.add_boat(model, model_file(model, file.parent)) for model in models]
+            fleet = self.write("fleet", file, _with_robots(fleet, robots))
+        self.sails.append((path, fleet))
         return path
-
-    def add_fleet(self, file: Path, fleet: Section | str | None) -> str | None:
-        """Write the boats of a world and their fleet, and return its path; without boats its name, if it has one."""
-        if not isinstance(fleet, Section):
-            return fleet
-        models = [str(boat["robot"]) for boat in fleet["boats"]]
-        robots = [self.add_boat(model, model_file(model, file.parent)) for model in models]
-        return self.write("fleet", file, _with_robots(fleet, robots))
 
     def add_fleet_of(self, file: Path, robot: str) -> None:
         """Write a fleet of one boat, by the path of its URDF."""
@@ -361,10 +359,9 @@ def _urdf(file: Path, arguments: Mapping[str, str]) -> str:
 
 def _has_links(file: Path) -> bool:
     """Whether a file describes a boat, and does not only define macros for others; one that cannot be read does."""
-    try:
+    with contextlib.suppress(VrxError):
         return "<link" in _urdf(file, {})
-    except VrxError:
-        return True
+    return True
 
 
 def _stem(file: Path) -> str:

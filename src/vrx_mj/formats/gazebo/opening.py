@@ -167,7 +167,11 @@ def file_in(folder: str, name: str) -> str:
     """
     place = Path(folder) if is_folder(folder) else _package(folder)
     if place is None:
-        return _of_vrx(folder, name)
+        if folder not in PACKAGES and not (folder in NEWER and is_tool(name)):
+            raise UnknownNameError("folder or package", folder, sorted({*packages_around(Path.cwd()), *PACKAGES}))
+        if not is_tool(name):
+            launch_of(name, {})  # raises where VRX has none of this name
+        return f"{folder}/{name}" if stock_launch(name) else name
     ends = (*LAUNCH, *WORLD_SUFFIXES, ".yaml")
     files = list(files_below(place, ends))
     path = f"/{name}"
@@ -184,15 +188,6 @@ def _package(name: str) -> Path | None:
     found = packages_named(name, Path.cwd(), [packages_around(Path.cwd())], package_paths())
     place = next(filter(is_folder, found), None)
     return None if place is None or is_built_in(place) else place
-
-
-def _of_vrx(package: str, name: str) -> str:
-    """One of VRX's own launch files, whose package is not there."""
-    if package not in PACKAGES and not (package in NEWER and is_tool(name)):
-        raise UnknownNameError("folder or package", package, sorted({*packages_around(Path.cwd()), *PACKAGES}))
-    if not is_tool(name):
-        launch_of(name, {})  # raises where VRX has none of this name
-    return f"{package}/{name}" if stock_launch(name) else name
 
 
 def _launches(folder: Path, arguments: Mapping[str, str]) -> tuple[dict[Path, Launch], list[str]]:

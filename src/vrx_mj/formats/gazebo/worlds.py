@@ -216,14 +216,10 @@ class _Reader:
         section = assembled({"description": f"{shortened(self.file.name)}, a world of Gazebo"}, place, self.pieces)
         name = safe_name(name)
         whole = section.holding({"name": name, **section})
-        return GazeboWorld(name, section, whole, tuple(self.report.notes), self.fleet(name))
-
-    def fleet(self, name: str) -> Section | str | None:
-        """The boats, under the name of the world."""
-        if not self.boats:
-            return NO_BOATS if self.terrain is None else None
-        found: Section = located({"name": name, "boats": self.boats}, self.root.place)
-        return found
+        fleet: Section | str | None = NO_BOATS if self.terrain is None else None
+        if self.boats:
+            fleet = located({"name": name, "boats": self.boats}, place)
+        return GazeboWorld(name, section, whole, tuple(self.report.notes), fleet)
 
     def add_boat(self, element: Element, name: str, robot: str) -> None:
         """Add a boat of the fleet."""

@@ -150,10 +150,9 @@ def _expanded_around(series: Series, number: int, lines: Mapping[Made, list[Line
         for call in calls_around(series, number):
             with contextlib.suppress(ConfigError):
                 around[call.loc, call.step] = lines_of(call)
-    try:
+    with contextlib.suppress(ConfigError):
         return _expanded(series, around)
-    except ConfigError:
-        return _expanded(series, lines)
+    return _expanded(series, lines)
 
 
 def _expanded(series: Series, lines: Mapping[Made, list[Line]]) -> dict[Made, Sequence[Element]]:
