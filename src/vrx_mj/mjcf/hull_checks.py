@@ -10,11 +10,11 @@ import numpy.typing as npt
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.mjcf.derive import displaced, floating_level, rest_notes
-from vrx_mj.mjcf.masses import MassProperties
 from vrx_mj.mjcf.radiation import about_origin
 from vrx_mj.model.boats import Vessel
 from vrx_mj.model.water import Sea
 from vrx_mj.physics.tables import MATRIX
+from vrx_mj.rigid_bodies import MassProperties
 
 GRAVITY = 9.81
 """Of the stiffness at rest [m/s2]; a world's own is within 1 %."""

@@ -14,7 +14,7 @@ from vrx_mj.frames import rotation
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.derive import displaced, floating_level, hull_corners
 from vrx_mj.mjcf.hull_checks import check_lift, check_mass, check_rest
-from vrx_mj.mjcf.masses import MassProperties, boat_mass, push_center
+from vrx_mj.mjcf.masses import boat_mass, push_center
 from vrx_mj.mjcf.panels import panels_of
 from vrx_mj.mjcf.radiation import about_origin, diffraction_of, memory_of, six
 from vrx_mj.mjcf.surfaces import checked_surface
@@ -22,6 +22,7 @@ from vrx_mj.model.boats import MOST_TRIANGLES, Strip, Vessel
 from vrx_mj.model.kinds import Six
 from vrx_mj.physics.tables import MATRIX, MESH
 from vrx_mj.physics.thrust import normal_slope
+from vrx_mj.rigid_bodies import MassProperties
 
 
 def vessel_of(boat: Boat, density: float) -> Vessel | None:

@@ -12,8 +12,9 @@ from vrx_mj.config.dynamics import ThrusterConfig
 from vrx_mj.config.fleet import Order
 from vrx_mj.errors import CompileError
 from vrx_mj.mjcf.build import build_boat
-from vrx_mj.mjcf.masses import axis_inertia, body_mass, joined, posed, rigid
+from vrx_mj.mjcf.masses import axis_inertia, body_mass
 from vrx_mj.mjcf.robots import station_rows, thruster_rows
+from vrx_mj.rigid_bodies import joined, posed, rigid
 
 
 def test_a_turned_body_has_its_inertia_turned_with_it():

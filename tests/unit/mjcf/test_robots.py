@@ -18,19 +18,11 @@ from vrx_mj.config.fleet import Order
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.build import build_boat
-from vrx_mj.mjcf.masses import (
-    axis_inertia,
-    boat_mass,
-    body_mass,
-    joined,
-    posed,
-    push_center,
-    rigid,
-    turning_mass,
-)
+from vrx_mj.mjcf.masses import axis_inertia, boat_mass, body_mass, push_center, turning_mass
 from vrx_mj.mjcf.robots import LIGHTEST, hull_row, robot_piece, stiffness, thruster_rows
 from vrx_mj.model.boats import Hull
 from vrx_mj.resources import root
+from vrx_mj.rigid_bodies import joined, posed, rigid
 
 LAYOUTS = ("H", "T", "X")
 ENGINES = ("fixed", "hinged")

@@ -9,15 +9,16 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
-from xml.sax.saxutils import escape, quoteattr
 
 from vrx_mj.config.search import display, package_paths
 from vrx_mj.config.tree import File, Place
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ConfigError, Problem
+from vrx_mj.errors import ConfigError, Problem, VrxError
 from vrx_mj.foreign import ReaderError, ask, ask_ahead, spend
+from vrx_mj.formats.series.pieces import At
 from vrx_mj.formats.urdf.elements import Findings, Node, numbers_of, truth
 from vrx_mj.formats.urdf.expand import expand, expanded_lines
+from vrx_mj.formats.urdf.gazebo_sensors import library
 from vrx_mj.formats.urdf.model import Place as Spot
 from vrx_mj.formats.urdf.tags import Loss
 from vrx_mj.formats.urdf.xml_document import Markup, Table, read_bytes, read_text
@@ -32,6 +33,8 @@ Fate = Literal["taken over", "approximated", "ignored", "not read"]
 """What became of a part of a file."""
 FIELDS: Mapping[str, Mapping[str, Sequence[Any]]] = json.loads((Path(__file__).parent / "fields.json").read_bytes())
 """Of plugins and other elements of worlds the rows that fill keys of ours: the arguments of `Element.read`."""
+NEEDED = "needed"
+"""The default of an element that must be there."""
 POSE = "x y z roll pitch yaw"
 """The numbers of a pose."""
 STRICT = ContextVar("STRICT", default=False)
@@ -60,14 +63,14 @@ class Report:
     notes: list[Note] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
 
-    def note(self, element: "Element", fate: Fate, ours: str, what: str | None = None) -> None:
+    def note(self, part: "Element | Node", fate: Fate, ours: str, what: str | None = None) -> None:
         """Note what became of an element."""
-        self.notes.append(Note(element.place, what or element.label, fate, ours))
+        place = part.place if isinstance(part, Element) else spot(part.place)
+        self.notes.append(Note(place, what or label(part), fate, ours))
 
     def lose(self, losses: Iterable[Loss]) -> None:
         """Note what is lost."""
-        for place, what, why in losses:
-            self.notes.append(Note(Place(File(place.file, None), place.line, place.column), what, "ignored", why))
+        self.notes += [Note(spot(place), what, "ignored", why) for place, what, why in losses]
 
     def settle(self) -> None:
         """Raise all problems as one ConfigError."""
@@ -87,11 +90,9 @@ class Element:
     """Text between its tags, that in other elements left out, without blanks around it."""
     children: tuple["Element", ...]
 
-    @property
-    def label(self) -> str:
-        """The element as messages call it: `<include> 'buoy'`."""
-        name = self.attributes.get("name") or self.text("name") or self.text("uri")
-        return f"<{self.tag}>{f' {shown(name)}' if name else ''}"
+    def attribute(self, name: str) -> str:
+        """An attribute's text, without blanks around it; empty without one."""
+        return self.attributes.get(name, "").strip()
 
     def all(self, tag: str) -> list["Element"]:
         """The elements of a tag in this one."""
@@ -102,6 +103,13 @@ class Element:
         found: Element | None = self
         for tag in path:
             found = next(iter(found.all(tag)), None) if found else None
+        return found
+
+    def every(self, path: str) -> list["Element"]:
+        """All elements down a path, whose tags have '/' between."""
+        found = [self]
+        for tag in path.split("/"):
+            found = [child for one in found for child in one.all(tag)]
         return found
 
     def walk(self) -> Iterator["Element"]:
@@ -117,7 +125,7 @@ class Element:
 
     def fault(self, message: str, key: str = "") -> ConfigError:
         """An error at this element."""
-        path = " / ".join(filter(None, (self.label, key)))
+        path = " / ".join(filter(None, (label(self), key)))
         return ConfigError([Problem(self.place.file.name, self.place.line, self.place.column, path, message)])
 
     def read(self, path: str, form: str = "number", default: Any = None) -> Any:
@@ -126,15 +134,19 @@ class Element:
         Args:
             path: names of elements with '/' between, each in the one before; of such with '|' between, the first that
                 is there and not empty.
-            form: `number`, `whole`, `switch`, `text` or `color`, or what each of several numbers is called.
+            form: `number`, `whole`, `switch`, `flag` (a switch that only counts where it is true), `text`, `model` (a
+                name without that of a link in it), `color`, what each of several numbers is called, or `list of TABLE`:
+                of all such elements the rows of a table.
             default: what a missing or empty element means.
 
         Raises:
             ConfigError: the text is of another form.
         """
-        ways = (self.child(*way.split("/")) for way in path.split("|"))
-        found = next((one for one in ways if one and one.own_text), None)
-        return default if found is None else found.value(form)
+        found = [one for way in path.split("|") for one in self.every(way)]
+        if form.startswith("list of "):
+            return [At(one.fields(form.removeprefix("list of ")), one.place) for one in found] or default
+        first = next((one for one in found if one.own_text), None)
+        return default if first is None else first.value(form)
 
     def needed(self, path: str, form: str = "text") -> Any:
         """What an element that must be there says, likewise. Raises ConfigError."""
@@ -145,38 +157,33 @@ class Element:
 
     def fields(self, of: str) -> dict[str, Any]:
         """What the rows of a table in `FIELDS` say, without those whose elements are missing. Raises ConfigError."""
-        found = {key: self.read(*row) for key, row in FIELDS[of].items()}
+        rows = FIELDS[of].items()
+        found = {key: self.needed(*row[:2]) if NEEDED in row else self.read(*row) for key, row in rows}
         return {key: value for key, value in found.items() if value is not None}
 
     def value(self, form: str) -> Any:
         """What the text of this element says: a list where the form is of several numbers. Raises ConfigError."""
-        if form == "text":
-            return self.own_text
-        if form == "switch":
-            return self._truth(self.own_text, "")
+        if form in {"text", "model"}:
+            return self.own_text.partition("::")[0] if form == "model" else self.own_text
+        if form in {"switch", "flag"}:
+            return self._truth(self.own_text, "") or (None if form == "flag" else False)
         labels = {"whole": "number", "color": "r g b" if len(self.own_text.split()) == 3 else "r g b a"}.get(form, form)
-        try:
+        with faults_at(self):
             numbers = numbers_of(self.own_text, labels)
-        except ValueError as error:
-            raise self.fault(str(error)) from None
         if form == "whole" and not numbers[0].is_integer():
             raise self.fault(f"expected a whole number, got {shown(self.own_text)}")
         return int(numbers[0]) if form == "whole" else numbers[0] if form == "number" else list(numbers)
 
     def attribute_switch(self, name: str) -> bool:
         """Whether an attribute is true; not where it is missing or empty. Raises ConfigError."""
-        text = self.attributes.get(name, "")
-        return self._truth(text, name) if text else False
+        text = self.attribute(name)
+        return bool(text) and self._truth(text, name)
 
     def _truth(self, text: str, key: str) -> bool:
         found = truth(text)
         if found is None:
             raise self.fault(f"expected true or false, got {shown(text)}", key)
         return found
-
-    def inner_xml(self) -> str:
-        """What is between the tags of this element, as XML."""
-        return f"{escape(self.own_text)}{''.join(map(_xml, self.children))}"
 
 
 def is_file(path: Path) -> bool:
@@ -237,23 +244,41 @@ def parsed(text: str, file: File) -> Element:
 
 def _element(table: Table, place: Callable[[int, int, int], Place]) -> Element:
     """The root element of a table, with places by the number of a file, line and column."""
-    inside: list[list[Element]] = [[] for _ in table.rows]
-    for number in range(len(table.rows) - 1, 0, -1):
-        around, file, line, column, tag, attributes, text = table.rows[number]
+    inside: list[list[Element]] = [[] for _ in (*table.rows, "what is around all")]
+    for number, (around, file, line, column, tag, attributes, text) in reversed([*enumerate(table.rows)]):
         children = tuple(reversed(inside[number]))
         inside[around].append(Element(tag, place(file, line, column), attributes, text, children))
-    _, file, line, column, tag, attributes, text = table.rows[0]
-    return Element(tag, place(file, line, column), attributes, text, tuple(reversed(inside[0])))
-
-
-def _xml(element: Element) -> str:
-    attributes = "".join(f" {name}={quoteattr(value)}" for name, value in element.attributes.items())
-    return f"<{element.tag}{attributes}>{element.inner_xml()}</{element.tag}>"
+    return inside[-1][0]
 
 
 def as_node(element: Element) -> Node:
     """An element as the readers of links and shapes take it, which note problems."""
-    return Node(markup(element, str), element.label, Findings(element.place.file.name))
+    return Node(markup(element, str), label(element), Findings(element.place.file.name))
+
+
+def label(part: Element | Node) -> str:
+    """An element as messages call it: `<include> 'buoy'`."""
+    name = part.attribute("name") or part.text("name") or part.text("uri")
+    return f"<{part.tag}>{f' {shown(name)}' if name else ''}"
+
+
+@contextlib.contextmanager
+def faults_at(element: Element, key: str = "", before: str = "") -> Iterator[None]:
+    """Around what may raise a VrxError or ValueError, which becomes an error at an element."""
+    try:
+        yield
+    except (VrxError, ValueError) as error:
+        raise element.fault(f"{before}{error}", key) from None
+
+
+def spot(place: Spot, folder: Path | None = None) -> Place:
+    """The place of a node or a loss as worlds have it, whose relative paths begin in a folder."""
+    return Place(File(place.file, folder), place.line, place.column)
+
+
+def plugin_name(plugin: Element | Node) -> str:
+    """A plugin's library in lower case, without what separates words; the same for both names of the newer Gazebo."""
+    return re.sub("[_-]", "", library(plugin.attribute("filename") or "").lower())
 
 
 def markup(element: Element, uri: Callable[[str], str]) -> Markup:

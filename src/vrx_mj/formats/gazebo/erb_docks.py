@@ -19,7 +19,7 @@ _LAYOUT = re.compile(r"^[^#\n]*?\blayout\s{0,80}=\s{0,80}\[", re.MULTILINE)
 """A layout that is no comment."""
 _END = re.compile(r"[ \t]{0,80}(?:%>|#|\r?\n|\Z)")
 """What may follow a layout: another operation would make another list of it."""
-_ITEM = re.compile(r"\s*(?:'([^'\n]*)'|\"([^\"\n]*)\"|(true|false)|(#[^\n]*))\s*(,|\Z|(?=\n))", re.DOTALL)
+_ITEM = re.compile(r"(?:'([^'\n]*)'|\"([^\"\n]*)\"|(true|false)|(#[^\n]*))\s*(,|\Z|(?=\n))", re.DOTALL)
 _NAME = re.compile(r"<model\s+name\s*=\s*[\"']([^\"'<>]{1,100})[\"']")
 
 
@@ -53,20 +53,12 @@ def template_content(file: Path, report: Report) -> tuple[dict[str, Any], Place]
 
 
 def _rows(text: str, place: Place) -> tuple[list[str], bool]:
-    rows: list[str] = []
-    static, start = True, 0
-    while text[start:].strip(" \t\r\n,"):
-        item = _ITEM.match(text, start)
-        if item is None or len(rows) > MOST_ROWS:
-            rest = text[start:].strip()
-            message = f"expected rows in quotes, and true or false at last, got {shown(rest)}"
-            raise ConfigError([Problem(place.file.name, place.line, None, "layout", message)])
-        single, double, switch, _, _ = item.groups()
-        if switch:
-            static = switch == "true"
-        elif single is not None or double is not None:
-            rows.append(single if single is not None else double)
-        start = item.end()
+    items, rest = _ITEM.findall(text), _ITEM.sub("", text).strip(" \t\r\n,")
+    if rest or len(items) > MOST_ROWS:
+        message = f"expected rows in quotes, and true or false at last, got {shown(rest or text)}"
+        raise ConfigError([Problem(place.file.name, place.line, None, "layout", message)])
+    rows = [single + double for single, double, switch, comment, _ in items if not (switch or comment)]
+    static = [item[2] for item in items if item[2]][-1:] != ["false"]
     if not any("X" in row for row in rows):
         raise ConfigError([Problem(place.file.name, place.line, None, "layout", "no X in it: a block is a capital X")])
     return ["".join(letter if letter == "X" else " " for letter in row) for row in rows], static

@@ -1,5 +1,6 @@
 """Files of Gazebo and ROS below a folder, as a catkin workspace, a package or a folder of worlds."""
 
+import contextlib
 import os
 import re
 from collections import Counter
@@ -20,10 +21,9 @@ DEEPEST = 50
 
 def is_folder(path: str | Path) -> bool:
     """Whether there is a folder of this path, which may be too long for any."""
-    try:
+    with contextlib.suppress(ValueError):
         return os.path.isdir(path)  # noqa: PTH112 - Path.is_dir raises an OSError for a name that is too long
-    except ValueError:
-        return False
+    return False
 
 
 def files_below(folder: Path, kinds: tuple[str, ...]) -> Iterator[Path]:
@@ -42,7 +42,8 @@ def files_below(folder: Path, kinds: tuple[str, ...]) -> Iterator[Path]:
             made = f"{name}.xacro" in present or f"{name}.erb" in present
             if made or not name.lower().endswith(kinds) or not (os.path.exists(file) and is_inside(file, folder)):  # noqa: PTH110 - as is_folder
                 continue
-            found, size = found + 1, size + _size(file)
+            length = file.stat().st_size
+            found, size = found + 1, size + (length if length <= MAX_BYTES else 0)  # a longer one is not read
             if found > MOST_FILES:
                 raise VrxError(f"more than {MOST_FILES} files to read in {display(folder)}: name a smaller folder")
             if size > MOST_MEGABYTES * 10**6:
@@ -70,16 +71,9 @@ def has_world(file: Path) -> bool:
     """Whether there is a world in a file, not only a model; of what cannot be read its name says it."""
     if not file.name.lower().endswith((".sdf", ".sdf.xacro")):
         return True
-    try:
+    with contextlib.suppress(VrxError):
         return re.search(rb"<world[\s>]", read_bytes(file)) is not None
-    except VrxError:
-        return not file.name.startswith("model")
-
-
-def _size(file: Path) -> int:
-    """Bytes of a file that are read; of one above the limit none are."""
-    size = file.stat().st_size
-    return size if size <= MAX_BYTES else 0
+    return not file.name.startswith("model")
 
 
 def links_below(folder: Path) -> list[Path]:

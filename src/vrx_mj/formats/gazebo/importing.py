@@ -1,5 +1,6 @@
 """Files of Gazebo and ROS written as files of ours, with a table of what became of each part."""
 
+import contextlib
 import html
 import os
 import warnings
@@ -21,7 +22,7 @@ from vrx_mj.config.tree import File, Items, Place, Section
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, shortened
 from vrx_mj.foreign import budget
-from vrx_mj.formats.gazebo.document import Fate, Note, Report, is_file
+from vrx_mj.formats.gazebo.document import Fate, Note, Report, is_file, label
 from vrx_mj.formats.gazebo.folders import files_below, has_world, is_folder
 from vrx_mj.formats.gazebo.launch import launch_of
 from vrx_mj.formats.gazebo.launched import Launch, Spawned, fleet_of, objects_of
@@ -95,11 +96,6 @@ class Imported:
             self.paths[folder, source] = next(path for path in paths if path not in taken)
         return self.paths[folder, source]
 
-    def add_unless_known(self, file: Path) -> None:
-        """Import a file of a folder, unless it is a boat that a launch file has brought, or only macros for boats."""
-        if not file.name.lower().endswith(ROBOTS) or (file.resolve() not in self.robots and _has_links(file)):
-            self.add(file, {})
-
     def add(self, file: Path, arguments: dict[str, str]) -> None:
         """Import a file by its kind."""
         name = file.name.lower()
@@ -120,7 +116,7 @@ class Imported:
             raise VrxError(f"'{file}' is {wrong_kind(file, wanted) or f'not {wanted}'}")
 
     def add_world(self, file: Path, arguments: Mapping[str, str]) -> str:
-        """Write a world and the objects that it brings, and return its path."""
+        """Write a world with the objects, the boats and the fleet that it brings, and return its path."""
         world = gazebo_world(file, arguments)
         with warnings.catch_warnings(action="ignore", category=VrxWarning):  # `vrx-mj run` says them again
             validated(WorldConfig, read_source("worlds", world.section), Loading(), name=world.name)
@@ -129,16 +125,13 @@ class Imported:
             return path
         self.notes += world.notes
         self.texts[path] = self.text(file, self.with_objects(world.section, file.parent))
-        self.sails.append((path, self.add_fleet(file, world.fleet)))
+        fleet = world.fleet
+        if isinstance(fleet, Section):
+            models = [str(boat["robot"]) for boat in fleet["boats"]]
+            robots = [self.add_boat(model, model_file(model, file.parent)) for model in models]
+            fleet = self.write("fleet", file, _with_robots(fleet, robots))
+        self.sails.append((path, fleet))
         return path
-
-    def add_fleet(self, file: Path, fleet: Section | str | None) -> str | None:
-        """Write the boats of a world and their fleet, and return its path; without boats its name, if it has one."""
-        if not isinstance(fleet, Section):
-            return fleet
-        models = [str(boat["robot"]) for boat in fleet["boats"]]
-        robots = [self.add_boat(model, model_file(model, file.parent)) for model in models]
-        return self.write("fleet", file, _with_robots(fleet, robots))
 
     def add_fleet_of(self, file: Path, robot: str) -> None:
         """Write a fleet of one boat, by the path of its URDF."""
@@ -155,7 +148,7 @@ class Imported:
         with warnings.catch_warnings(action="ignore", category=VrxWarning):
             boat = read_boat(file)
         model = model_element(file)[0]
-        self.notes.append(Note(model.place, model.label, "taken over", f"`{path}`, a boat"))
+        self.notes.append(Note(model.place, label(model), "taken over", f"`{path}`, a boat"))
         for remark in (*boat.remarks, *boat.gazebo.warnings):
             what, _, text = remark.partition(": ")[2].rpartition(": ")
             line = remark.partition(": ")[0].rpartition(":")[2]
@@ -327,7 +320,8 @@ def import_files(source: Path, arguments: Mapping[str, str] | None = None) -> Im
         raise VrxError(f"no file to import in {display(source)}: none ends in {', '.join(KINDS)}")
     for file in sorted(files, key=lambda file: file.name.lower().endswith(ROBOTS)):  # launch files bring boats
         try:
-            made.add_unless_known(file)
+            if not file.name.lower().endswith(ROBOTS) or (file.resolve() not in made.robots and _has_links(file)):
+                made.add(file, {})
         except VrxError as error:
             made.failed += str(error).splitlines()
     if not made.texts and made.failed:
@@ -346,9 +340,8 @@ def _check_arguments(file: Path, arguments: Mapping[str, str]) -> None:
         known = declared_arguments(file) if is_gazebo_world(file) else declared(file, arguments, package_paths())
     name = next((name for name in arguments if name not in known), None)
     if name is not None:
-        raise ConfigError(
-            [Problem(display(file), None, None, f"{name}:=", str(UnknownNameError("argument", name, known)))]
-        )
+        message = str(UnknownNameError("argument", name, known))
+        raise ConfigError([Problem(display(file), None, None, f"{name}:=", message)])
 
 
 def _cell(text: str) -> str:
@@ -366,10 +359,9 @@ def _urdf(file: Path, arguments: Mapping[str, str]) -> str:
 
 def _has_links(file: Path) -> bool:
     """Whether a file describes a boat, and does not only define macros for others; one that cannot be read does."""
-    try:
+    with contextlib.suppress(VrxError):
         return "<link" in _urdf(file, {})
-    except VrxError:
-        return True
+    return True
 
 
 def _stem(file: Path) -> str:
@@ -386,11 +378,8 @@ def _with_robots(fleet: Section, robots: Sequence[str | None]) -> Section:
     """A fleet whose boats are of robots that are written at these paths; of None they stay."""
     if not robots:
         return fleet
-    boats = map(_with_robot, fleet["boats"], robots)
+    boats = []
+    for boat, robot in zip(fleet["boats"], robots, strict=True):
+        own = {key: value for key, value in boat.items() if key != "arguments"}  # which are in the robot then
+        boats.append(boat.holding({**own, "robot": f"./{robot}"}) if robot else boat)
     return fleet.holding({**fleet, "boats": Items.of(boats, fleet["boats"].places)})
-
-
-def _with_robot(boat: Section, robot: str | None) -> Section:
-    """A boat of a fleet with the robot at a path, which is expanded; of None it stays."""
-    own = {key: value for key, value in boat.items() if key != "arguments"}
-    return boat.holding({**own, "robot": f"./{robot}"}) if robot else boat

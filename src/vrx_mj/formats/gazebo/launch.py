@@ -13,7 +13,7 @@ from vrx_mj.config.tree import File, Place
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, shortened
 from vrx_mj.foreign import budget, spend
-from vrx_mj.formats.gazebo.document import Element, Fate, Note, home_path, is_file, read_document
+from vrx_mj.formats.gazebo.document import Element, Fate, Note, faults_at, home_path, is_file, read_document
 from vrx_mj.formats.gazebo.erb_docks import is_template
 from vrx_mj.formats.gazebo.launched import ENDING, POSE, Launch, Spawned, checked_fleet, pose_of_words, spawn_options
 from vrx_mj.formats.gazebo.models import NO_MODEL, has_model, is_gazebo_model, model_element, model_file
@@ -330,31 +330,25 @@ class _Run:
     def spawn_model(self, element: Element, scope: _Scope) -> None:
         """Spawn what a node of gazebo_ros does: a boat or an object."""
         words = self.words(element, self.value(element, "args", scope, ""))
-        try:
+        with faults_at(element, "args"):
             options = spawn_options(words)
+        with faults_at(element, "args", "-x -y -z -R -P -Y: "):
             pose = pose_of_words(options.get(key, "0") for key in POSE)
-        except VrxError as error:
-            raise element.fault(str(error), "args") from None
-        except ValueError as error:
-            raise element.fault(f"-x -y -z -R -P -Y: {error}", "args") from None
         name = options.get("model") or options.get("entity")
         if not name:
             raise element.fault("a spawned model needs -model NAME", "args")
-        if {"database", "sdf"} & options.keys():
-            found = self.sdf_model(element, name, options, scope)
-            if found is None:
-                return
-            robot, arguments = found, dict[str, str]()
-        else:
-            robot, arguments = self.spawned(element, options, scope)
+        found = self.spawned(element, name, options, scope)
+        if found is None:
+            return
+        robot, arguments = found
         if isinstance(robot, str) and robot.startswith(LEFT_OUT):
             self.leave_out(element, robot, f"<node> '{name}'")
             return
-        if robot in self.known_objects or (isinstance(robot, Path) and _is_object(robot)):
-            self.spawn_object(element, Spawned(name, pose, element.place, robot))
-            return
-        if isinstance(robot, Path) and is_gazebo_model(robot.name):
+        if isinstance(robot, Path) and is_gazebo_model(robot.name) and not is_template(robot):
             pose = _with_own(pose, robot)
+        if robot in self.known_objects or (isinstance(robot, Path) and _is_object(robot)):
+            self.spawn(element, Spawned(name, pose, element.place, robot), self.launch.objects)
+            return
         boat = Spawned(name, pose, element.place, robot, self.known(element, name, robot, arguments))
         self.spawn(element, boat, self.launch.boats)
         self.report.note(element, "taken over", "a boat of the fleet", f"<node> '{name}'")
@@ -370,33 +364,27 @@ class _Run:
             self.report.problems += element.fault(text, "name").problems
         return replace(scope, namespace=namespace)
 
-    def sdf_model(self, element: Element, name: str, options: Mapping[str, str], scope: _Scope) -> Path | str | None:
-        """The file of a model of SDF, or its name in the catalogue; None, with a note: there is no such model."""
+    def spawned(self, element: Element, name: str, options: Mapping[str, str], scope: _Scope) -> Description | None:
+        """File and arguments of what a node spawns; None, with a note: there is no such model of SDF."""
         what = f"<node> '{name}'"
         if "database" in options:
             model, folder = options["database"], self.open[0].parent
             if model in self.known_objects:
-                return model
+                return model, {}
             if has_model(model, folder):
-                return model_file(f"{SCHEME}{model}", folder)
+                return model_file(f"{SCHEME}{model}", folder), {}
             self.report.note(element, "ignored", f"no model named '{shortened(model)}'; {NO_MODEL}", what)
             return None
         try:
-            robot, arguments = self.spawned(element, options, scope)
+            robot, arguments = self.described(element, options, scope)
         except ConfigError as error:
-            if "file" not in options:
+            if not {"file", "sdf"} <= options.keys():
                 raise
             self.report.note(element, "ignored", error.problems[0].message, what)
             return None
-        if arguments:
+        if arguments and "sdf" in options:
             self.report.note(element, "ignored", f"arguments of the xacro of an SDF: {' '.join(arguments)}", what)
-        return robot
-
-    def spawn_object(self, element: Element, thing: Spawned) -> None:
-        """Add an object, whose name no other model has; a pose in its own file is in the frame of the spawned one."""
-        if isinstance(thing.model, Path) and not is_template(thing.model):
-            thing = replace(thing, pose=_with_own(thing.pose, thing.model))
-        self.spawn(element, thing, self.launch.objects)
+        return robot, {} if "sdf" in options else arguments
 
     def known(self, element: Element, name: str, robot: Path | str, given: dict[str, str]) -> dict[str, str]:
         """The arguments that the xacro of a boat declares; xacro ignores others."""
@@ -428,7 +416,7 @@ class _Run:
             self.places[safe_name(thing.name)] = element.place
         things.append(thing)
 
-    def spawned(self, element: Element, options: Mapping[str, str], scope: _Scope) -> Description:
+    def described(self, element: Element, options: Mapping[str, str], scope: _Scope) -> Description:
         """File and arguments of the description that a node spawns."""
         if "file" in options:
             return self.robot_file(element, options["file"]), {}
@@ -440,10 +428,8 @@ class _Run:
 
     def words(self, element: Element, text: str, key: str = "args") -> list[str]:
         """The words of a command line, which an attribute gives."""
-        try:
+        with faults_at(element, key, f"{shown(text)}: "):
             return shlex.split(text)
-        except ValueError as error:
-            raise element.fault(f"{shown(text)}: {error}", key) from None
 
     def namespace(self, element: Element, scope: _Scope) -> str:
         """The namespace that an element makes for what is in it."""
@@ -455,19 +441,15 @@ class _Run:
         if text is None:
             raise element.fault("required, but missing", key)
         folder = self.open[-1].parent if self.open else Path.cwd()
-        try:
+        with faults_at(element, before=f"{shown(text)}: "):
             return self.substitutions.substituted(text, scope.arguments, folder)
-        except VrxError as error:
-            raise element.fault(f"{shown(text)}: {error}") from None
 
     def allowed(self, element: Element, path: str) -> Path:
         """A file that may be read: beside the first file, or in a package."""
-        try:
+        with faults_at(element):
             if path.startswith(LEFT_OUT):
                 raise VrxError(f"no package named '{package_left_out(path)}', in which it would be")
             return self.files.allowed(str(self.open[0].parent / path) if self.open else path)
-        except VrxError as error:
-            raise element.fault(str(error)) from None
 
 
 def _is_object(file: Path) -> bool:

@@ -8,7 +8,7 @@ from typing import Any
 from vrx_mj.config.fleet import FleetConfig
 from vrx_mj.config.kinds import MARKS
 from vrx_mj.config.loading import Loading, read_source, validated
-from vrx_mj.config.tree import Items, Place, Section, merged
+from vrx_mj.config.tree import File, Items, Place, Section, merged
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.document import Report
@@ -99,14 +99,14 @@ def spawn_options(words: Iterable[str]) -> dict[str, str]:
 
 def fleet_of(launch: Launch) -> Section | None:
     """The boats of a launch file as a fleet's file says them; None: it spawns none."""
-    loaded = _loaded(launch.fleet) if launch.fleet else None
+    loaded = read_source("fleets", launch.fleet) if launch.fleet else None
+    if loaded is not None and launch.fleet:
+        loaded = loaded.holding({"name": launch.fleet.stem, **loaded})
     if not launch.boats:
         return loaded
     place = Place(launch.boats[0].place.file, 1)
-    boats = [_boat(boat) for boat in launch.boats]
-    items = Items.of(boats, [boat.place for boat in launch.boats])
     name = PurePosixPath(place.file.name).name.removesuffix(ENDING)
-    spawned = Section({"name": name, "boats": items}, place)
+    spawned: Section = located({"name": name, "boats": [*map(_boat, launch.boats)]}, place)
     return spawned if loaded is None else merged(loaded, spawned, ("boats",))
 
 
@@ -118,13 +118,7 @@ def checked_fleet(file: Path) -> Path:
     return file
 
 
-def _loaded(file: Path) -> Section:
-    """A fleet's file, with a name."""
-    found = read_source("fleets", file)
-    return found.holding({"name": file.stem, **found})
-
-
-def _boat(boat: Spawned) -> Section:
+def _boat(boat: Spawned) -> At:
     """One boat of a fleet's file; the path of a robot begins where its file is."""
     values: dict[str, Any] = {"name": safe_name(boat.name), "pose": list(boat.pose)}
     if isinstance(boat.model, str):
@@ -132,8 +126,7 @@ def _boat(boat: Spawned) -> Section:
     else:
         values["robot"] = At(boat.model.name, _in_folder(boat.place, boat.model.absolute().parent))
         values |= {"arguments": dict(boat.arguments)} if boat.arguments else {}
-    found: Section = located(values, boat.place)
-    return found
+    return At(values, boat.place)
 
 
 def _in_folder(place: Place, folder: Path) -> Place:
@@ -142,22 +135,19 @@ def _in_folder(place: Place, folder: Path) -> Place:
 
 
 def _wamv(boat: Spawned) -> dict[str, Any]:
-    """Thrusters and sensors of VRX's WAM-V, by the arguments of its description or of a launch file."""
-    arguments = boat.arguments
-    layout = arguments.get("thruster_config") or arguments.get("thrust_config")
-    on = [key for key, value in arguments.items() if key.endswith("_enabled") and _is_on(boat, key, value)]
-    suites = [key.removesuffix("_enabled").replace("vrx_sensors", "vrx") for key in on]
+    """Thrusters and sensors of VRX's WAM-V, by the arguments of its description or of a launch file.
+
+    Raises ConfigError for what switches sensors and is neither true nor false.
+    """
+    layout = boat.arguments.get("thruster_config") or boat.arguments.get("thrust_config")
+    switches = {key: value for key, value in boat.arguments.items() if key.endswith("_enabled")}
+    for key, value in switches.items():
+        if truth(value) is None:
+            text, place = f"expected true or false, got {shown(value)}", boat.place
+            raise ConfigError([Problem(place.file.name, place.line, place.column, f"'{boat.name}' / {key}:=", text)])
+    on = (key.removesuffix("_enabled") for key, value in switches.items() if truth(value))
+    suites = [key.replace("vrx_sensors", "vrx") for key in on]
     return {**({"thrusters": layout} if layout else {}), "sensors": suites or "none"}
-
-
-def _is_on(boat: Spawned, key: str, value: str) -> bool:
-    """Whether an argument switches sensors on. Raises ConfigError where it is neither true nor false."""
-    found = truth(value)
-    if found is None:
-        text = f"expected true or false, got {shown(value)}"
-        place = boat.place
-        raise ConfigError([Problem(place.file.name, place.line, place.column, f"'{boat.name}' / {key}:=", text)])
-    return found
 
 
 def with_objects(world: Section, launch: Launch) -> Section:
@@ -170,30 +160,26 @@ def with_objects(world: Section, launch: Launch) -> Section:
         return world
     there = [one for one in world.get("objects") or () if isinstance(one, Section) and "name" in one]
     first = {thing["name"]: thing.entries["name"].value for thing in there}
-    problems = [_is_there(thing, first[thing["name"]]) for thing in items if thing["name"] in first]
+    problems = []
+    for name, place in ((thing["name"], thing.place) for thing in items if thing["name"] in first):
+        where = f"{first[name].file.name}:{first[name].line}"
+        text = f"a model named '{name}' is in the world already ({where}): each needs -model NAME of its own"
+        problems.append(Problem(place.file.name, place.line, place.column, f"<node> '{name}' / args", text))
     if problems:
         raise ConfigError(problems)
     return merged(world, Section({"objects": items}, items.places[0]))
 
 
-def _is_there(thing: Section, first: Place) -> Problem:
-    """The problem of an object whose name one of the world has."""
-    name, place = thing["name"], thing.place
-    where = f"{first.file.name}:{first.line}"
-    text = f"a model named '{name}' is in the world already ({where}): each needs -model NAME of its own"
-    return Problem(place.file.name, place.line, place.column, f"<node> '{name}' / args", text)
-
-
 def objects_of(launch: Launch) -> Items:
     """The objects of a launch file as a world's file says them."""
-    return Items.of(map(_object, launch.objects), [one.place for one in launch.objects])
+    found: Items = located([*map(_object, launch.objects)], Place(File("", None)))
+    return found
 
 
-def _object(thing: Spawned) -> Section:
+def _object(thing: Spawned) -> At:
     """One object of a world's file, whose model is named as a file beside the folder of the model names it."""
     model, place = str(thing.model), thing.place
     if isinstance(thing.model, Path):
         folder = thing.model.absolute().parent
         model, place = f"./{folder.name}/{thing.model.name}", _in_folder(place, folder.parent)
-    found: Section = located({"name": safe_name(thing.name), "model": model, "pose": list(thing.pose)}, place)
-    return found
+    return At({"name": safe_name(thing.name), "model": model, "pose": list(thing.pose)}, place)

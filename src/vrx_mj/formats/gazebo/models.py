@@ -21,7 +21,7 @@ from vrx_mj.config.search import (
 )
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
-from vrx_mj.formats.gazebo.document import Element, is_file, parse_ahead, read_document
+from vrx_mj.formats.gazebo.document import Element, faults_at, is_file, parse_ahead, read_document
 
 CONFIG = "model.config"
 """What a folder of a model has beside its SDF."""
@@ -52,13 +52,9 @@ def is_gazebo_model(text: str) -> bool:
 
 def model_name(include: Element) -> str:
     """The name in the `<uri>` of an `<include>`: that of a folder of models, or of one on Gazebo's server."""
-    uri = include.text("uri")
-    if not uri:
-        raise include.fault("<uri> is required, but missing")
-    try:
+    uri = include.needed("uri")
+    with faults_at(include, "uri"):
         return uri_name(uri)
-    except VrxError as error:
-        raise include.fault(str(error), "uri") from None
 
 
 def uri_name(uri: str) -> str:
@@ -142,24 +138,22 @@ _held: dict[Path, tuple[int, int, dict[str, Element], tuple[int, ...]]] = {}
 
 
 def hold_models(file: Path, root: Element) -> None:
-    """Hold the models of a world for those who name them, who would read its file again for each."""
+    """Hold the models of a world for those who name them, who would read its file again for each; read these ahead."""
     _held.clear()
     found = [(one.attributes.get("name", ""), one) for one in root.walk() if one.tag == "model"]
     found += [(included_name(one), one) for one in root.walk() if one.tag == "include"]
     status = file.stat()
     _held[file.absolute()] = (status.st_mtime_ns, status.st_size, dict(reversed(found)), version_of(root))
+    _read_ahead(root, file.parent)
 
 
-def read_ahead(root: Element, near: Path) -> None:
+def _read_ahead(root: Element, near: Path) -> None:
     """Have the models that a file includes parsed by two questions, not two for each."""
     uris = dict.fromkeys(one.text("uri").rstrip("/") for one in root.walk() if one.tag == "include")
-    folders = []
-    for uri in list(uris)[:MOST_AHEAD]:
-        with contextlib.suppress(VrxError):
-            folders.append(model_folder(uri.rpartition("/")[2], near))
-    parse_ahead(folder / CONFIG for folder in folders if folder and is_file(folder / CONFIG))
-    files = []
-    for folder in filter(None, folders):
+    near_by = (folder_in_reach(uri.rpartition("/")[2], near) for uri in list(uris)[:MOST_AHEAD])
+    folders, files = [*filter(None, near_by)], []
+    parse_ahead(folder / CONFIG for folder in folders if is_file(folder / CONFIG))
+    for folder in folders:
         with contextlib.suppress(VrxError):
             files.append(folder / _main_file(folder))
     parse_ahead(files)
@@ -208,6 +202,13 @@ def model_folder(name: str, near: Path) -> Path | None:
     if found is not None and found.parent in beside and not is_inside(found, near.parent, *allowed_folders()):
         raise VrxError(f"model '{name}' is a link that leads out of {display(near.parent)}")
     return found
+
+
+def folder_in_reach(name: str, near: Path) -> Path | None:
+    """The folder of a model, unless it is a link that leads elsewhere."""
+    with contextlib.suppress(VrxError):
+        return model_folder(name, near)
+    return None
 
 
 def model_paths() -> list[Path]:

@@ -3,7 +3,6 @@
 import os.path
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from vrx_mj.config.loading import Source, file_of, path_of, read_source
@@ -34,20 +33,12 @@ from vrx_mj.formats.gazebo.launch import is_launch, launch_of, read_launch
 from vrx_mj.formats.gazebo.launched import Launch, fleet_of, with_objects
 from vrx_mj.formats.gazebo.packages import PACKAGES
 from vrx_mj.formats.gazebo.robot_fleets import is_robot_xacro, robot_fleet
-from vrx_mj.formats.gazebo.stock import instead_of, is_tool, stock_launch
+from vrx_mj.formats.gazebo.stock import TABLE, instead_of, is_tool, stock_launch
 from vrx_mj.formats.gazebo.worlds import NO_BOATS, GazeboWorld, gazebo_world, is_gazebo_world, warn_of_losses
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
 from vrx_mj.packages import shell_word
 
 LAUNCH = (".launch",)
-MODELS = ("model.config", "model.sdf", "model.sdf.erb")
-INSTEAD: Mapping[tuple[str, ...], str] = {
-    (".urdf", ".urdf.xacro"): "no world, but boats: {}; sail one: vrx-mj run example_course --fleet FILE",
-    MODELS: "no world, but models: {}; a world names one in `objects` as model: model://NAME",
-    (".launch.py", ".launch.xml"): "no world; launch files of ROS 2 are programs, which are not run: {}",
-    (".yaml", ".yml"): "no launch file and no world of Gazebo; name one of its YAML files: {}",
-}
-"""What a folder may hold instead of worlds, by the ends of the files' names, and what to do with it."""
 MOST_LAUNCHES = 200
 """Launch files of a folder that are read to choose one."""
 NEWER = ("vrx_gz", "vrx_ros")
@@ -74,10 +65,8 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
             raise _no_world(world, launch, arguments)
         warn_of_losses(launch.report.notes, str(world), stacklevel=4)
         if fleet is None and launch.fleet is not None:
-            text = (
-                f"{shortened(world)}: its <rosparam> loads a fleet, as --fleet {shell_word(display(launch.fleet))} does"
-            )
-            warnings.warn(text, VrxWarning, stacklevel=4)
+            text = f"its <rosparam> loads a fleet, as --fleet {shell_word(display(launch.fleet))} does"
+            warnings.warn(f"{shortened(world)}: {text}", VrxWarning, stacklevel=4)
         fleet = fleet_of(launch) or launch.fleet_of_world if fleet is None else fleet
         if launch.objects or launch.unlocked:
             return joined(launch.world, launch, fleet)
@@ -120,42 +109,24 @@ def joined(world: Path | str, launch: Launch, fleet: Source | None) -> tuple[Sec
     else:
         file = file_of("worlds", world)
         name, section = world if isinstance(world, str) else file.stem, read_source("worlds", file)
-    return with_objects(_named(section, name), launch), fleet
+    return with_objects(section.holding({"name": name, **section}), launch), fleet
 
 
 def _fleet_in(found: GazeboWorld, world: str | Path) -> Source | None:
     """The boats of a world of Gazebo, with a warning where it has none."""
     if found.fleet == NO_BOATS:
-        text = (
-            f"{shortened(world)}: no boat is in this world, and none is added; --fleet FLEET adds some, as --fleet trio"
-        )
-        warnings.warn(text, VrxWarning, stacklevel=5)
+        text = "no boat is in this world, and none is added; --fleet FLEET adds some, as --fleet trio"
+        warnings.warn(f"{shortened(world)}: {text}", VrxWarning, stacklevel=5)
     return found.fleet
-
-
-def _named(section: Section, name: str) -> Section:
-    """A world with a name, unless it has one."""
-    return section.holding({"name": name, **section})
 
 
 def _shared(world: Source, arguments: Mapping[str, str]) -> tuple[dict[str, str], dict[str, str]]:
     """The arguments that a world of Gazebo declares, and the others."""
-    known = (
-        declared_arguments(path_of("worlds", world))
-        if is_gazebo_world(world) and str(world).lower().endswith(".xacro")
-        else {}
-    )
+    known = {}
+    if is_gazebo_world(world) and str(world).lower().endswith(".xacro"):
+        known = declared_arguments(path_of("worlds", world))
     theirs = {name: value for name, value in arguments.items() if name in known}
     return theirs, {name: value for name, value in arguments.items() if name not in known}
-
-
-@dataclass
-class _Found:
-    """What the launch files of a folder start."""
-
-    launches: dict[Path, Launch] = field(default_factory=dict)
-    failed: list[str] = field(default_factory=list)
-    """Messages of those that cannot be read."""
 
 
 def file_of_folder(folder: Path, arguments: Mapping[str, str] | None = None) -> Path:
@@ -167,23 +138,20 @@ def file_of_folder(folder: Path, arguments: Mapping[str, str] | None = None) -> 
         ChoiceError: there are several.
         VrxError: the folder holds nothing that can be opened; the message says what it holds.
     """
-    found = _launches(folder, arguments or {})
-    opening = {file: launch for file, launch in found.launches.items() if launch.world is not None}
+    launches, failed = _launches(folder, arguments or {})
+    opening = {file: launch for file, launch in launches.items() if launch.world is not None}
     included = {file for launch in opening.values() for file in launch.included}
-    tops = {file: launch for file, launch in opening.items() if file.resolve() not in included}
-    if len(tops) == 1:
-        (file,) = tops
-        _warn_of_failures(folder, found)
-        return file
-    if tops:
-        raise _choice(folder, "launch files that open a world", {file: _about(one) for file, one in tops.items()})
-    worlds = [file for file in files_below(folder, WORLD_SUFFIXES) if has_world(file)]
-    if len(worlds) == 1:
-        _warn_of_failures(folder, found)
-        return worlds[0]
-    if worlds:
-        raise _choice(folder, "worlds", dict.fromkeys(worlds, ""))
-    raise VrxError(_nothing(folder, found))
+    meant = {file: _about(launch) for file, launch in opening.items() if file.resolve() not in included}
+    kind = "launch files that open a world" if meant else "worlds"
+    meant = meant or {file: "" for file in files_below(folder, WORLD_SUFFIXES) if has_world(file)}
+    if not meant:
+        raise VrxError("\n".join(failed) or f"{shown(display(folder))}: {next(_reasons(folder, launches))}")
+    if len(meant) > 1:
+        raise _choice(folder, kind, meant)
+    if failed:
+        lines = [f"{display(folder)}: launch files that are not read", *first_lines(failed, LISTED)]
+        warnings.warn("\n".join(lines), VrxWarning, stacklevel=4)
+    return next(iter(meant))
 
 
 def file_in(folder: str, name: str) -> str:
@@ -199,7 +167,11 @@ def file_in(folder: str, name: str) -> str:
     """
     place = Path(folder) if is_folder(folder) else _package(folder)
     if place is None:
-        return _of_vrx(folder, name)
+        if folder not in PACKAGES and not (folder in NEWER and is_tool(name)):
+            raise UnknownNameError("folder or package", folder, sorted({*packages_around(Path.cwd()), *PACKAGES}))
+        if not is_tool(name):
+            launch_of(name, {})  # raises where VRX has none of this name
+        return f"{folder}/{name}" if stock_launch(name) else name
     ends = (*LAUNCH, *WORLD_SUFFIXES, ".yaml")
     files = list(files_below(place, ends))
     path = f"/{name}"
@@ -218,27 +190,18 @@ def _package(name: str) -> Path | None:
     return None if place is None or is_built_in(place) else place
 
 
-def _of_vrx(package: str, name: str) -> str:
-    """One of VRX's own launch files, whose package is not there."""
-    if package not in PACKAGES and not (package in NEWER and is_tool(name)):
-        raise UnknownNameError("folder or package", package, sorted({*packages_around(Path.cwd()), *PACKAGES}))
-    if not is_tool(name):
-        launch_of(name, {})  # raises where VRX has none of this name
-    return f"{package}/{name}" if stock_launch(name) else name
-
-
-def _launches(folder: Path, arguments: Mapping[str, str]) -> _Found:
-    """What the launch files of a folder start, with those of the arguments that each takes."""
+def _launches(folder: Path, arguments: Mapping[str, str]) -> tuple[dict[Path, Launch], list[str]]:
+    """What launch files of a folder start, with those arguments that each takes, and messages of those with faults."""
     files = list(files_below(folder, LAUNCH))
     if len(files) > MOST_LAUNCHES:
         raise VrxError(f"{len(files)} launch files in {display(folder)}: name one, or a smaller folder")
-    found = _Found()
+    launches, failed = dict[Path, Launch](), list[str]()
     for file in files:
         try:
-            found.launches[file] = read_launch(file, arguments, strict=False)
+            launches[file] = read_launch(file, arguments, strict=False)
         except VrxError as error:
-            found.failed += str(error).splitlines()[:1]
-    return found
+            failed += str(error).splitlines()[:1]
+    return launches, failed
 
 
 def _about(launch: Launch) -> str:
@@ -252,40 +215,22 @@ def _about(launch: Launch) -> str:
 def _choice(folder: Path, kind: str, files: Mapping[Path, str], among: Sequence[Path] = ()) -> ChoiceError:
     """The error about a folder of which several files may be meant, each with what it opens."""
     names = [os.path.relpath(file, folder) for file in files] if among else short_names([*files], folder)
-    words = [f"{shell_word(_typed(folder))} {shell_word(name)}" for name in names]
+    typed = shell_word("." if folder.absolute() == Path.cwd() else display(folder))  # as a command line names it
+    words = [f"{typed} {shell_word(name)}" for name in names]
     return ChoiceError(display(folder), kind, dict(zip(words, files.values(), strict=True)))
 
 
-def _typed(folder: Path) -> str:
-    """A folder as a command line names it."""
-    return "." if folder.absolute() == Path.cwd() else display(folder)
-
-
-def _warn_of_failures(folder: Path, found: _Found) -> None:
-    """One warning of the launch files that could not be read, where one could."""
-    if found.failed:
-        lines = [f"{display(folder)}: launch files that are not read", *first_lines(found.failed, LISTED)]
-        warnings.warn("\n".join(lines), VrxWarning, stacklevel=5)
-
-
-def _nothing(folder: Path, found: _Found) -> str:
-    """Why nothing of a folder can be opened, and what to do."""
-    if found.failed:
-        return "\n".join(found.failed)
-    where = shown(display(folder))
-    return f"{where}: {next(_reasons(folder, found), 'no launch file and no world of Gazebo in this folder')}"
-
-
-def _reasons(folder: Path, found: _Found) -> Iterator[str]:
-    """What there is instead of a launch file that opens a world."""
-    if found.launches:
-        listed = ", ".join(short_names([*found.launches], folder)[:LISTED])
+def _reasons(folder: Path, launches: Mapping[Path, Launch]) -> Iterator[str]:
+    """Why nothing of a folder can be opened: what there is instead of a launch file that opens a world."""
+    if launches:
+        listed = ", ".join(short_names([*launches], folder)[:LISTED])
         yield f"its launch files open no world: {listed}; give one to --fleet, with a world"
-    for kinds, text in INSTEAD.items():
-        files = list(files_below(folder, kinds))
-        names = [file.parent.name for file in files] if kinds == MODELS else short_names(files, folder)
+    for text, kinds in TABLE["instead"].items():
+        files = list(files_below(folder, tuple(kinds)))
+        names = [file.parent.name for file in files] if "model.sdf" in kinds else short_names(files, folder)
         if files:
             yield text.format(", ".join(list(dict.fromkeys(names))[:LISTED]))
     links = links_below(folder)
     if links:
         yield f"no world; links are not followed: name the folder that {shown(display(links[0]))} leads to"
+    yield "no launch file and no world of Gazebo in this folder"

@@ -6,18 +6,10 @@ from pathlib import Path, PurePosixPath
 from vrx_mj.config.search import catalogue, is_built_in
 from vrx_mj.errors import UnknownNameError, shortened
 from vrx_mj.formats.gazebo.document import LIBRARIES, home_path, is_file
-from vrx_mj.formats.gazebo.stock import PLACES
+from vrx_mj.formats.gazebo.stock import PLACES, TABLE
 from vrx_mj.formats.urdf.expand import LEFT_OUT
 
-PACKAGES = LIBRARIES | {
-    "gazebo_ros",
-    "wamv_gazebo",
-    "wamv_description",
-    "xacro",
-    "rviz",
-    "joy",
-    "teleop_twist_keyboard",
-}
+PACKAGES = LIBRARIES | {*TABLE["packages"]}
 """Packages of ROS and VRX that need not be there: what they hold is known here, or not needed."""
 NOWHERE = "/package:/"
 """Beginning of a path in such a package that is missing."""
@@ -32,34 +24,22 @@ def is_nowhere(path: str) -> bool:
     return path.startswith(NOWHERE) or any(map(is_built_in, list(Path(path).parents)[:DEEPEST]))
 
 
-def world_named(path: str) -> str:
-    """The name here of a world of VRX's, by its path in VRX's packages.
-
-    Raises:
-        UnknownNameError: VRX has none of this name.
-    """
-    parts = PurePosixPath(path).parts
-    stem = parts[-1].partition(".")[0]
-    known = catalogue("worlds")
-    names = (f"vrx2019/{stem}" if "vrx_2019" in parts else stem, PLACES.get(stem, stem))
-    found = next((name for name in names if name in known), None)
-    if found is None:
-        raise UnknownNameError("world of VRX", stem, known)
-    return found
-
-
 def named_world(path: str) -> Path | str:
     """A world's file, or the name here of one of VRX's that is not at hand.
 
     Raises:
         UnknownNameError: it leads into a package of VRX, which has none of this name, nor a link to one.
     """
-    try:
-        return world_named(path) if is_nowhere(path) else home_path(path)
-    except UnknownNameError:
-        if (found := linked(path) or linked(f"{path}.xacro")) is None:
-            raise
-        return found
+    if not is_nowhere(path):
+        return home_path(path)
+    parts = PurePosixPath(path).parts
+    stem = parts[-1].partition(".")[0]
+    known = catalogue("worlds")
+    names = (f"vrx2019/{stem}" if "vrx_2019" in parts else stem, PLACES.get(stem, stem))
+    found = next((name for name in names if name in known), None) or linked(path) or linked(f"{path}.xacro")
+    if found is None:
+        raise UnknownNameError("world of VRX", stem, known)
+    return found
 
 
 def robot_named(path: str) -> str | None:

@@ -130,14 +130,17 @@ def _offset(model: Model, robot: Urdf) -> Iterator[str]:
 
 
 def _tags(model: Model) -> Iterator[Markup]:
-    """Plugins and sensors as the `<gazebo>` elements that a URDF has."""
+    """Plugins and sensors as the `<gazebo>` elements that a URDF has, in whose frames of links they are."""
     for name, (node, scope) in model.links.items():
         found = [*node.children("sensor"), *node.children("plugin")]
         if found:
             for part in found:
-                part_pose = model.inside(part, name, scope)
-                if part.child("pose") or any(part_pose):
-                    _set_pose(part, part_pose)
+                pose, given = model.inside(part, name, scope), part.child("pose")
+                element = given.element if given else Markup("pose", part.place, {})
+                element.attrib.clear()
+                element.text = " ".join(map(repr, pose))
+                if any(pose) and not given:
+                    part.element.append(element)
             yield _gazebo(node, {"reference": name}, found)
     yield _gazebo(model.root, {}, [node for node, _ in model.plugins])
 
@@ -146,13 +149,3 @@ def _gazebo(source: Node, attributes: dict[str, str], parts: Sequence[Node]) -> 
     made = Markup("gazebo", source.place, attributes)
     made.extend([part.element for part in parts])
     return made
-
-
-def _set_pose(sensor: Node, pose: Pose) -> None:
-    """Write the pose of a sensor in the frame that its link has in a URDF."""
-    found = sensor.child("pose")
-    element = Markup("pose", sensor.place, {}) if found is None else found.element
-    if found is None:
-        sensor.element.append(element)
-    element.attrib.clear()
-    element.text = " ".join(map(repr, pose))

@@ -1,15 +1,17 @@
 """Links of a model of Gazebo as a tree of bodies on joints; links that fixed joints hold together are one body."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from operator import attrgetter
 
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.formats.gazebo.sdf_frames import WORLD
 from vrx_mj.formats.gazebo.sdf_joints import SdfJoint
-from vrx_mj.formats.urdf.model import ZERO, Inertial, LinkRow, relative
-from vrx_mj.frames import Pose, compose, rotation
+from vrx_mj.formats.urdf.model import ZERO, LinkRow, relative
+from vrx_mj.frames import Pose, compose
+from vrx_mj.rigid_bodies import MassProperties, joined, posed, rigid
 
 LEAST = 1e-9
 """Smallest share of the largest moment of inertia, or moment [kg m2], that a principal moment has in MuJoCo."""
@@ -38,56 +40,42 @@ class Hinge:
     """Whether the body that hangs on the other is the joint's parent."""
 
 
-@dataclass
 class Tree:
-    """The bodies of a model, and the joints between them."""
+    """The links of a model as a tree of bodies on the one that hangs on no other.
 
-    bodies: list[Body]
-    """All of them, the one that hangs on no other first."""
-    hinges: list[Hinge]
-    is_anchored: bool
-    """Whether the first body does not move."""
-    loose: list[str] = field(default_factory=list)
-    """Links that nothing holds; they are part of the first body."""
-    loops: list[SdfJoint] = field(default_factory=list)
-    """Joints that would close a loop, which are open."""
-
-
-def one_body(links: Sequence[LinkRow], places: Sequence[Pose]) -> Tree:
-    """All links as one body, which does not move, in the frame of the model."""
-    return Tree([Body(links[0].link.name, ZERO, list(zip(links, places, strict=True)))], [], is_anchored=True)
-
-
-def tree_of(links: Sequence[LinkRow], places: Sequence[Pose], joints: Iterable[SdfJoint]) -> Tree:
-    """The links as a tree on the body that hangs on no other.
+    A group is what cannot move against each other, called by one of its links.
 
     Args:
         links: the links.
         places: pose of each in the model [m, rad].
         joints: the joints between them and to the world.
+        is_static: whether none of them moves: all are one body in the frame of the model.
     """
-    return _Growth(links, places, joints).tree()
 
-
-class _Growth:
-    """A tree in the making. A group is what cannot move against each other, called by one of its links."""
-
-    def __init__(self, links: Sequence[LinkRow], places: Sequence[Pose], joints: Iterable[SdfJoint]) -> None:
+    def __init__(
+        self, links: Sequence[LinkRow], places: Sequence[Pose], joints: Sequence[SdfJoint], *, is_static: bool
+    ) -> None:  # fmt: skip
         self.links = {row.link.name: row for row in links}
         self.places = {WORLD: ZERO, **dict(zip(self.links, places, strict=True))}
-        self.group = {name: name for name in (WORLD, *self.links)}
-        self.moving: list[SdfJoint] = []
-        for joint in joints:
-            if joint.holds:
-                self.group[self.of(joint.child)] = self.of(joint.parent)
-            else:
-                self.moving.append(joint)
+        self.group = {name: WORLD if is_static else name for name in (WORLD, *self.links)}
+        for joint in filter(attrgetter("holds"), joints):
+            self.group[self.of(joint.child)] = self.of(joint.parent)
+        self.moving = [joint for joint in joints if not (joint.holds or is_static)]
         self.edges: dict[str, list[SdfJoint]] = {}
         for joint in self.moving:
             for end in {self.of(joint.parent), self.of(joint.child)}:
                 self.edges.setdefault(end, []).append(joint)
-        self.bodies: dict[str, Body] = {}
-        self.result = Tree([], [], is_anchored=False)
+        self.held: dict[str, Body] = {}
+        """The body of each group."""
+        self.hinges: list[Hinge] = []
+        self.loose: list[str] = []
+        """Links that nothing holds; they are part of the first body."""
+        self.loops: list[SdfJoint] = []
+        """Joints that would close a loop, which are open."""
+        world = self.of(WORLD)
+        self.is_anchored = world in self.edges or any(self.of(name) == world for name in self.links)
+        """Whether the first body does not move."""
+        self.fill(world if self.is_anchored else self.top(next(iter(self.links))))
 
     def of(self, name: str) -> str:
         """The group of a link."""
@@ -96,26 +84,22 @@ class _Growth:
             name = self.group[name]
         return name
 
-    def tree(self) -> Tree:
-        """All of it; what hangs on nothing is held to the first body."""
-        world, found = self.of(WORLD), self.result
-        members = [name for name in self.links if self.of(name) == world]
-        found.is_anchored = bool(members) or world in self.edges
-        root = world if found.is_anchored else self.top(next(iter(self.links)))
+    def fill(self, root: str) -> None:
+        """Make the bodies, from a group on; what hangs on nothing is held to the first body."""
         own = next((name for name in self.links if self.of(name) == root), WORLD)
-        self.bodies[root] = Body(own, ZERO)
+        self.held[root] = Body(own, ZERO)
         self.grow(root)
         for name in self.links:
-            if self.of(name) not in self.bodies:
+            if self.of(name) not in self.held:
                 top = self.top(name)
-                found.loose.append(name)
-                self.bodies[top] = self.bodies[root]
+                self.loose.append(name)
+                self.held[top] = self.held[root]
                 self.grow(top)
         for name, row in self.links.items():
-            body = self.bodies[self.of(name)]
+            body = self.held[self.of(name)]
             body.parts.append((row, relative(body.pose, self.places[name])))
-        found.bodies = list({id(body): body for body in self.bodies.values()}.values())
-        return found
+        self.bodies = list({id(body): body for body in self.held.values()}.values())
+        """All of them, the one that hangs on no other first."""
 
     def top(self, name: str) -> str:
         """The group from which the joints lead to that of a link; that of the link in a circle."""
@@ -136,32 +120,22 @@ class _Growth:
                 used.add(id(joint))
                 is_backward = self.of(joint.child) == group
                 end = joint.parent if is_backward else joint.child
-                if self.of(end) in self.bodies:
-                    self.result.loops.append(joint)
+                if self.of(end) in self.held:
+                    self.loops.append(joint)
                     continue
-                far = self.bodies[self.of(end)] = Body(end, self.places[end])
-                self.result.hinges.append(Hinge(joint, self.bodies[group], far, is_backward))
+                far = self.held[self.of(end)] = Body(end, self.places[end])
+                self.hinges.append(Hinge(joint, self.held[group], far, is_backward))
                 queue.append(self.of(end))
 
 
-def mass_of(body: Body) -> Inertial | None:
+def mass_of(body: Body) -> MassProperties | None:
     """Mass and inertia of all links of a body together, along its axes; None without a mass."""
-    parts = [
-        (row.link.inertial, compose(pose, row.link.inertial.pose)) for row, pose in body.parts if row.link.inertial
-    ]
-    mass = sum(part.mass for part, _ in parts)
+    weights = ((row.link.inertial, pose) for row, pose in body.parts)
+    parts = [posed(rigid(own.mass, ZERO[:3], own.tensor), compose(pose, own.pose)) for own, pose in weights if own]
     if not parts:
         return None
-    center = sum((part.mass * np.array(pose[:3]) for part, pose in parts), np.zeros(3)) / mass
-    inertia = np.zeros((3, 3))
-    for part, pose in parts:
-        turn, arm = np.array(rotation(*pose[3:])), np.array(pose[:3]) - center
-        xx, yy, zz, xy, xz, yz = part.tensor
-        local = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        inertia += turn @ local @ turn.T + part.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    x, y, z = center.tolist()
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = _possible(inertia).tolist()
-    return Inertial(mass, (x, y, z, 0.0, 0.0, 0.0), (xx, yy, zz, xy, xz, yz))
+    whole = joined(parts)
+    return replace(whole, inertia=_possible(whole.inertia))
 
 
 def _possible(inertia: FloatArray) -> FloatArray:

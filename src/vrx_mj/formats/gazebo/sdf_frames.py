@@ -1,7 +1,6 @@
 """Frames of an SDF: where its links, joints, frames and models are, whatever each pose is relative to."""
 
 import math
-import re
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
@@ -12,7 +11,7 @@ from vrx_mj.config.wording import shown
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.gazebo.document import Element, as_node
 from vrx_mj.formats.series.pieces import At
-from vrx_mj.formats.urdf.elements import Node
+from vrx_mj.formats.urdf.elements import Node, own_name
 from vrx_mj.formats.urdf.model import ZERO, relative
 from vrx_mj.frames import Pose, angles, compose, rotation_matrix
 
@@ -28,7 +27,7 @@ NESTED = "::"
 
 def safe_name(name: str) -> str:
     """A name as ours may be: any other character becomes `_`."""
-    return re.sub(r"[^A-Za-z0-9_.-]|^[.-]", "_", name)[:64] or "model"
+    return own_name(name) or "model"
 
 
 @dataclass(frozen=True)
@@ -88,21 +87,12 @@ def pose_of(element: Element) -> At:
     found = element.child("pose")
     if found is None or not found.own_text:
         return At(list(ZERO), element.place)
-    frame = frame_of(element)
-    if frame not in {"", MODEL}:
-        raise found.fault(f"a pose relative to {shown(frame)} cannot be taken over: give it in the frame of the model")
     given = given_pose(as_node(replace(element, children=(found,))), math.inf)
+    if (frame := given.relative_to) not in {"", WORLD, MODEL}:
+        raise found.fault(f"a pose relative to {shown(frame)} cannot be taken over: give it in the frame of the model")
     for problem in given.node.findings.problems:
         raise found.fault(problem.message, problem.key.rpartition("pose")[2].strip(" /"))
     return At(list(given.pose), found.place)
-
-
-def frame_of(element: Element) -> str:
-    """The frame that the pose of an element names; empty for the usual one."""
-    pose = element.child("pose")
-    found = pose.attributes if pose else {}
-    name = found.get("relative_to") or found.get("frame") or ""
-    return "" if name == WORLD else name
 
 
 class Frames:
@@ -165,10 +155,7 @@ class Frames:
     def inside(self, node: Node, link: str, scope: Scope) -> Pose:
         """The pose of a thing on a link, in the link's frame."""
         given = given_pose(node)
-        if not given.relative_to:
-            return given.pose
-        frame = self.known(_around(given, scope, link), given)
-        return compose(relative(self.pose(link), self.pose(frame)), given.pose) if frame else ZERO
+        return relative(self.pose(link), self.placed(given, scope, link)) if given.relative_to else given.pose
 
 
 def _shown(name: str) -> str:

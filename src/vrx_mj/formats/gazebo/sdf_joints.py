@@ -61,10 +61,6 @@ class SdfJoint:
         bounded = self.type in {"revolute", "prismatic"} and bool(self.axes)
         return self.type == "fixed" or (bounded and self.axes[0].limits.lower == self.axes[0].limits.upper)
 
-    def in_frame(self, pose: Pose, *, backward: bool) -> Pose:
-        """Its pose in the frame of the link at its far end, whose pose in the model is given: its child, or parent."""
-        return relative(pose, self.place) if backward else self.shift
-
 
 def read_sdf_joint(model: Model, node: Node, scope: Scope) -> SdfJoint | None:
     """A `<joint>`; None where it does not name its ends. Problems are noted, not raised."""
@@ -80,9 +76,8 @@ def read_sdf_joint(model: Model, node: Node, scope: Scope) -> SdfJoint | None:
     place = model.frames.placed(given, scope, usual)
     around = model.frames.pose(child) if child != WORLD else ZERO
     shift = given.pose if usual == child and not given.relative_to else relative(around, place)
-    axes = tuple(
-        _axis(model, node, tag, kind, place, scope) for tag in ("axis", "axis2")[: AXES.get(kind, 1)]
-    )  # fmt: skip
+    tags = ("axis", "axis2")[: AXES.get(kind, 1)]
+    axes = tuple(_axis(model, node, tag, kind, place, scope) for tag in tags)
     return SdfJoint(scope.name(node.name()), kind, parent, child, place, shift, axes, node)
 
 

@@ -4,14 +4,17 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from vrx_mj.config.shapes import Shape, Visual
+from vrx_mj.config.solids import solid
 from vrx_mj.formats.gazebo.sdf_frames import Scope
 from vrx_mj.formats.gazebo.sdf_models import Model
 from vrx_mj.formats.urdf.elements import FIELDS, Node
 from vrx_mj.formats.urdf.link_meshes import solid_mesh
 from vrx_mj.formats.urdf.links import check_inertia, gazebo_color, shape_name, shape_of
 from vrx_mj.formats.urdf.model import ZERO, Inertial, Link, LinkRow, MeshRow
-from vrx_mj.frames import rotation
+from vrx_mj.rigid_bodies import MassProperties, joined, posed
 
 UNIT = 1.0
 """Mass [kg] and moments of inertia [kg m2] of a link that gives none, by SDF."""
@@ -55,57 +58,41 @@ def _inertial(
 
 def _filled(node: Node, felt: Sequence[tuple[Node, Shape]]) -> Inertial | None:
     """Mass properties of shapes that are full of something, whose density is that of each, or of the link."""
-    import numpy as np
-
     usual = node.value("density", WATER, above=0)
-    mass, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
-    for part, shape in felt:
-        density = part.value("density", usual, above=0)
-        turn, place = np.array(rotation(*shape.pose[3:])), np.array(shape.pose[:3])
-        volume, middle, spread = _moments(shape)
-        middle = turn @ middle
-        across = np.outer(middle, place)
-        mass += density * volume
-        first += density * (middle + volume * place)
-        second += density * (turn @ spread @ turn.T + across + across.T + volume * np.outer(place, place))
-    if mass <= 0.0:
+    full = (posed(_full(shape, part.value("density", usual, above=0)), shape.pose) for part, shape in felt)
+    parts = [one for one in full if one.mass > 0.0]
+    if not parts:
         node.fault("the mass is to be that of the collisions (auto), which have no volume")
         return None
-    center = first / mass
-    spread = second - mass * np.outer(center, center)
-    x, y, z = map(float, center)
-    xx, yy, zz = (float(value) for value in np.trace(spread) - np.diag(spread))
-    xy, xz, yz = (-float(spread[index]) for index in ((0, 1), (0, 2), (1, 2)))
-    return Inertial(mass, (x, y, z, 0.0, 0.0, 0.0), (xx, yy, zz, xy, xz, yz))
+    whole = joined(parts)
+    (x, y, z), (xx, yy, zz, xy, xz, yz) = whole.center.tolist(), whole.tensor()
+    return Inertial(whole.mass, (x, y, z, 0.0, 0.0, 0.0), (xx, yy, zz, xy, xz, yz))
 
 
-def _moments(shape: Shape) -> tuple[float, Any, Any]:
-    """Volume [m3] of a shape, and integrals of r (3,) [m4] and of r r' (3, 3) [m5] over it, in its own frame.
+def _full(shape: Shape, density: float) -> MassProperties:
+    """A shape that is full of something of a density [kg/m3], in its own frame.
 
-    That of r r' over a tetrahedron with one corner at 0 is det / 120 (a a' + b b' + c c' + s s'), where s is the sum of
-    the others, a, b and c.
+    The integral of r r' over a tetrahedron with one corner at 0 is det / 120 (a a' + b b' + c c' + s s'), where s is
+    the sum of the others, a, b and c.
     """
-    import numpy as np
-
-    from vrx_mj.config.solids import solid
-
     if shape.type == "mesh":
         corners = solid(shape).corners
         size, total = np.linalg.det(corners), corners.sum(axis=1)
+        volume = float(size.sum()) / 6.0
+        center = (size @ total) / 24.0 / (volume or 1.0)
         spread = (np.einsum("n,nki,nkj->ij", size, corners, corners) + (size * total.T) @ total) / 120.0
-        return float(size.sum()) / 6.0, (size @ total) / 24.0, spread
-    x, y, z = shape.size or (2.0 * (shape.radius or 0.0),) * 3
-    length, ball = shape.length or 0.0, math.pi / 6.0 * x * y * z
-    if shape.type == "box":
-        volume, squares = x * y * z, np.array([x * x, y * y, z * z]) / 12.0
-        return volume, np.zeros(3), np.diag(volume * squares)
-    tube = math.pi / 4.0 * x * y * length
-    full = tube * np.array([x * x / 16.0, y * y / 16.0, length**2 / 12.0])
-    if shape.type == "cylinder":
-        return tube, np.zeros(3), np.diag(full)
-    apart = 3.0 / 16.0 * length * z + length**2 / 4.0  # of the halves of a capsule's ball
-    full += ball * np.array([x * x / 20.0, y * y / 20.0, z * z / 20.0 + apart])
-    return ball + tube, np.zeros(3), np.diag(full)
+        spread -= volume * np.outer(center, center)
+    else:
+        x, y, z = shape.size or (2.0 * (shape.radius or 0.0),) * 3
+        length, center = shape.length or 0.0, np.zeros(3)
+        box = x * y * z if shape.type == "box" else 0.0
+        tube = math.pi / 4.0 * x * y * length
+        ball = math.pi / 6.0 * x * y * z if shape.type in {"sphere", "capsule", "ellipsoid"} else 0.0
+        volume, across = box + tube + ball, box / 12.0 + tube / 16.0 + ball / 20.0
+        apart = 3.0 / 16.0 * length * z + length**2 / 4.0  # of the halves of a capsule's ball
+        along = box * z * z / 12.0 + tube * length**2 / 12.0 + ball * (z * z / 20.0 + apart)
+        spread = np.diag([across * x * x, across * y * y, along])
+    return MassProperties(density * volume, center, density * (np.trace(spread) * np.eye(3) - spread))
 
 
 def _collision(node: Node, link: str, scope: Scope, model: Model) -> Shape | MeshRow | None:

@@ -9,15 +9,15 @@ from vrx_mj.errors import ConfigError, VrxError
 from vrx_mj.formats.gazebo.document import Element, markup
 from vrx_mj.formats.gazebo.models import (
     Source,
+    folder_in_reach,
     has_model,
     model_element,
     model_file,
-    model_folder,
     model_name,
     model_paths,
     uri_name,
 )
-from vrx_mj.formats.gazebo.sdf_frames import MODEL, NESTED, WORLD, Frames, Given, Scope, frame_of, given_pose, pose_of
+from vrx_mj.formats.gazebo.sdf_frames import MODEL, NESTED, WORLD, Frames, Given, Scope, given_pose, pose_of
 from vrx_mj.formats.series.pieces import At
 from vrx_mj.formats.urdf.elements import Findings, Node
 from vrx_mj.formats.urdf.links import Surroundings
@@ -48,7 +48,7 @@ class Model:
         self.links: dict[str, tuple[Node, Scope]] = {}
         self.joints: list[tuple[Node, Scope]] = []
         self.plugins: list[tuple[Node, Scope]] = []
-        self.attached: dict[str, tuple[str, Node]] = {}
+        self.attached: dict[str, str] = {}
         """What frames, joints and models are attached to, by their whole names."""
         self.moved: dict[str, Pose] = {}
         """Pose in its own frame of the frame that a link has in the table, where that is another one."""
@@ -81,7 +81,7 @@ class Model:
         seen = set[str]()
         while name not in self.links and name in self.attached and name not in seen:
             seen.add(name)
-            name = self.attached[name][0]
+            name = self.attached[name]
         return name if name in self.links else ""
 
     def _tree(self, model: Element, folder: Path) -> Markup:
@@ -95,7 +95,7 @@ class Model:
             found = _URI.fullmatch(text)
             name = found[2].partition("/")[0] if found else ""
             if found and name not in self._packages:
-                place = _folder(name, folder)
+                place = folder_in_reach(name, folder)
                 self._packages |= {name: place} if place else {}
             if found and (name in self._packages or found[1] != "file"):
                 return f"{SCHEME}{found[2]}"
@@ -108,7 +108,7 @@ class Model:
         """Take in the links, joints, frames and plugins of a model, and of the models in it."""
         canonical = model.attribute("canonical_link")
         if canonical:
-            self.attached[scope.model] = scope.name(canonical), model
+            self.attached[scope.model] = scope.name(canonical)
         for node in model.children("link"):
             name = scope.name(node.name())
             if name in self.links:
@@ -116,22 +116,17 @@ class Model:
                 continue
             self.links[name] = node, scope
             self.frames.add(name, given_pose(node), scope, scope.model)
-            self.attached.setdefault(scope.model, (name, node))
-        for node in model.children("frame"):
-            to = node.attribute("attached_to") or MODEL
-            self._add(scope.name(node.name()), node, scope, scope.name(MODEL if to == WORLD else to))
-        for node in model.children("joint"):
-            self.joints.append((node, scope))
-            end = node.text("child")
-            self._add(scope.name(node.attribute("name") or ""), node, scope, scope.name(MODEL if end == WORLD else end))
+            self.attached.setdefault(scope.model, name)
+        self.joints += [(node, scope) for node in model.children("joint")]
+        for node in (*model.children("frame"), *model.children("joint")):
+            to = node.text("child") if node.tag == "joint" else node.attribute("attached_to") or MODEL
+            name, around = scope.name(node.name()), scope.name(MODEL if to == WORLD else to)
+            self.frames.add(name, given_pose(node), scope, around)
+            self.attached.setdefault(name, around)
         self.plugins += [(node, scope) for node in model.children("plugin")]
         for tag in INSIDE:
             for node in model.children(tag):
                 self._gather_model(node, model, scope, folder, depth)
-
-    def _add(self, name: str, node: Node, scope: Scope, to: str) -> None:
-        self.frames.add(name, given_pose(node), scope, to)
-        self.attached.setdefault(name, (to, node))
 
     def _gather_model(self, node: Node, outer: Node, scope: Scope, folder: Path, depth: int) -> None:
         """Take in a model in another, whichever of the two says how it is called and placed."""
@@ -144,11 +139,11 @@ class Model:
         inner = Scope(scope.prefix if node.attribute_flag("merge") else f"{own}{NESTED}", f"{own}{NESTED}{MODEL}")
         given = given_pose(node if node.child("pose") else model)
         self.frames.add(inner.model, given, scope, scope.model)
-        self.attached.setdefault(own, (inner.model, node))
+        self.attached.setdefault(own, inner.model)
         if included:
             self.plugins += [(plugin, inner) for plugin in node.children("plugin") if node.tag == "include"]
             self._gather(model, inner, place, depth + 1)
-            self.attached.setdefault(scope.model, (inner.model, node))
+            self.attached.setdefault(scope.model, inner.model)
         by = node.text("placement_frame") or model.attribute("placement_frame")
         if by:
             self.frames.place_by(inner.model, inner.name(by))
@@ -184,37 +179,25 @@ class Model:
         return Node(tree, f"model '{tree.get('name')}'", self.findings), place
 
 
-def _folder(name: str, near: Path) -> Path | None:
-    """The folder of a model, unless it is a link that leads elsewhere."""
-    try:
-        return model_folder(name, near)
-    except VrxError:
-        return None
-
-
 def in_world_frame(world: Element, file: Path) -> list[Element | ConfigError]:
     """The elements of a world, or of a model of models, with the poses of the models among them in its own frame.
 
     In the place of one whose pose is relative to what is not there, or to itself, is the error.
     """
-    if not any(map(_is_turned, world.children)):
-        return list(world.children)
+    models, found = [one for one in world.children if one.tag in INSIDE], list[Element | ConfigError](world.children)
+    poses = filter(None, (one.child("pose") for one in models))
+    frames = {one.attribute(key) for one in poses for key in ("relative_to", "frame")}
+    placed_by = (one.attribute("placement_frame") or one.text("placement_frame") for one in models)
+    if frames <= {"", WORLD} and not any(placed_by):
+        return found
     model = Model(Source(world, (), file))
-    given = {node.element: one for node, one in model.given}
-    children = zip(world.children, model.root.element, strict=True)
-    return [_in_frame(child, model, given[one]) if one in given else child for child, one in children]
-
-
-def _in_frame(child: Element, model: Model, given: Given) -> Element | ConfigError:
-    model.findings.problems.clear()  # of models: they are said where these are read
-    pose = model.frames.placed(given, Scope(), MODEL)
-    return ConfigError(model.findings.problems[:]) if model.findings.problems else _posed(child, pose)
-
-
-def _is_turned(child: Element) -> bool:
-    """Whether the pose of a model in a world is in another frame, or that of a frame."""
-    placed_by = child.attributes.get("placement_frame") or child.text("placement_frame")
-    return child.tag in INSIDE and bool(frame_of(child) or placed_by)
+    given, problems = {node.element: one for node, one in model.given}, model.findings.problems
+    for number, node in enumerate(model.root.element):
+        if node in given:
+            problems.clear()  # of models: they are said where these are read
+            pose = model.frames.placed(given[node], Scope(), MODEL)
+            found[number] = ConfigError(problems[:]) if problems else _posed(world.children[number], pose)
+    return found
 
 
 def pose_of_included(include: Element, folder: Path) -> At:

@@ -1,5 +1,7 @@
 """Models of Gazebo (SDF) as objects of ours: bodies on joints with their shapes, or a composite of models."""
 
+import itertools
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -7,15 +9,15 @@ from typing import Any
 from pydantic import ValidationError
 
 from vrx_mj.config.search import SCHEME, catalogue, kind_name
-from vrx_mj.config.shapes import MESH_SUFFIXES, BuoyancyConfig, BuoyancyElement, Shape, Visual
-from vrx_mj.config.tree import File, Place, Section
+from vrx_mj.config.shapes import MESH_SUFFIXES, BuoyancyConfig, BuoyancyElement, Shape
+from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import WATER_DENSITY
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, shortened
-from vrx_mj.formats.gazebo.document import Element, Fate, Note, Report, as_node, is_file
+from vrx_mj.formats.gazebo.document import Element, Fate, Note, Report, as_node, is_file, plugin_name, spot
 from vrx_mj.formats.gazebo.erb_docks import is_template, template_content
 from vrx_mj.formats.gazebo.models import Source, has_model, is_installed, model_element, model_name
-from vrx_mj.formats.gazebo.sdf_bodies import Body, Hinge, Tree, mass_of, one_body, tree_of
+from vrx_mj.formats.gazebo.sdf_bodies import Body, Hinge, Tree, mass_of
 from vrx_mj.formats.gazebo.sdf_frames import WORLD, given_pose, pose_of, safe_name
 from vrx_mj.formats.gazebo.sdf_joints import Axis, SdfJoint, read_sdf_joint
 from vrx_mj.formats.gazebo.sdf_links import SHAPES, read_sdf_link, shape_tag, sizes_of
@@ -23,8 +25,7 @@ from vrx_mj.formats.gazebo.sdf_models import Model, in_world_frame, pose_of_incl
 from vrx_mj.formats.series.pieces import At, located
 from vrx_mj.formats.urdf.elements import Node
 from vrx_mj.formats.urdf.links import ENDLESS, ONE
-from vrx_mj.formats.urdf.model import ZERO, MeshRow
-from vrx_mj.formats.urdf.model import Place as Spot
+from vrx_mj.formats.urdf.model import ZERO, MeshRow, relative
 from vrx_mj.formats.urdf.reader import ODD
 from vrx_mj.formats.urdf.tags import losses
 from vrx_mj.frames import Pose, compose
@@ -37,6 +38,8 @@ FARTHEST = 1e9
 """Limit of a joint that has only the other one [rad or m]."""
 TYPES = {"screw": "revolute", "revolute2": "universal"}
 """What types of joints of SDF are here that are called otherwise."""
+STATIC: tuple[Fate, str] = "taken over", "the model is static"
+"""What becomes of the joints of a model that does not move."""
 QUIET = {"mesh", "unit"}
 """Things that are odd in a file of which an object's notes say more, or nothing."""
 PRODUCT = 1e-9
@@ -133,42 +136,18 @@ class _Object:
         findings.settle()
         self.report.lose(losses(model.root.element, "model", "object"))
         for node, text in model.lost:
-            self.note(node, "ignored", text)
+            self.report.note(node, "ignored", text)
         for kind, things in findings.odd.items():
             if kind not in QUIET:
                 self.report.note(self.element, "approximated", f"{ODD[kind]}: {shortened(', '.join(things))}")
-        if self.is_static:
-            for joint in joints:
-                self.note(joint.node, "taken over", "the model is static")
-            return one_body(rows, places)
-        tree = tree_of(rows, places, [joint for joint in joints if joint.type != "gearbox"])
+        moving = [joint for joint in joints if joint.type != "gearbox"]
+        tree = Tree(rows, places, moving, is_static=self.is_static)
         for joint in joints:
-            self.note_joint(joint, tree)
+            self.report.note(joint.node, *(STATIC if self.is_static else _fate(joint, tree)))
         if tree.loose:
             text = f"no joint holds {shortened(', '.join(tree.loose))}: part of the first link's rigid body"
-            self.note(model.links[tree.loose[0]][0], "approximated", text)
+            self.report.note(model.links[tree.loose[0]][0], "approximated", text)
         return tree
-
-    def note(self, node: Node, fate: Fate, text: str, what: str = "") -> None:
-        """Note what became of an element."""
-        self.report.notes.append(_note(node, fate, text, what))
-
-    def note_joint(self, joint: SdfJoint, tree: Tree) -> None:
-        """Note what became of a joint."""
-        kind = TYPES.get(joint.type, joint.type)
-        if joint.type == "gearbox":
-            self.note(joint.node, "ignored", "a gearbox couples two other joints; here each moves on its own")
-        elif joint in tree.loops:
-            text = "it would close a loop of joints, which is open here; its links move without it"
-            self.note(joint.node, "approximated", text)
-        elif joint.holds:
-            where = "`static`" if WORLD in (joint.parent, joint.child) else "its links are one rigid body"
-            self.note(joint.node, "taken over", where if joint.type == "fixed" else f"its limits are equal: {where}")
-        elif kind == joint.type:
-            self.note(joint.node, "taken over", "`joints`")
-        else:
-            left = ", without its thread" if joint.type == "screw" else ""
-            self.note(joint.node, "approximated", f"`joints`: a {kind} joint{left}")
 
     def content(self) -> Content:
         """The keys of an object's file."""
@@ -207,33 +186,35 @@ class _Object:
             "type": kind,
             "parent": links[hinge.near.name],
             "child": links[hinge.far.name],
-            "pose": list(joint.in_frame(hinge.far.pose, backward=hinge.is_backward)),
+            "pose": list(relative(hinge.far.pose, joint.place) if hinge.is_backward else joint.shift),
             **dict(zip(("axis", "axis2"), axes[::-1] if hinge.is_backward else axes, strict=False)),
         }
-        return At(content, _place(joint.node))
+        return At(content, spot(joint.node.place))
 
     def wet(self, shapes: Sequence[Content]) -> list[Content] | None:
         """The buoyancy of each body; None, with a note, for a model that would sink."""
-        plugins = [node for node, scope in self.model.plugins if not scope.prefix and _is(node, "buoyancy")]
+        plugins = [node for node, scope in self.model.plugins if not scope.prefix and "buoyancy" in plugin_name(node)]
         wet = [part for one in plugins for part in self.buoyancy(one)]
         self.model.findings.settle()
         bodies = self.tree.bodies
-        if wet or self.tree.is_anchored:
-            found = [[(drag, shape) for body, drag, shape in wet if body is own] for own in bodies]
-            usual = _drag(plugins[0]) if plugins else {}
-            alone = len(found) == 1
-            return [_buoyancy(usual if alone else parts[0][0], parts) if parts else {} for parts in found]
         drag = _drag(plugins[0]) if plugins else {"linear_drag": DRAG[0], "angular_drag": DRAG[1]}
-        solids = [[dict(one) for one in own["collisions"] if not isinstance(one, At) and one["type"] in DISPLACING]
-                  for own in shapes]  # fmt: skip
-        volume = sum(BuoyancyElement.model_validate(one).volume for own in solids for one in own)
-        mass = sum(weight.mass for body in bodies if (weight := mass_of(body)))
-        if mass >= volume * WATER_DENSITY:
-            text = f"without buoyancy plugin it sinks ({mass:g} kg, {volume:.3g} m3): `static: true`"
+        found = [[(drag, shape) for body, drag, shape in wet if body is own] for own in bodies]
+        if not (wet or self.tree.is_anchored):
+            solids = ((one for one in own["collisions"] if not isinstance(one, At)) for own in shapes)
+            found = [[(drag, dict(one)) for one in own if one["type"] in DISPLACING] for own in solids]
+            volume = sum(BuoyancyElement.model_validate(one).volume for parts in found for _, one in parts)
+            mass = sum(weight.mass for body in bodies if (weight := mass_of(body)))
+            sinks = mass >= volume * WATER_DENSITY
+            then = f"it sinks ({mass:g} kg, {volume:.3g} m3): `static: true`"
+            text = f"without buoyancy plugin{f' {then}' if sinks else '; its collision shapes displace water'}"
             self.report.note(self.element, "approximated", text)
-            return None
-        self.report.note(self.element, "approximated", "without buoyancy plugin; its collision shapes displace water")
-        return [_buoyancy(drag, [(drag, one) for one in own]) if own else {} for own in solids]
+            if sinks:
+                return None
+        return [
+            {"buoyancy": {**(drag if len(found) == 1 else parts[0][0]), "elements": [shape for _, shape in parts]}}
+            if parts else {}
+            for parts in found
+        ]  # fmt: skip
 
     def buoyancy(self, plugin: Node) -> Iterator[tuple[Body, Content, Content]]:
         """The shapes of a buoyancy plugin of VRX that displace water, each with its body and the plugin's drag."""
@@ -244,12 +225,10 @@ class _Object:
                 part.fault(str(UnknownNameError("link", link, known)), "link_name")
                 continue
             body, pose = known[link]
-            shape = _primitive(part, pose)
-            if shape is None:
-                self.note(part, "ignored", _shapeless(part))
-            elif shape["type"] in DISPLACING:
+            shape = _primitive(part, pose, self.report)
+            if shape and shape["type"] in DISPLACING:
                 yield body, _drag(plugin), shape
-        self.note(plugin, "taken over", "`buoyancy`")
+        self.report.note(plugin, "taken over", "`buoyancy`")
 
     def inertia(self, body: Body) -> Content:
         """What a body weighs; its products of inertia only where it has any."""
@@ -257,9 +236,9 @@ class _Object:
         if found is None:
             row = body.parts[0][0].link
             raise ConfigError([row.place.problem(f"link '{row.name}'", "must have a mass: it moves")])
-        *moments, xy, xz, yz = found.tensor
+        *moments, xy, xz, yz = found.tensor()
         products = [xy, xz, yz] if max(map(abs, (xy, xz, yz))) > PRODUCT * max(moments) else []
-        return {"mass": found.mass, "center_of_mass": list(found.pose[:3]), "inertia": [*moments, *products]}
+        return {"mass": found.mass, "center_of_mass": found.center.tolist(), "inertia": [*moments, *products]}
 
     def all_shapes(self, body: Body) -> Content:
         """The collisions and visuals of a body."""
@@ -274,19 +253,17 @@ class _Object:
         pose = compose(link, shape.pose)
         place = {} if pose == ZERO else {"pose": list(pose)}
         if isinstance(shape, Shape):
-            keys = ("type", "size", "radius", "length") + (("color",) if isinstance(shape, Visual) else ())
-            given = shape.model_fields_set
-            return {key: getattr(shape, key) for key in keys if key in given} | place
+            return shape.model_dump(include={"type", "size", "radius", "length", "color"}, exclude_unset=True) | place
         color = {} if shape.color is None else {"color": shape.color}
         try:
             folder, file = self.mesh(shape.file)
         except VrxError as error:
-            self.report.notes.append(Note(_spot(shape.place), "<mesh>", "ignored", str(error)))
+            self.report.notes.append(Note(spot(shape.place), "<mesh>", "ignored", str(error)))
             return None
         scale = {} if shape.scale == ONE else {"scale": shape.scale}
         own = None if folder == self.folder else folder
-        content = {"type": "mesh", "file": At(file, _spot(shape.place)), **scale, **place, **color}
-        return At(content, _spot(shape.place, own)) if own else content
+        content = {"type": "mesh", "file": At(file, spot(shape.place)), **scale, **place, **color}
+        return At(content, spot(shape.place, own)) if own else content
 
     def mesh(self, name: str) -> tuple[Path, str]:
         """The folder of a mesh, and its path in that. Raises VrxError."""
@@ -301,12 +278,11 @@ class _Object:
 
 def buoyancy_of(include: Element, report: Report) -> Content | None:
     """What the buoyancy plugin in an `<include>` of VRX 3 says, in the keys of an object; None without one."""
-    plugin = next((one for one in as_node(include).children("plugin") if _is(one, "buoyancydrag")), None)
-    if plugin is None:
+    plugins = (one for one in as_node(include).children("plugin") if "buoyancydrag" in plugin_name(one))
+    if (plugin := next(plugins, None)) is None:
         return None
-    shapes = [(part, _primitive(part, ZERO)) for part in plugin.children("buoyancy")]
-    report.notes += [_note(part, "ignored", _shapeless(part)) for part, shape in shapes if shape is None]
-    found = {**_drag(plugin), "elements": [shape for _, shape in shapes if shape is not None]}
+    shapes = [_primitive(part, ZERO, report) for part in plugin.children("buoyancy")]
+    found = {**_drag(plugin), "elements": [*filter(None, shapes)]}
     plugin.findings.settle()
     return found
 
@@ -325,11 +301,9 @@ def same_buoyancy(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
 
 def follow_path(element: Element, report: Report) -> Content | None:
     """The path along which a model swims, by VRX's follow_plugin or gz-sim's TrajectoryFollower; None without one."""
-    plugins = [one for one in element.all("plugin") if _is(one, "followplugin") or _is(one, "trajectoryfollower")]
-    if not plugins:
+    plugins = (one for one in element.all("plugin") if re.search("followplugin|trajectoryfollower", plugin_name(one)))
+    if (plugin := next(plugins, None)) is None:
         return None
-    plugin = plugins[0]
-    newer = _is(plugin, "trajectoryfollower")
     found: Content = {"loop": _loops(plugin, report)}
     points = []
     for point in (point for group in plugin.all("waypoints") for point in group.all("waypoint")):
@@ -343,7 +317,7 @@ def follow_path(element: Element, report: Report) -> Content | None:
         shape = plugin.child(tag)
         if shape is not None:
             found[tag] = shape.fields(tag)
-    return found | (plugin.fields("trajectory follower") if newer else {})
+    return found | (plugin.fields("trajectory follower") if "trajectoryfollower" in plugin_name(plugin) else {})
 
 
 def _loops(plugin: Element, report: Report) -> bool:
@@ -354,50 +328,38 @@ def _loops(plugin: Element, report: Report) -> bool:
     return forever is not None or plugin.read("loop", "switch", False)
 
 
-def _is(plugin: Element | Node, word: str) -> bool:
-    name = plugin.attributes.get("filename") if isinstance(plugin, Element) else plugin.attribute("filename")
-    return word in (name or "").lower().replace("_", "").replace("-", "")
-
-
-def _note(node: Node, fate: Fate, text: str, what: str = "") -> Note:
-    name = node.attribute("name") or node.text("name") or node.text("uri")
-    return Note(_place(node), what or f"<{node.tag}>{f' {shown(name)}' if name else ''}", fate, text)
-
-
-def _place(node: Node) -> Place:
-    return _spot(node.place)
-
-
-def _spot(place: Spot, folder: Path | None = None) -> Place:
-    return Place(File(place.file, folder), place.line)
-
-
-def _primitive(part: Node, link: Pose) -> Content | None:
-    """A primitive in the frame of its body; None: ours has none like it."""
+def _primitive(part: Node, link: Pose, report: Report) -> Content | None:
+    """A primitive in the frame of its body; None, with a note: ours has none like it."""
     geometry = part.child("geometry")
     tag = shape_tag(geometry) if geometry else ""
     if geometry is None or tag not in SHAPES or tag == "mesh":
+        report.note(part, "ignored", f"no shape like <{tag}> here" if tag else "it has no geometry")
         return None
     pose = compose(link, given_pose(part).pose)
     return {"type": tag, **sizes_of(geometry, tag), **({} if pose == ZERO else {"pose": list(pose)})}
 
 
-def _shapeless(part: Node) -> str:
-    geometry = part.child("geometry")
-    tag = shape_tag(geometry) if geometry else ""
-    return f"no shape like <{tag}> here" if tag else "it has no geometry"
-
-
 def _distinct(names: Sequence[str], first: int = 2) -> list[str]:
     """Names as ours may be, none of which is another's: those that are taken are numbered."""
     found: list[str] = []
-    for name in names:
-        own, count = safe_name(name), first - 1
-        while own in found:
-            count += 1
-            own = f"{safe_name(name)[:56]}_{count}"
-        found.append(own)
+    for own in map(safe_name, names):
+        numbered = (f"{own[:56]}_{count}" for count in itertools.count(first))
+        found.append(next(name for name in itertools.chain([own], numbered) if name not in found))
     return found
+
+
+def _fate(joint: SdfJoint, tree: Tree) -> tuple[Fate, str]:
+    """What became of a joint."""
+    kind = TYPES.get(joint.type, joint.type)
+    if joint.type == "gearbox":
+        return "ignored", "a gearbox couples two other joints; here each moves on its own"
+    if joint in tree.loops:
+        return "approximated", "it would close a loop of joints, which is open here; its links move without it"
+    if joint.holds:
+        where = "`static`" if WORLD in (joint.parent, joint.child) else "its links are one rigid body"
+        return "taken over", where if joint.type == "fixed" else f"its limits are equal: {where}"
+    left = ", without its thread" if joint.type == "screw" else ""
+    return ("taken over", "`joints`") if kind == joint.type else ("approximated", f"`joints`: a {kind} joint{left}")
 
 
 def _axis(axis: Axis, *, free: bool, sign: int) -> Content:
@@ -407,11 +369,6 @@ def _axis(axis: Axis, *, free: bool, sign: int) -> Content:
     if not free and (lower > -ENDLESS or upper < ENDLESS):
         found["limits"] = [max(lower, -FARTHEST), min(upper, FARTHEST)]
     return found | axis.dynamics
-
-
-def _buoyancy(drag: Content, parts: Sequence[tuple[Content, Content]]) -> Content:
-    """The buoyancy of a body."""
-    return {"buoyancy": {**drag, "elements": [shape for _, shape in parts]}}
 
 
 def _drag(plugin: Node) -> Content:

@@ -3,8 +3,9 @@
 import json
 import re
 from collections.abc import Container, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import ConfigError, Problem
@@ -18,9 +19,10 @@ CLASSIC, OLDER, WAVES, MARITIME = PACKAGES = ("vrx_gazebo", "vrx_2019", "wave_ga
 
 FOLDER = root() / "assets" / "launch"
 """Launch files of ours by VRX's names, in folders of their packages: arguments with VRX's defaults, and our node."""
-_TABLE = json.loads(Path(__file__).with_suffix(".json").read_bytes())
+TABLE: Mapping[str, Any] = json.loads(Path(__file__).with_suffix(".json").read_bytes())
 """Of VRX's launch files: the boats of those that have several, what to do instead of arguments that have no effect here
-(nothing is lost where the value is the default), and those that open no world."""
+(nothing is lost where the value is the default), and those that open no world. Packages of ROS and VRX that need not be
+there, and what a folder may hold instead of worlds, by what to do with it and the ends of the files' names."""
 USUAL = {"paused": "false"}
 """Defaults that are others than those of all launch files."""
 LOCKS = ("wamv_locked", "robot_locked")
@@ -74,7 +76,7 @@ def _read(file: Path) -> StockLaunch:
         Spawned(boat["name"], pose_of_words(boat["pose"]), place, robot, {
             key: value for key, value in {**own, "thrust_config": boat["thrust_config"]}.items() if value
         })
-        for boat in _TABLE["boats"].get(file.name, [alone])
+        for boat in TABLE["boats"].get(file.name, [alone])
         if len(own) > 1
     )  # fmt: skip
     return StockLaunch(file.name, f"vrx2019/{world}" if package == OLDER else world, boats, given, package, file)
@@ -134,7 +136,7 @@ def unused(launch: StockLaunch, name: str, value: str) -> str:
         return "a boat is held by a task, until it is ready" if held else ""
     usual = USUAL.get(name, launch.arguments[name])
     same = value.lower() == usual or (truth(value) is not None and truth(value) == truth(usual))
-    return "" if same else _TABLE["unused"].get(name, "")
+    return "" if same else TABLE["unused"].get(name, "")
 
 
 def unlocks(launch: StockLaunch, given: Mapping[str, str]) -> bool:
@@ -142,19 +144,9 @@ def unlocks(launch: StockLaunch, given: Mapping[str, str]) -> bool:
     return any(truth(given.get(name, "true")) is False and truth(launch.own.get(name, "")) for name in LOCKS)
 
 
-@dataclass(frozen=True)
-class _Tool:
-    """A launch file of VRX that opens no world, and the command that does its work."""
-
-    command: str = ""
-    options: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    """Options by the names of arguments, each with what to type where it is not given; empty: nothing."""
-    reason: str = ""
-    """What to know before."""
-
-
-_TOOLS: Mapping[str, _Tool] = {name: _Tool(**row) for name, row in _TABLE["tools"].items()}
-"""VRX's launch files that open no world here."""
+_TOOLS: Mapping[str, Mapping[str, Any]] = TABLE["tools"]
+"""VRX's launch files that open no world here: the `command` that does the work of each, its `options` by the names of
+arguments, each with what to type where it is not given (empty: nothing), and the `reason`: what to know before."""
 
 
 def is_tool(name: str) -> bool:
@@ -164,9 +156,9 @@ def is_tool(name: str) -> bool:
 
 def instead_of(name: str, given: Mapping[str, str]) -> str:
     """What to type instead of one of VRX's launch files that open no world here, with its arguments."""
-    tool = _TOOLS[name]
-    command = " ".join([tool.command, *_words(tool.options, given)])
-    return "; ".join(filter(None, ("opens no world here", tool.reason, tool.command and f"type: {command}")))
+    tool = {"command": "", "options": {}, "reason": "", **_TOOLS[name]}
+    command = " ".join([tool["command"], *_words(tool["options"], given)])
+    return "; ".join(filter(None, ("opens no world here", tool["reason"], tool["command"] and f"type: {command}")))
 
 
 def _words(options: Mapping[str, Sequence[str]], given: Mapping[str, str]) -> Iterator[str]:

@@ -9,15 +9,15 @@ from vrx_mj.config.scene import FogConfig
 from vrx_mj.config.sea import GRAVITY, SeaConfig
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import UnknownNameError
-from vrx_mj.formats.gazebo.document import POSE, Element
+from vrx_mj.formats.gazebo.document import POSE, Element, plugin_name
 
 Content = dict[str, Any]
 
 LONGEST_MESSAGE = 20_000
 """Characters of a message that VRX 3's worlds publish; theirs have 2,000."""
-WAVES_MODEL = "waves-model-system"
+WAVES_MODEL = "wavesmodelsystem"
 WAVE_PLUGINS = ("wavefieldmodelplugin", WAVES_MODEL)
-"""In the names of the files of plugins that make waves."""
+"""In the names of plugins that make waves."""
 MODELS = ("pms", "cwr", "none")
 """VRX's models of waves."""
 _KEY = re.compile(r'key:\s{0,80}"(\w{1,40})"')
@@ -26,15 +26,14 @@ _VALUE = re.compile(r'(?:(?:double|int)_value|[xyz]):\s{0,80}([-+.\deE]{1,40})|s
 
 def wave_plugin(model: Element) -> Element | None:
     """The plugin that makes the waves of a model, of VRX or of asv_wave_sim."""
-    plugins = (one for one in model.walk() if one.tag == "plugin")
-    files = ((one, one.attributes.get("filename", "").lower().replace("_", "")) for one in plugins)
-    return next((one for one, file in files if any(name in file for name in WAVE_PLUGINS)), None)
+    plugins = ((one, plugin_name(one)) for one in model.walk() if one.tag == "plugin")
+    return next((one for one, name in plugins if any(wave in name for wave in WAVE_PLUGINS)), None)
 
 
 def wave_field(plugin: Element) -> Content:
     """The sea of VRX's WavefieldModelPlugin, or of asv_wave_sim's WavesModel, whose tags are in `<wave>`."""
     wave = plugin.child("wave") or plugin
-    if WAVES_MODEL in plugin.attributes.get("filename", "").lower():
+    if WAVES_MODEL in plugin_name(plugin):
         return _waves_of_algorithm(wave)
     model = _model(wave, wave.text("model") or "PMS")
     return without_ignored_keys(SeaConfig, {"model": model, **wave.fields("wave")})
@@ -105,13 +104,6 @@ def _model(element: Element, name: str) -> str:
     return name.lower()
 
 
-def wind(plugin: Element) -> Content:
-    """The wind of VRX's wind plugins, with what it pushes."""
-    things = plugin.all("wind_obj")
-    objects = [{"model": one.needed("name"), "coefficients": one.needed("coeff_vector", "x y yaw")} for one in things]
-    return {**plugin.fields("wind"), "objects": objects}
-
-
 def mean_wind(element: Element) -> Content | None:
     """The wind of gz-sim's `<wind>`, level and without gusts; None: it is calm."""
     x, y, _ = element.read("linear_velocity", "x y z", (0.0, 0.0, 0.0))
@@ -126,11 +118,6 @@ def scene(element: Element) -> Content:
     if fog is not None and fog.children:
         found["fog"] = without_ignored_keys(FogConfig, fog.fields("fog"))
     return found
-
-
-def georeference(element: Element) -> Content:
-    """Where the origin is on Earth."""
-    return element.fields("spherical_coordinates")
 
 
 def view(gui: Element) -> list[float] | None:

@@ -4,22 +4,15 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
+from vrx_mj.config.tasks import TASKS, TaskConfig
 from vrx_mj.config.values import COLORS
-from vrx_mj.formats.gazebo.document import Element
+from vrx_mj.formats.gazebo.document import Element, plugin_name
 from vrx_mj.formats.series.pieces import At
 from vrx_mj.formats.urdf.tags import sections
 
 Content = dict[str, Any]
 
 BOAT = "wamv"
-STATES = {
-    "initial_state_duration": (30.0, 10.0),
-    "ready_state_duration": (60.0, 10.0),
-    "running_state_duration": (300.0, 300.0),
-}
-"""What a state lasts [s] where a plugin says nothing: VRX's scoring_plugin.cc, and ours."""
-BUFFER = 3.0
-"""VRX's collision_buffer [s] where a plugin says nothing."""
 TOPICS = ("_topic", "_service", "_topic_name", "robot_namespace")
 """How elements end that name topics."""
 OURS = {"", "vrx", "wamv", "scan_dock", "scan_dock_deliver"}
@@ -30,9 +23,7 @@ PART_OF_GYMKHANA = ("navigation", "stationkeeping")
 
 def kind_of(plugin: Element) -> str | None:
     """Which of VRX's scoring plugins an element is, as `scandock`; None: another plugin."""
-    name = plugin.attributes.get("filename", "").lower()
-    name = name.removeprefix("lib").removesuffix(".so").replace("_", "")
-    found = re.fullmatch(r"(\w+?)(vrx)?scoringplugin", name)
+    found = re.fullmatch(r"(\w+?)(vrx)?scoringplugin", plugin_name(plugin))
     return found[1] if found and found[1] in _TASKS else None
 
 
@@ -76,16 +67,9 @@ def _named(plugin: Element, own: Content) -> Content:
 
 
 def _common(plugin: Element, own: Content) -> Content:
-    """What all tasks have, where it differs from our defaults."""
-    boat = plugin.text("vehicle")
-    found: Content = {"boat": boat} if boat and boat != BOAT else {}
-    for tag, (theirs, ours) in STATES.items():
-        value = plugin.read(tag, default=theirs)
-        if value != ours:
-            found[tag] = value
-    buffer = plugin.read("collision_buffer", default=BUFFER)
-    usual = 10.0 if own["type"] in {"navigation_course", "follow_path", "wildlife"} else BUFFER
-    return found | ({"collision_buffer": buffer} if buffer != usual else {})
+    """What all tasks have, where it differs from our defaults; what a plugin leaves out is as in scoring_plugin.cc."""
+    ours, found = TASKS.get(own["type"], TaskConfig).model_fields, plugin.fields("scoring plugin").items()
+    return {key: value for key, value in found if value not in {BOAT, ours[key].default}}
 
 
 def _by_rows(plugin: Element, *_: object) -> Content:
@@ -104,23 +88,10 @@ def _stationkeeping(plugin: Element, *_: object) -> Content:
 
 
 def _wayfinding(plugin: Element, *_: object) -> Content:
-    points = [point for group in plugin.all("waypoints") for point in group.all("waypoint")]
-    poses = [point.read("pose", "latitude longitude yaw") for point in points]
+    poses = [point.read("pose", "latitude longitude yaw") for point in plugin.every("waypoints/waypoint")]
     if not poses or None in poses:
         raise plugin.fault("each <waypoint> of <waypoints> needs a <pose>", "waypoints")
     return {"type": "wayfinding", "waypoints": poses}
-
-
-def _perception(plugin: Element, *_: object) -> Content:
-    shown = [thing for group in plugin.all("object_sequence") for thing in group.all("object")]
-    loops = {"loop_forever": True} if plugin.read("loop_forever", "switch") else {}
-    return {"type": "perception", "objects": [At(_object(thing), thing.place) for thing in shown], **loops}
-
-
-def _object(thing: Element) -> Content:
-    for tag in ("name", "pose"):
-        thing.needed(tag)
-    return thing.fields("perception object")
 
 
 def _navigation(plugin: Element, *_: object) -> Content:
@@ -130,10 +101,9 @@ def _navigation(plugin: Element, *_: object) -> Content:
 
 
 def _channel(plugin: Element) -> Content:
-    course = {"course": plugin.text("course_name")} if plugin.text("course_name") else {}
-    gates = [gate for group in plugin.all("gates") for gate in group.all("gate")]
+    gates = plugin.every("gates/gate")
     pairs = [At([gate.needed(f"{side}_marker") for side in ("left", "right")], gate.place) for gate in gates]
-    return {**course, **({"gates": pairs} if pairs else {}), **plugin.fields("gymkhana")}
+    return {**plugin.fields("channel"), **({"gates": pairs} if pairs else {}), **plugin.fields("gymkhana")}
 
 
 def _gymkhana(plugin: Element, plugins: Sequence[Element], _: object) -> Content:
@@ -145,16 +115,6 @@ def _gymkhana(plugin: Element, plugins: Sequence[Element], _: object) -> Content
     return {"type": "gymkhana", "channel": course, "pinger": pinger, **plugin.fields("gymkhana")}
 
 
-def _wildlife(plugin: Element, *_: object) -> Content:
-    buoys = [buoy for group in plugin.all("buoys") for buoy in group.all("buoy")]
-    animals = [At(_animal(buoy), buoy.place) for buoy in buoys]
-    return {"type": "wildlife", "animals": animals, **plugin.fields("wildlife")}
-
-
-def _animal(buoy: Element) -> Content:
-    return {"name": buoy.needed("model_name|name|link_name").partition("::")[0], "goal": buoy.needed("goal")}
-
-
 LIGHT = "robotx_light_buoy"
 """The light buoy that a task sets; VRX 3's have fixed colours."""
 HOLES = (("big", 5.0), ("small", 10.0))
@@ -163,7 +123,7 @@ _HOLE = re.compile(r"placard_?(\d)\w{0,40}?_(big|small)_hole")
 
 
 def _scan_dock(plugin: Element, _: object, objects: Sequence[Mapping[str, Any]]) -> Content:
-    targets = [one for group in plugin.all("targets") for one in group.all("target")]
+    targets, rows = plugin.every("targets/target"), plugin.fields("scandock")
     light = next((one for one in objects if one["model"] == LIGHT), None)
     dock = next((one for one in objects if re.match(r"(vrx_)?dock_(?!block)", one["model"])), None)
     if dock is None:
@@ -176,38 +136,24 @@ def _scan_dock(plugin: Element, _: object, objects: Sequence[Mapping[str, Any]])
     if light is not None:
         found["light_buoy"] = light["name"]
     colors = [plugin.text(f"color_{i}").lower() for i in (1, 2, 3)]
-    bays = [bay for group in plugin.all("bays") for bay in group.all("bay")]
-    stay = next((bay.read("min_dock_time") for bay in bays if bay.child("min_dock_time")), None)
-    return {
-        **found,
-        **({"color_sequence": colors} if all(colors) else {}),
-        **plugin.fields("scandock"),
-        **({} if stay is None else {"min_dock_time": stay}),
-        "bays": [At(_bay(bay), bay.place) for bay in bays],
-        **_targets(targets, len(bays)),
-    }
+    sequence = {"color_sequence": colors} if all(colors) else {}
+    return {**found, **sequence, **rows, **_targets(targets, len(rows["bays"]))}
 
 
 def _targets(targets: Sequence[Element], bays: int) -> Content:
     """Points of holes, unless they are the usual ones of all bays."""
-    found = [_target(one) for one in targets]
+    found = []
+    for target in targets:
+        if (hole := _HOLE.search(target.text("topic"))) is None:
+            raise target.fault("expected the topic of a hole, as vrx/dock_2022_placard1_big_hole/contain", "topic")
+        points = target.read("bonus_points", default=0.0)
+        found.append({"bay": int(hole[1]), "size": hole[2], "points": points})
     usual = [{"bay": bay, "size": size, "points": points} for bay in range(1, bays + 1) for size, points in HOLES]
     return {"targets": found} if sorted(found, key=str) != sorted(usual, key=str) and found else {}
 
 
-def _bay(bay: Element) -> Content:
-    return {key: value for key, value in bay.fields("bay").items() if value is not False}
-
-
-def _target(target: Element) -> Content:
-    found = _HOLE.search(target.text("topic"))
-    if found is None:
-        raise target.fault("expected the topic of a hole, as vrx/dock_2022_placard1_big_hole/contain", "topic")
-    return {"bay": int(found[1]), "size": found[2], "points": target.read("bonus_points", default=0.0)}
-
-
 _TASKS: Mapping[str, Callable[[Element, Sequence[Element], Sequence[Mapping[str, Any]]], Content]] = {
     "acousticperception": _by_rows, "acoustictracking": _by_rows, "gymkhana": _gymkhana,
-    "navigation": _navigation, "perception": _perception, "scandock": _scan_dock,
-    "stationkeeping": _stationkeeping, "wayfinding": _wayfinding, "wildlife": _wildlife,
+    "navigation": _navigation, "perception": _by_rows, "scandock": _scan_dock,
+    "stationkeeping": _stationkeeping, "wayfinding": _wayfinding, "wildlife": _by_rows,
 }  # fmt: skip

@@ -6,10 +6,11 @@ folder.
 
 from pathlib import Path
 from typing import NamedTuple
+from xml.etree import ElementTree as ET
 
 from vrx_mj.config.search import SCHEME, catalogue
 from vrx_mj.errors import first_lines
-from vrx_mj.formats.gazebo.document import Element, Report, read_document
+from vrx_mj.formats.gazebo.document import Element, Report, markup, read_document
 from vrx_mj.formats.gazebo.erb_docks import is_template
 from vrx_mj.formats.gazebo.models import PATHS, has_model, model_element, model_file, model_name
 from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat
@@ -74,7 +75,10 @@ def model_of_text(text: str, folder: Path) -> TextModel:
 
 def _is_text_of(file: Path, model: Element) -> bool:
     """Whether the model in a file is another one, but for comments and blanks."""
-    return not is_template(file) and model_element(file)[0].inner_xml() == model.inner_xml()
+    if is_template(file):
+        return False
+    ours, theirs = (ET.tostring(markup(one, str)) for one in (model_element(file).model, model))
+    return ours == theirs
 
 
 def _notes(file: Path) -> tuple[str, ...]:

@@ -1,10 +1,13 @@
 """A world of Gazebo, of either generation of VRX, as a world's file of ours."""
 
 import itertools
+import json
 import math
+import re
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, TypeGuard
 
@@ -17,7 +20,7 @@ from vrx_mj.config.wording import shown
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning, first_lines, nearest, shortened
 from vrx_mj.formats.gazebo import surroundings
-from vrx_mj.formats.gazebo.document import STRICT, Element, Note, Report, as_node, read_document
+from vrx_mj.formats.gazebo.document import STRICT, Element, Note, Report, as_node, label, plugin_name, read_document
 from vrx_mj.formats.gazebo.erb_docks import is_template
 from vrx_mj.formats.gazebo.models import (
     NO_MODEL,
@@ -27,7 +30,6 @@ from vrx_mj.formats.gazebo.models import (
     model_element,
     model_file,
     model_name,
-    read_ahead,
     version_of,
 )
 from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat, read_boat
@@ -38,24 +40,14 @@ from vrx_mj.formats.gazebo.task_plugins import kind_of, marked, task_of, unread
 from vrx_mj.formats.series.pieces import SYMBOLS, At, Piece, assembled, base_objects, located, named_as, thing
 from vrx_mj.formats.urdf.tags import losses
 
-BASES = {
-    "sydney_regatta": "sydney_regatta",
-    "sandisland": "sand_island",
-    "marina": "marina",
-    "nathan_benderson_park": "vrx2023/nbpark",
-}
-"""Terrains of VRX, and the worlds of ours that have them."""
-NEWER_BASES = {"sydney_regatta": "base/vrx2023"}
-"""The same for worlds of VRX 3 where it is another one."""
-WAVES = "waves"
-"""The model of asv_wave_sim that makes waves."""
-WATER = {"ocean_waves", "coast_waves", "ocean", WAVES}
-"""Models that are the water, which is everywhere here."""
-SUN = "sun"
+TABLE: Mapping[str, Any] = json.loads(Path(__file__).with_suffix(".json").read_bytes())
+"""Terrains of VRX, and the worlds of ours that have them, for VRX 3 where it is another one; the fates of models by
+their names and of plugins by what is found in theirs; elements of a wind plugin that name topics, and our names."""
+BASES = TABLE["terrains"]
+WATER = {"ocean_waves", "coast_waves", "ocean", "waves"}
+"""Models that are the water, which is everywhere here, that of asv_wave_sim the last."""
 WINDS = {"usvgazebowindplugin", "usvwind"}
-"""Files of VRX's wind plugins, as `_file` gives them."""
-PLATFORMS = {"platform", "articulated_platform"}
-"""What holds a boat of VRX 3 until its task is ready: a lock, which is the task's here."""
+"""VRX's wind plugins."""
 ONCE = {"scene", "gui", "spherical_coordinates", "gravity", "physics", "wind"}
 """Elements of which a world has one: in Gazebo the first, here in a xacro the last <scene>, as macros make one."""
 NO_BOATS = "none"
@@ -69,11 +61,6 @@ GZ_SIM = (1, 7)
 """Version of SDF from which a world is one of gz-sim."""
 STALE_LINK = "base_link"
 """What VRX's files of 2019 call the boat's link, which has another name since: their wind acts on nothing."""
-TOPICS = {
-    "topic_wind_speed": "/vrx/debug/wind/speed",
-    "topic_wind_direction": "/vrx/debug/wind/direction",
-}
-"""Elements of a wind plugin that name topics, and the names that these have here."""
 MOST_HINTS = 100
 """Unknown names of models for which a known one is guessed."""
 CANDIDATES = 20
@@ -116,7 +103,6 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
     if "#" in str(file):
         raise world.fault("the path of the file has a '#', which stands for what follows it, a model: rename it")
     hold_models(file, root)
-    read_ahead(root, file.parent)
     known, unread = catalogue("objects"), list[Note]()
     for turn in itertools.count():
         reader = _Reader(file, root, world, known, unread)
@@ -126,11 +112,12 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
             parts = {problem: part for problem in error.problems if (part := reader.part_of(problem))}
             if STRICT.get() or len(parts) < len(error.problems):
                 raise
-        unread += [_unread(problem, part) for problem, part in parts.items()]
+        for problem, part in parts.items():
+            place = Place(File(problem.file, None), problem.line, problem.column)
+            unread.append(Note(place, problem.key or label(part), "not read", problem.message))
         more = _alike(world, parts.values()) if turn >= CANDIDATES else []
-        unread += [
-            Note(one.place, one.label, "not read", f"{CANDIDATES} others of its kind cannot be read") for one in more
-        ]
+        told = f"{CANDIDATES} others of its kind cannot be read"
+        unread += [Note(one.place, label(one), "not read", told) for one in more]
         left = {id(part) for part in (*parts.values(), *more)}
         world = replace(world, children=tuple(child for child in world.children if id(child) not in left))
     raise AssertionError("a world without parts can be read")
@@ -146,15 +133,11 @@ def _validated(found: GazeboWorld) -> GazeboWorld:
     return replace(found, whole=whole)
 
 
-def _unread(problem: Problem, part: Element) -> Note:
-    place = Place(File(problem.file, None), problem.line, problem.column)
-    return Note(place, problem.key or part.label, "not read", problem.message)
-
-
 def _alike(world: Element, parts: Iterable[Element]) -> list[Element]:
     """The other parts of a world of the kinds of some, but for models: of each kind one counts, if it can be read."""
-    kinds = {(one.tag, _file(one)) for one in parts if one.tag not in INSIDE}
-    return [one for one in world.children if (one.tag, _file(one)) in kinds and not any(one is part for part in parts)]
+    kinds = {(one.tag, plugin_name(one)) for one in parts if one.tag not in INSIDE}
+    others = (one for one in world.children if not any(one is part for part in parts))
+    return [one for one in others if (one.tag, plugin_name(one)) in kinds]
 
 
 def world_of(file: Path, root: Element, world: Element, known: Mapping[str, Path]) -> GazeboWorld:
@@ -174,14 +157,10 @@ def warn_of_losses(notes: Sequence[Note], source: str, *, stacklevel: int) -> No
     once = dict.fromkeys(notes)
     lost = [note for note in once if note.fate != "taken over"]
     if lost:
-        lines = (f"{_where(note.place)}: {note.what} {note.fate}: {note.ours}" for note in lost)
+        places = (":".join(map(str, filter(None, (note.place.file.name, note.place.line)))) for note in lost)
+        lines = (f"{place}: {note.what} {note.fate}: {note.ours}" for place, note in zip(places, lost, strict=True))
         head = f"{source}: {len(lost)} of {len(once)} parts are not as in Gazebo (`vrx-mj import` lists all)"
         warnings.warn("\n  ".join([head, *first_lines(lines, SHOWN)]), VrxWarning, stacklevel=stacklevel)
-
-
-def _where(place: Place) -> str:
-    """File and line, as messages show them."""
-    return place.file.name if place.line is None else f"{place.file.name}:{place.line}"
 
 
 def _no_world(file: Path, root: Element) -> Any:
@@ -216,7 +195,9 @@ class _Reader:
         self.known = known
         self.told: set[str] = set()
         self.hints: dict[str, str] = {}
-        self.newer = _is_newer(root)
+        names = (one.attribute("name") for one in root.walk() if one.tag == "plugin")
+        self.newer = version_of(root) >= GZ_SIM or any(name.startswith(("gz::", "vrx::")) for name in names)
+        """Whether the world is one of gz-sim: by its version of SDF, or by its plugins."""
 
     def world(self) -> GazeboWorld:
         """All of it."""
@@ -235,14 +216,10 @@ class _Reader:
         section = assembled({"description": f"{shortened(self.file.name)}, a world of Gazebo"}, place, self.pieces)
         name = safe_name(name)
         whole = section.holding({"name": name, **section})
-        return GazeboWorld(name, section, whole, tuple(self.report.notes), self.fleet(name))
-
-    def fleet(self, name: str) -> Section | str | None:
-        """The boats, under the name of the world."""
-        if not self.boats:
-            return NO_BOATS if self.terrain is None else None
-        found: Section = located({"name": name, "boats": self.boats}, self.root.place)
-        return found
+        fleet: Section | str | None = NO_BOATS if self.terrain is None else None
+        if self.boats:
+            fleet = located({"name": name, "boats": self.boats}, place)
+        return GazeboWorld(name, section, whole, tuple(self.report.notes), fleet)
 
     def add_boat(self, element: Element, name: str, robot: str) -> None:
         """Add a boat of the fleet."""
@@ -271,11 +248,9 @@ class _Reader:
         if problem in self.parts:
             return self.parts[problem]
         spot = problem.line or 0, problem.column or 0
-        before = (
-            one for one in self.root.children
-            if one.place.file.name == problem.file and (one.place.line or 0, one.place.column or 0) <= spot
-        )  # fmt: skip
-        return max(before, key=lambda one: (one.place.line or 0, one.place.column or 0), default=None)
+        own = (part for part in self.root.children if part.place.file.name == problem.file)
+        spots = (((part.place.line or 0, part.place.column or 0), part) for part in own)
+        return max((one for one in spots if one[0] <= spot), key=itemgetter(0), default=(None, None))[1]
 
     def take(self, element: Element) -> None:
         """Take over one element of the world."""
@@ -307,7 +282,7 @@ class _Reader:
 
     def add_piece(self, part: str, element: Element, content: Content, ours: str) -> None:
         """Add a piece of the world, in which may be keys of other parts."""
-        self.pieces.append(Piece(part, element.label, element.place, (element.label,), content))
+        self.pieces.append(Piece(part, label(element), element.place, (label(element),), content))
         self.report.note(element, "taken over", ours)
 
     def take_include(self, element: Element) -> None:
@@ -317,14 +292,8 @@ class _Reader:
             raise element.fault(f"a world has one terrain, which line {self.terrain.place.line} already gives")
         if name in BASES:
             self.terrain = element
-        elif name == SUN:
-            self.report.note(element, "taken over", "the sun, which every world has")
-        elif name == WAVES and not has_model(name, self.file.parent):
-            self.report.note(element, "approximated", "flat water: its waves are in its folder; " + NO_MODEL)
-        elif name in WATER and not has_model(name, self.file.parent):
-            self.report.note(element, "taken over", "the water, which is everywhere")
-        elif name in PLATFORMS:
-            self.report.note(element, "taken over", "the lock of the boat, which is the task's `locked`")
+        elif name in TABLE["models"] and not (name in WATER and has_model(name, self.file.parent)):
+            self.report.note(element, *TABLE["models"][name])
         else:
             self.place(element, name)
 
@@ -432,26 +401,21 @@ class _Reader:
 
     def take_plugin(self, element: Element) -> None:
         """Take over a plugin of the world."""
-        file = _file(element)
+        name = plugin_name(element)
         if kind_of(element):
             self.scoring.append(element)
-        elif _is_wind(element):
-            self.add("wind", element, surroundings.wind(element))
+        elif name in WINDS:
+            self.add("wind", element, element.fields("wind"))
             self.note_wind(element)
-        elif "publisherplugin" in file:
+        elif "publisherplugin" in name:
             self.add("sea", element, surroundings.published_sea(element), "it publishes what nothing here listens to")
-        elif "contain" in file or element.child("performer"):
-            self.report.note(element, "taken over", "zones of the task's dock")
-        elif "wind-effects" in file:
-            self.report.note(element, "ignored", "<wind> blows without gusts, on boats alone")
-        elif file.startswith(("gz-sim", "libgz-sim", "ignition-gazebo")):
-            self.report.note(element, "taken over", "every world has it")
         else:
-            self.report.note(element, "ignored", "no such plugin here")
+            known = "contain" if element.child("performer") else name
+            self.report.note(element, *next(said for pattern, *said in TABLE["plugins"] if re.search(pattern, known)))
 
     def take_wind(self, element: Element) -> None:
         """Take over the wind of gz-sim, which acts on boats with sails, areas or coefficients."""
-        plugin = next((one for one in self.root.all("plugin") if _is_wind(one)), None)
+        plugin = next((one for one in self.root.all("plugin") if plugin_name(one) in WINDS), None)
         if plugin is not None:
             self.report.note(element, "ignored", f"the wind is that of the plugin on line {plugin.place.line}")
             return
@@ -463,7 +427,7 @@ class _Reader:
         """Note links that boats have no more, and topics of other names."""
         if any(thing.text("link_name") == STALE_LINK for thing in element.all("wind_obj")):
             self.report.note(element, "approximated", "its link `base_link` is the boat's here", "<wind_obj>")
-        for tag, topic in TOPICS.items():
+        for tag, topic in TABLE["topics"].items():
             if element.text(tag) not in {"", topic}:
                 self.report.note(element, "ignored", f"here it is `{topic}`", f"<{tag}>")
 
@@ -533,7 +497,7 @@ class _Reader:
         if self.terrain is None:
             return []
         element, name = self.terrain, model_name(self.terrain)
-        world = (NEWER_BASES if self.newer else {}).get(name, BASES[name])
+        world = (TABLE["newer_terrains"] if self.newer else {}).get(name, BASES[name])
         found = base_objects(Section({"extends": world}, element.place))
         here = [content for _, content in self.placed]
         missing = [one for one in found if one["model"] != BALL and not any(_same(other, one) for other in here)]
@@ -541,7 +505,7 @@ class _Reader:
             self.report.note(element, "approximated", f"`extends: {world}`, which has {missing[0]['name']}, too")
         else:
             self.report.note(element, "taken over", f"`extends: {world}`")
-        self.pieces.insert(0, Piece("base", element.label, element.place, (element.label,), {"extends": world}))
+        self.pieces.insert(0, Piece("base", label(element), element.place, (label(element),), {"extends": world}))
         return list(found)
 
     def add_task(self, objects: list[Content]) -> None:
@@ -562,12 +526,6 @@ class _Reader:
                 self.report.note(other, "ignored", "a world has one task: that of the first scoring plugin")
 
 
-def _is_newer(root: Element) -> bool:
-    """Whether a world is one of gz-sim: by its version of SDF, or by its plugins."""
-    names = (one.attributes.get("name", "") for one in root.walk() if one.tag == "plugin")
-    return version_of(root) >= GZ_SIM or any(name.startswith(("gz::", "vrx::")) for name in names)
-
-
 def _same(content: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
     """Whether an object is that of the base: of its model, at its pose."""
     if _plain(content["model"]) != other["model"]:
@@ -580,18 +538,9 @@ def _plain(value: Any) -> Any:
     return value.value if isinstance(value, At) else value
 
 
-def _file(element: Element) -> str:
-    return element.attributes.get("filename", "").lower().replace("_", "")
-
-
-def _is_wind(plugin: Element) -> bool:
-    """Whether a plugin is VRX's wind."""
-    return _file(plugin).removeprefix("lib").removesuffix(".so") in WINDS
-
-
 _SURROUNDINGS: Mapping[str, tuple[str, Callable[[Element], object]]] = {
     "scene": ("scene", surroundings.scene), "gui": ("camera", surroundings.view),
-    "spherical_coordinates": ("georeference", surroundings.georeference),
+    "spherical_coordinates": ("georeference", lambda element: element.fields("spherical_coordinates")),
 }  # fmt: skip
 _TAKE: Mapping[str, Callable[[_Reader, Element], None]] = {
     "include": _Reader.take_include, "model": _Reader.take_model, "plugin": _Reader.take_plugin,

@@ -106,10 +106,3 @@ def catalogue() -> Catalogue:
 def part_types() -> Mapping[str, PartType]:
     """Every type by name."""
     return catalogue().types
-
-
-JAZZY_NAMES = frozenset({"sensor_name", "pinger_name"})
-"""Parameters that only a pinger of VRX jazzy has."""
-
-HULL_LINKS = ("base", "dummy", "left_battery", "right_battery", "cpu_cases")
-"""Links of the bare hull, without their suffix `_link`."""

@@ -291,26 +291,16 @@ def _judged(file: PartsFile, book: Rules) -> Iterator[PartVerdict]:
     """The verdict on each part of a file."""
     rules = book.of(file.kind)
     points = {i: point for i, part in enumerate(file.instances) if (point := place_of(part)) is not None}
-    boxes = dict(zip(points, assigned(list(points.values()), rules.boxes), strict=True))
-    legal = _legal_places(list(points.values()), rules.boxes)
-    spots = dict(zip(points, legal, strict=True))
+    boxes = dict(zip(points, assigned([*points.values()], rules.boxes), strict=True))
+    moved = dict(points)  # a part outside every box may go where those before it leave room, which have moved too
     for i, instance in enumerate(file.instances):
-        breaches = [*_against_type(instance, book)]
+        breaches, spot = [*_against_type(instance, book)], None
         point, box = points.get(i), boxes.get(i)
         if point is not None and box is None:
             breaches.append(Breach("place", _outside(point, rules.boxes)))
-        yield PartVerdict(instance, file.kind, point, box, tuple(breaches), spots.get(i))
-
-
-def _legal_places(points: list[Point], boxes: Sequence[Box]) -> list[Spot | None]:
-    """For each point outside every box, where it may go if those before it have moved too."""
-    moved, found = list(points), list[Spot | None]()
-    for index, box in enumerate(assigned(points, boxes)):
-        spot = None if box is not None else nearest_place(moved, index, boxes)
-        if spot is not None:
-            moved[index] = spot.point
-        found.append(spot)
-    return found
+            spot = nearest_place([*moved.values()], [*moved].index(i), rules.boxes)
+            moved[i] = spot.point if spot else point
+        yield PartVerdict(instance, file.kind, point, box, tuple(breaches), spot)
 
 
 def _against_type(instance: Instance, book: Rules) -> Iterator[Breach]:

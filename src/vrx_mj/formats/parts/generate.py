@@ -89,7 +89,9 @@ def wamv_urdf(
     with TemporaryDirectory(prefix="vrx_mj_") as name:
         folder = Path(name).resolve()
         for parts in filter(None, (thrusters, components)):
-            given |= _file_arguments(parts, folder)
+            kind, written = parts.kind.removesuffix("s"), folder / f"{parts.kind}.xacro"
+            written.write_text(xacro_text(parts), encoding="utf-8")
+            given |= {f"yaml_{kind}_generation": "true", f"{kind}_xacro_file": written.as_posix()}
         made = expand(file or MAIN, arguments=given, package_paths=(folder, *package_paths))
     return str(made)  # without places in files that have gone
 
@@ -108,11 +110,3 @@ def _check(arguments: Mapping[str, str], namespace: str) -> None:
     if not _NAMESPACE.fullmatch(namespace):
         allowed = "up to 64 letters A-Z, digits, '_', '-' or '.'"
         raise VrxError(f"namespace {shown(namespace)}: expected {allowed}")
-
-
-def _file_arguments(parts: PartsFile, folder: Path) -> dict[str, str]:
-    """The arguments that name a file's xacro, which is written into `folder`."""
-    kind = parts.kind.removesuffix("s")
-    file = folder / f"{parts.kind}.xacro"
-    file.write_text(xacro_text(parts), encoding="utf-8")
-    return {f"yaml_{kind}_generation": "true", f"{kind}_xacro_file": file.as_posix()}

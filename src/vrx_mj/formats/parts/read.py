@@ -3,7 +3,7 @@
 import math
 import re
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,20 +15,14 @@ from vrx_mj.config.values import MAX_COORDINATE, switched
 from vrx_mj.config.wording import shown, unknown_key
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning, shortened
-from vrx_mj.formats.parts.catalogue import (
-    HULL_LINKS,
-    JAZZY_NAMES,
-    Instance,
-    Kind,
-    Parameter,
-    PartsFile,
-    PartType,
-    catalogue,
-    part_types,
-)
+from vrx_mj.formats.parts.catalogue import Instance, Kind, Parameter, PartsFile, PartType, catalogue, part_types
 from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.formats.urdf.expressions import Result, evaluated
 
+JAZZY_NAMES = frozenset({"sensor_name", "pinger_name"})
+"""Parameters that only a pinger of VRX jazzy has."""
+HULL_LINKS = ("base", "dummy", "left_battery", "right_battery", "cpu_cases")
+"""Links of the bare hull, without their suffix `_link`."""
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_-]{0,63}")
 _WORD = re.compile(r"[A-Za-z0-9_./-]{1,64}")
 _EXPRESSION = re.compile(r"\$\{([^}]*)\}")
@@ -212,7 +206,8 @@ def load_parts(path: Path | str, kind: Kind) -> PartsFile:
     file, reading = Path(path), _Reading(kind)
     said = wrong_kind(file, f"a {FILES[kind]}")
     section = None if said else _content(file)
-    said = said or _of_another_kind(kind, section or {})
+    parts = MARKS["thrusters"] | MARKS["components"]  # of the other file of parts each key has its own message
+    said = said or (None if parts & set(section or {}) else other_kind(kind, section or {}))
     if said:
         raise ConfigError([Problem(display(file), None, None, "", said)])
     if section is not None:
@@ -226,12 +221,6 @@ def load_parts(path: Path | str, kind: Kind) -> PartsFile:
             place = reading.places.get((*loc, key), instance.place)
             warnings.warn(str(_problem(place, (*loc, key), message)), VrxWarning, stacklevel=2)
     return PartsFile(file, kind, tuple(part for _, part in reading.parts), tuple(map(str, reading.stops)))
-
-
-def _of_another_kind(kind: Kind, section: Mapping[str, object]) -> str | None:
-    """The message about the file of a world, a fleet or the like; of the other file of parts each key has its own."""
-    parts = MARKS["thrusters"] | MARKS["components"]
-    return None if parts & set(section) else other_kind(kind, section)
 
 
 @dataclass
@@ -330,7 +319,10 @@ def _read_instance(reading: _Reading, part: PartType, section: Section, loc: Loc
     for key, value in section.items():
         parameter = part.parameter(key)
         if parameter is None:
-            reading.wrong(section.entries[key].key, (*loc, key), _unknown_parameter(part, key))
+            fixed = f"no parameter '{key}'; VRX fixes it for every {part.name}"
+            message = unknown_key(key, [each.name for each in part.parameters])
+            unknown = fixed if key in catalogue().fixed.get(part.name, ()) else message
+            reading.wrong(section.entries[key].key, (*loc, key), unknown)
             continue
         place = reading.places[*loc, key] = section.entries[key].value
         try:
@@ -346,12 +338,6 @@ def _read_instance(reading: _Reading, part: PartType, section: Section, loc: Loc
         reading.wrong(section.place, loc, message)
     index = sum(instance.type == part.name for _, instance in reading.parts)
     reading.parts.append((loc, Instance(part.name, index, parameters, section.place)))
-
-
-def _unknown_parameter(part: PartType, key: str) -> str:
-    if key in catalogue().fixed.get(part.name, ()):
-        return f"no parameter '{key}'; VRX fixes it for every {part.name}"
-    return unknown_key(key, [each.name for each in part.parameters])
 
 
 def _check_generator(reading: _Reading, parameter: Parameter, value: object, loc: Loc) -> None:

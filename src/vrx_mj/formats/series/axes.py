@@ -12,6 +12,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from vrx_mj.config.kinds import AXIS
 from vrx_mj.config.loading import problem_at
 from vrx_mj.config.search import catalogue, display
 from vrx_mj.config.tree import File, Items, Loc, Section
@@ -23,6 +24,14 @@ MOST_WORLDS = 10_000
 """Worlds of one file."""
 KEYS = ("steps", "macros", "sequence", "yamls")
 """Keys of an axis."""
+Level = tuple[Any, str]
+"""Of nested content the type of what is at one level, and words for it."""
+STEPS: Level = Section, "steps, as in `0:`"
+CALLS: Sequence[Level] = (
+    (Section, "macros, each with a list of calls"),
+    (Items, "a list of calls, where '-' alone is a call with the defaults"),
+    (Section, "parameters"),
+)
 PATCHED = "begins with '+', as in a patch file; remove the '+'"
 
 
@@ -101,9 +110,7 @@ def looks_like_axes(path: Path) -> bool:
         root, _ = parse_loosely(File(display(path), None, read_lines(path)))
     except ConfigError:
         return False
-    return bool(root) and all(
-        isinstance(axis, Section) and {"steps", "macros"} <= axis.keys() for axis in root.values()
-    )
+    return bool(root) and all(isinstance(axis, Section) and axis.keys() >= AXIS for axis in root.values())
 
 
 def _axis(name: str, content: Section) -> Axis:
@@ -139,34 +146,23 @@ def _odd_axis(root: Section, name: str, axis: Section) -> Iterator[Problem]:
     steps = axis["steps"]
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
         yield problem_at(root, (name, "steps"), f"expected a whole number of at least 1, got {shown(steps)}")
-    yield from _odd_calls(root, (name, "macros"), axis.get("macros"))
-    for key in ("sequence", "yamls"):
-        yield from _odd_steps(root, (name, key), axis.get(key))
+    for key, levels in (("macros", CALLS), ("sequence", (STEPS, *CALLS)), ("yamls", (STEPS,))):
+        yield from _odd_levels(root, (name, key), axis.get(key), levels)
+        steps = axis.get(key) if STEPS in levels else None
+        for step in steps if isinstance(steps, Section) else ():
+            if not (step.isascii() and step.isdigit() and len(step) < 10):
+                text = f"expected a whole number of 0 or more as step, got '{step}'"
+                yield problem_at(root, (name, key, step), text)
 
 
-def _odd_steps(root: Section, loc: Loc, content: object) -> Iterator[Problem]:
-    """What is wrong with a mapping of steps."""
-    if content is not None and not isinstance(content, Section):
-        yield problem_at(root, loc, f"expected steps, as in `0:`, got {shown(content)}")
-    for step, value in content.items() if isinstance(content, Section) else ():
-        if not (step.isascii() and step.isdigit() and len(step) < 10):
-            yield problem_at(root, (*loc, step), f"expected a whole number of 0 or more as step, got '{step}'")
-        elif loc[-1] == "sequence":
-            yield from _odd_calls(root, (*loc, step), value)
-
-
-def _odd_calls(root: Section, loc: Loc, content: object) -> Iterator[Problem]:
-    """What is wrong with a mapping of macros to their calls."""
-    if content is not None and not isinstance(content, Section):
-        yield problem_at(root, loc, f"expected macros, each with a list of calls, got {shown(content)}")
-    for macro, calls in content.items() if isinstance(content, Section) else ():
-        if not isinstance(calls, Items):
-            text = f"expected a list of calls, where '-' alone is a call with the defaults, got {shown(calls)}"
-            yield problem_at(root, (*loc, macro), text)
-            continue
-        for index, call in enumerate(calls):
-            if call is not None and not isinstance(call, Section):
-                yield problem_at(root, (*loc, macro, index), f"expected parameters, got {shown(call)}")
+def _odd_levels(root: Section, loc: Loc, content: Any, levels: Sequence[Level]) -> Iterator[Problem]:
+    """What is wrong with nested content; a mapping may be left empty."""
+    (kind, words), *below = levels
+    if isinstance(content, kind):
+        for key, value in (content.items() if isinstance(content, Section) else enumerate(content)) if below else ():
+            yield from _odd_levels(root, (*loc, key), value, below)
+    elif content is not None or kind is Items:
+        yield problem_at(root, loc, f"expected {words}, got {shown(content)}")
 
 
 def _repeated(repeats: Sequence[Repeat]) -> Iterator[str]:

@@ -1,5 +1,6 @@
 """The macros of VRX's worlds (vrx_gazebo/worlds/xacros, gazebo_classic), which are a xacro file of ours."""
 
+import contextlib
 import functools
 import re
 import warnings
@@ -111,10 +112,9 @@ def _literal(text: str) -> str:
 
 
 def _number(value: object) -> float | None:
-    try:
+    with contextlib.suppress(ValueError):
         return numbers_of(str(value), "value")[0]
-    except ValueError:
-        return None
+    return None
 
 
 def _block(call: Call, name: str) -> str:

@@ -1,9 +1,10 @@
 """The pieces of a world that macros and plugins make, put together to one world."""
 
+import itertools
 import json
 import re
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -35,9 +36,8 @@ class Piece:
 
     def fault(self, message: str) -> ConfigError:
         """An error about it."""
-        return ConfigError(
-            [Problem(self.place.file.name, self.place.line, self.place.column, key_path(self.loc), message)]
-        )
+        file, line, column = self.place
+        return ConfigError([Problem(file.name, line, column, key_path(self.loc), message)])
 
 
 class At(NamedTuple):
@@ -101,7 +101,8 @@ def assembled(head: dict[str, Any], place: Place, pieces: Sequence[Piece]) -> Se
         section = merged(section, located(piece.content, piece.place))
     if not any(piece.part == "sea" for piece in kept):
         section = merged(section, located({"sea": {"model": "none"}}, place))
-    return _ordered(_all_named(section))
+    named = _all_named(section)
+    return named.holding({key: named[key] for key in ORDER if key in named})
 
 
 def counted(pieces: Sequence[Piece]) -> list[Piece]:
@@ -134,7 +135,8 @@ def _all_named(section: Section) -> Section:
     things = []
     for thing in objects:
         own = thing.get("name") or named_as(str(thing["model"]).removeprefix(SCHEME))
-        name = own if "name" in thing else next(name for name in _numbered_names(own) if name not in taken)
+        names = itertools.chain([own], (f"{own}_{number}" for number in itertools.count(1)))
+        name = own if "name" in thing else next(name for name in names if name not in taken)
         taken.add(name)
         entry = Entry(thing.place, thing.place)
         things.append(Section({"name": name, **thing}, thing.place, {"name": entry, **thing.entries}))
@@ -147,13 +149,3 @@ def base_objects(section: Section) -> Sequence[Section]:
         return ()
     base = read_source("worlds", section.holding({"extends": section["extends"]}))
     return [thing for thing in base.get("objects") or () if isinstance(thing, Section)]
-
-
-def _numbered_names(name: str) -> Iterator[str]:
-    yield name
-    yield from (f"{name}_{number}" for number in range(1, 100_000))
-
-
-def _ordered(section: Section) -> Section:
-    """The keys in the order in which our own files have them."""
-    return section.holding({key: section[key] for key in ORDER if key in section})

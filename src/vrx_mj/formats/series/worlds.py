@@ -55,7 +55,11 @@ def world_document(source: str | Path) -> tuple[Section, str] | None:
     text, _, number = str(source).rpartition(MARK)
     if is_path(source) or not (is_path(text) or number.isdigit()):
         return None
-    world = _numbered(read_series(file_of("worlds", text)), number)
+    series = read_series(file_of("worlds", text))
+    if not re.fullmatch("[0-9]{1,9}", number) or int(number) >= series.count:
+        last = series.count - 1
+        raise VrxError(f"{series.file.name}{MARK}{number}: no such world; the series has 0 to {last}")
+    world = series_world(series, int(number))
     return read_source("worlds", world.section), world.name
 
 
@@ -79,10 +83,8 @@ def series_world(series: Series, number: int) -> SeriesWorld:
     coordinate = series.coordinate(number)
     calls = calls_of(series, number)
     lines = _lines(calls)
-    kept = counted(
-        [Piece(macros()[call.macro].part, call.macro, call.place, call.loc, {"call": call}) for call in calls]
-    )
-    calls = [piece.content["call"] for piece in kept]
+    pieces = [Piece(macros()[call.macro].part, call.macro, call.place, call.loc, {"call": call}) for call in calls]
+    calls = [piece.content["call"] for piece in counted(pieces)]
     try:
         found = _read(series, number, calls, lines)
     except ConfigError as error:
@@ -148,10 +150,9 @@ def _expanded_around(series: Series, number: int, lines: Mapping[Made, list[Line
         for call in calls_around(series, number):
             with contextlib.suppress(ConfigError):
                 around[call.loc, call.step] = lines_of(call)
-    try:
+    with contextlib.suppress(ConfigError):
         return _expanded(series, around)
-    except ConfigError:
-        return _expanded(series, lines)
+    return _expanded(series, lines)
 
 
 def _expanded(series: Series, lines: Mapping[Made, list[Line]]) -> dict[Made, Sequence[Element]]:
@@ -171,13 +172,6 @@ def _in_axes(calls: Sequence[Call], problem: Problem) -> Problem:
     values = call.parameters.items()
     key = key or next((name for name, value in values if f"'{value}'" in problem.message), None)
     return call.problem(key, ": ".join(filter(None, (problem.key, problem.message))))
-
-
-def _numbered(series: Series, text: str) -> SeriesWorld:
-    last = series.count - 1
-    if not re.fullmatch("[0-9]{1,9}", text) or int(text) > last:
-        raise VrxError(f"{series.file.name}{MARK}{text}: no such world; the series has 0 to {last}")
-    return series_world(series, int(text))
 
 
 def _side(series: Series, coordinate: dict[str, int]) -> object:
