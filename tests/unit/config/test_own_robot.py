@@ -9,6 +9,7 @@ import yaml
 
 from urdf_boats import BOX, link, robot
 from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.robots import load_robot
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError
@@ -97,6 +98,18 @@ def test_a_dict_of_python_names_files_anywhere_which_a_file_may_not(here, monkey
     assert "leaves the folder of the file that names it; add its folder by --allow" in error(
         lambda: load_fleet(write("f.yaml", yaml.safe_dump(given)), world)
     )
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_a_description_that_is_a_link_out_of_its_folder_is_refused(here, beside):
+    (here / "away").mkdir()
+    (here / "away" / "boat.urdf").write_text(robot(link("base_link", BOX)), encoding="utf-8")
+    (here / "fleet").mkdir()
+    (here / "fleet" / "boat.urdf").symlink_to(here / "away" / "boat.urdf")
+    if beside:
+        (here / "fleet" / "boat.yaml").write_text("wind: [1, 1, 1]\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"^the YAML of boat\.urdf: urdf: path 'boat\.urdf' leaves the folder"):
+        load_robot("./fleet/boat.urdf")
 
 
 def test_a_terrain_too(here):
