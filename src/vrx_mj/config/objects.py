@@ -93,10 +93,6 @@ def _points(path: PathConfig, pose: Pose) -> Sequence[tuple[float, float]]:
     return [(x, y), (x + ahead[0], y + ahead[1])]
 
 
-BODY_KEYS = ("mass", "inertia", "center_of_mass", "collisions", "visuals", "buoyancy", "static", "link", "path",
-             "light", "links", "joints")  # fmt: skip
-"""Keys of a single body, which a composite has not."""
-
 Afloat = Only("static", (False,))
 MOST_LEVELS = 8
 """Objects inside objects, nested."""
@@ -200,8 +196,8 @@ class ObjectConfig(InFolder):
 
 
 def _composite(thing: ObjectConfig) -> list[Fault]:
-    written = [key for key in BODY_KEYS if key in thing.model_fields_set]
-    return [((key,), "not allowed: an object made of `objects` or `docks` has no body of its own") for key in written]
+    body = sorted(thing.model_fields_set - {"folder", "description", "objects", "docks"})
+    return [((key,), "not allowed: an object made of `objects` or `docks` has no body of its own") for key in body]
 
 
 def _floating(thing: ObjectConfig) -> list[Fault]:

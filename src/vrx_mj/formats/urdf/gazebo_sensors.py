@@ -128,16 +128,6 @@ class Scope:
 Values = dict[str, Any]
 STEPS = {"ball_shooter_plugin": 0.001, "BallShooterPlugin": 0.004}
 """Duration [s] of a physics step, for which VRX's launchers push a ball, by plugin."""
-HECTOR = {
-    "hector_gazebo_ros_gps": {"position": "", "velocity": "velocity"},
-    "hector_gazebo_ros_imu": {
-        "acceleration": "accel",
-        "angular_velocity": "rate",
-        "heading": "yaw",
-        "tilt": "tilt",
-    },
-}
-"""What Hector's tags begin with, by the sensor's field."""
 Ignored = tuple[tuple[Tag, str], ...]
 """Tags that are not simulated, and what is said of them."""
 _OFFSETS = "rpyOffsets", "xyzOffsets", "rpyOffset", "xyzOffset"
@@ -182,6 +172,8 @@ class Kind:
     """Whether it is called as its link is."""
     ignored: Sequence[str] = ()
     """Those of `OFFSETS` that it has."""
+    prefixes: Mapping[str, str] = field(default_factory=dict)
+    """What Hector's tags begin with, by the sensor's field."""
     plugins: Sequence[str] = ()
     """Those in a `<sensor>` that publish its readings."""
     scans: Sequence[str] = ()
@@ -202,7 +194,7 @@ def _fields(node: Node | None, rows: Rows) -> Values:
 
 def _hector(node: Node, *_: object) -> Values:
     found: Values = {}
-    for key, prefix in HECTOR[plugin_kind(node)].items():
+    for key, prefix in INSTRUMENTS[plugin_kind(node)].prefixes.items():
         found[key] = {}
         for name, tag in FIELDS["hector"].items():
             path = f"{prefix}{tag.path}" if prefix else f"{tag.path[0].lower()}{tag.path[1:]}"
