@@ -14,7 +14,7 @@ from pydantic_core.core_schema import ValidationInfo
 from vrx_mj.config.base import Config, Fault, InFolder, Only, exclusive, repeated
 from vrx_mj.config.bays import LightConfig, Symbol
 from vrx_mj.config.docks import DockPlacement, Placed, berths
-from vrx_mj.config.joints import JointConfig, LinkConfig, tree_faults
+from vrx_mj.config.joints import MOST_LINKS, JointConfig, LinkConfig, tree_faults
 from vrx_mj.config.loading import Loading, document, loads, referenced, validated
 from vrx_mj.config.search import display, kind_name
 from vrx_mj.config.shapes import BuoyancyConfig, Shape, Visual
@@ -168,7 +168,7 @@ class ObjectConfig(InFolder):
     """Path along which it swims, unless the world gives another."""
     light: LightConfig | None = None
     """Panels of a light buoy."""
-    links: tuple[LinkConfig, ...] = ()
+    links: Annotated[tuple[LinkConfig, ...], Field(max_length=MOST_LINKS)] = ()
     """Links beside its own, each of which hangs on a joint."""
     joints: tuple[JointConfig, ...] = ()
     """Joints, by which its links hang on each other and on its own."""
@@ -191,7 +191,10 @@ class ObjectConfig(InFolder):
 
     def _faults(self) -> list[Fault]:
         found = {"composite": _composite, "static": lambda _: [], "floating": _floating}[self.kind](self) + _unlit(self)
-        found += tree_faults(self.link, self.links, self.joints) if self.kind != "composite" else []
+        if self.kind != "composite":
+            found += repeated(links=self.links) + repeated(joints=self.joints)
+            ends = [(joint.name, joint.parent, joint.child) for joint in self.joints]
+            found += tree_faults(self.link, [link.name for link in self.links], ends)
         return found or repeated(objects=self.objects, docks=self.docks)
 
 

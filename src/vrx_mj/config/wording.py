@@ -13,10 +13,6 @@ PYDANTIC: Mapping[str, str] = _TABLES["pydantic"]
 """What pydantic's errors say, by their type; `got` is the value, other names in braces are of the error's context."""
 PYYAML: Mapping[str, str] = _TABLES["pyyaml"]
 """What PyYAML's errors say, by how they begin in its words."""
-EXPAT: Mapping[str, str] = _TABLES["expat"]
-"""What expat's errors say, by its words."""
-TOLERATED: Mapping[str, str] = _TABLES["tolerated"]
-"""What tinyxml reads and XML does not allow."""
 _LONGEST = 60
 
 

@@ -5,9 +5,10 @@ the process without rights: `read_bytes`, for texts that are handed to it, is fo
 """
 
 import codecs
+import json
 import re
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -16,7 +17,6 @@ from xml.etree import ElementTree as ET
 from xml.parsers import expat
 
 from vrx_mj.config.search import ReadingError, display, read_limited
-from vrx_mj.config.wording import EXPAT, TOLERATED
 from vrx_mj.errors import ConfigError, Problem, VrxWarning
 from vrx_mj.formats.urdf.model import Place
 
@@ -27,6 +27,8 @@ DEEPEST = 60
 MOST_NODES = 50_000
 """Elements and attributes in a file."""
 
+WORDING: Mapping[str, Mapping[str, str]] = json.loads((Path(__file__).parent / "wording.json").read_bytes())
+"""Words for errors of expat, by its own, for what tinyxml reads and XML does not allow, and for suspicious robots."""
 _PREFIXES = {"xml", "xmlns", "gz", "ignition"}
 """Prefixes that need not be declared: files of Gazebo do not."""
 _ENCODING = re.compile(rb"""(?:\xef\xbb\xbf)?\s*<\?xml[^>]{0,100}?encoding\s*=\s*["']([\w.:-]{1,40})["']""")
@@ -157,7 +159,7 @@ class _Oddities(dict[str, tuple[str, Place, int]]):
 
     def add(self, kind: str, place: Callable[[], Place], words: str = "") -> None:
         """Add one; its words and place count if it is the first."""
-        first, where, count = self.get(kind) or (words or TOLERATED[kind], place(), 0)
+        first, where, count = self.get(kind) or (words or WORDING["tolerated"][kind], place(), 0)
         self[kind] = first, where, count + 1
 
     def warn(self) -> None:
@@ -255,4 +257,4 @@ class _Parser:
             return f"expected </{tag}>, which ends the <{tag}> of line {line}"
         if said in {"no element found", "unclosed token"} and tag:
             return f"the file ends before </{tag}>, which ends the <{tag}> of line {line}"
-        return EXPAT.get(said, said)
+        return WORDING["expat"].get(said, said)
