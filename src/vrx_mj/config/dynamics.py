@@ -100,7 +100,7 @@ Point = Annotated[tuple[Annotated[float, Field(ge=-1, le=1)], Number], numbers("
 class PropellerConfig(Config):
     """A propeller whose thrust was measured, in worlds of profile `marine`, instead of the thruster's own curve."""
 
-    thrust: Annotated[tuple[Point, ...], Field(min_length=2, max_length=1000)]
+    thrust: Annotated[tuple[Point, ...], Field(max_length=1000)]
     """Commands -1..1 and the thrust at rest that each gives [N], by rising command, with `[0, 0]`.
 
     A command is a share of the thruster's `max_command`. Between rows are straight lines; a command beyond the first
@@ -124,6 +124,8 @@ class PropellerConfig(Config):
                 text = f"a thrust {side} is needed at command {command:g}, got {thrust:g} N"
                 found.append((("thrust", index), text))
         found += column_faults("thrust", [command for command, _ in self.thrust], "a command")
+        if len(self.thrust) < 2:
+            found.append((("thrust",), f"2 rows or more are needed, got {len(self.thrust)}"))
         if not found and 0.0 not in [command for command, _ in self.thrust]:
             found.append((("thrust",), "a row [0, 0] is needed: add it, and rows astern if it can push astern"))
         if not found and not any(thrust for _, thrust in self.thrust):

@@ -129,10 +129,8 @@ def _loose(root: str, links: Sequence[str], joints: Sequence[Ends]) -> Iterator[
     above = {child: [parent] for _, parent, child in joints}
     for index, name in enumerate(links):
         if name not in above:
-            yield (
-                ("links", index, "name"),
-                f"no joint has the link '{name}' as its child; only '{root}', the root, needs none",
-            )
+            text = f"no joint has the link '{name}' as its child; only '{root}', the root, needs none"
+            yield ("links", index, "name"), text
     try:
         TopologicalSorter(above).prepare()
     except CycleError as error:
