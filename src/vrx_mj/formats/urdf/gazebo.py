@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from vrx_mj.config.dynamics import HullConfig, HydrodynamicsConfig, ThrusterConfig
-from vrx_mj.config.robots import ChannelEntry, RudderEntry, SailEntry
+from vrx_mj.config.robots import RudderEntry, SailEntry
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Tag, numbers_of
 from vrx_mj.formats.urdf.gazebo_sensors import (
@@ -41,16 +41,9 @@ SHARES = "commands are shares of the largest thrust, -1 to 1"
 class Robot(Scope):
     """A robot whose plugins are read, and what pushes it."""
 
-    thrusters: list[UrdfThruster] = field(default_factory=list)
-    hydrodynamics: HydrodynamicsConfig | None = None
-    wind: tuple[float, float, float] | None = None
     newer_drags: list[Node] = field(default_factory=list)
     newer_hulls: list[Node] = field(default_factory=list)
-    water: dict[str, Any] = field(default_factory=dict)
     controls: list[Control] = field(default_factory=list)
-    autopilot: dict[str, ChannelEntry] = field(default_factory=dict)
-    rudders: dict[str, RudderEntry] = field(default_factory=dict)
-    sails: dict[str, SailEntry] = field(default_factory=dict)
 
     def thrust(
         self, node: Node, link: str, drive: Mapping[str, object], *, name: str = "", propeller: str | None = None,
@@ -223,7 +216,7 @@ def _hydrodynamics(node: Node, robot: Robot) -> None:
     )
 
 
-def _coefficients(node: Node) -> dict[str, object]:
+def _coefficients(node: Node) -> dict[str, Any]:
     return {key: tuple(node.fields(FIELDS[key]).values()) for key in ("added_mass", "drag_linear", "drag_quadratic")}
 
 
@@ -324,7 +317,7 @@ def read_gazebo(urdf: Urdf, tags: Sequence[Node], findings: Findings) -> Gazebo:
     Raises:
         ConfigError: For values that are wrong, and links and joints that are not there.
     """
-    robot = Robot(urdf, findings)
+    robot = Robot(urdf=urdf, findings=findings)
     for node in tags:
         _read_element(node, robot)
     _newer_water(robot)
@@ -334,9 +327,7 @@ def read_gazebo(urdf: Urdf, tags: Sequence[Node], findings: Findings) -> Gazebo:
     findings.check_names("thruster", ((one.name, one.place, f"thruster '{one.name}'") for one in thrusters))
     findings.settle()
     robot.thrusters, robot.autopilot = thrusters, channels
-    found = ((one.name, getattr(robot, one.name)) for one in fields(Gazebo))
-    values: dict[str, Any] = {name: tuple(each) if isinstance(each, list) else each for name, each in found}
-    return Gazebo(**values)
+    return Gazebo(**{one.name: getattr(robot, one.name) for one in fields(Gazebo)})
 
 
 def _read_element(node: Node, robot: Robot) -> None:

@@ -12,7 +12,7 @@ from vrx_mj.config.base import Config
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Rows, Tag, own_name
-from vrx_mj.formats.urdf.model import ZERO, Urdf, chained
+from vrx_mj.formats.urdf.model import ZERO, Gazebo, Urdf, chained
 from vrx_mj.frames import Pose
 
 HARD_CODED = ("wamv/", "cora/")
@@ -34,14 +34,12 @@ def library(filename: str) -> str:
     return _GENERATION.sub("gz-sim-", name)
 
 
-@dataclass
-class Scope:
+@dataclass(kw_only=True)
+class Scope(Gazebo):
     """One robot whose tags are read, and what was found so far."""
 
     urdf: Urdf
     findings: Findings
-    warnings: list[str] = field(default_factory=list)
-    sensors: list[Any] = field(default_factory=list)
 
     def warn(self, node: Node, message: str) -> None:
         """Notes that something the file asks for is not done."""
@@ -253,7 +251,7 @@ def _add(
         **({"rate": scope.rate(node, rate)} if own or kind.rate else {}),
         **(read(node, plugin, scope, link) if read else node.fields(FIELDS[kind.fields])),
     }
-    sensor = None if node.findings.problems else node.configured(CONFIGS[kind.type], values)
+    sensor: Any = None if node.findings.problems else node.configured(CONFIGS[kind.type], values)
     if sensor is not None:
         scope.sensors.append(sensor)
 
