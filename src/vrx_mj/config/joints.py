@@ -117,10 +117,15 @@ def _end_faults(root: str, links: Sequence[str], joints: Sequence[Ends]) -> Iter
         for end, name in (("parent", parent), ("child", child)):
             if name not in known:
                 yield ("joints", index, end), str(UnknownNameError("link", name, known))
-        text = f"link '{child}' already hangs on the joint '{holders[child]}'" if child in holders else ""
-        text = f"'{root}' is the root link, which hangs on nothing; swap parent and child" if child == root else text
-        if text := f"joins the link '{child}' to itself" if child == parent else text:
-            yield ("joints", index, "child"), text
+        if child == parent:
+            yield ("joints", index, "child"), f"joins the link '{child}' to itself"
+        elif child == root:
+            yield (
+                ("joints", index, "child"),
+                f"'{root}' is the root link, which hangs on nothing; swap parent and child",
+            )
+        elif child in holders:
+            yield ("joints", index, "child"), f"link '{child}' already hangs on the joint '{holders[child]}'"
         holders.setdefault(child, joint)
 
 
