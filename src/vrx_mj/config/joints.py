@@ -122,7 +122,7 @@ def _end_faults(root: str, links: Sequence[str], joints: Sequence[Ends]) -> Iter
         elif child == root:
             yield (
                 ("joints", index, "child"),
-                f"'{root}' is the root link, which hangs on nothing; swap parent and child",
+                f"'{root}' is the root link and hangs on nothing; swap parent and child",
             )
         elif child in holders:
             yield ("joints", index, "child"), f"link '{child}' already hangs on the joint '{holders[child]}'"
