@@ -27,7 +27,7 @@ from vrx_mj.formats.parts.catalogue import (
     part_types,
 )
 from vrx_mj.formats.urdf.elements import numbers_of, truth
-from vrx_mj.formats.urdf.expressions import Result, evaluated
+from vrx_mj.formats.urdf.expand import Result, evaluated
 
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_-]{0,63}")
 _WORD = re.compile(r"[A-Za-z0-9_./-]{1,64}")

@@ -23,8 +23,7 @@ from xacro import substitution_args
 from vrx_mj.config.search import ReadingError, display, near_names, read_limited
 from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, nearest
-from vrx_mj.formats.urdf.expand import LEFT_OUT, Expanded
-from vrx_mj.formats.urdf.expressions import Result
+from vrx_mj.formats.urdf.expand import LEFT_OUT, Expanded, Result
 from vrx_mj.formats.urdf.xacro_files import OUTSIDE
 from vrx_mj.formats.urdf.xml_document import MAX_BYTES, Table, decoded, markup, parse_xml, table_of
 
