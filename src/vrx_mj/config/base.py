@@ -3,9 +3,8 @@
 import ast
 import inspect
 import itertools
-import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, NamedTuple, Self
@@ -35,13 +34,19 @@ def faults(*found: Fault) -> ValidationError:
     return ValidationError.from_exception_data("config", details)
 
 
-def unsorted_rows(key: str, values: Iterable[float], what: str, unit: str = "") -> list[Fault]:
-    """Rows of a table whose number is not above that of the row before; `what` the number is, as "an angle"."""
-    return [
-        ((key, index), f"{what} above that of the row before, {before:g}{unit}, is needed, got {value:g}")
-        for index, (before, value) in enumerate(itertools.pairwise(values), 1)
-        if value <= before
-    ]
+def column_faults(
+    key: str, values: Sequence[float], what: str, unit: str = "", ends: tuple[float, float] | None = None
+) -> Iterator[Fault]:
+    """Rows of a table whose number is not above that of the row before, and a table of rows with other `ends`.
+
+    `what` the number is, as "an angle".
+    """
+    for index, (before, value) in enumerate(itertools.pairwise(values), 1):
+        if value <= before:
+            yield (key, index), f"{what} above that of the row before, {before:g}{unit}, is needed, got {value:g}"
+    if ends and values and (values[0], values[-1]) != ends:
+        plural, (first, last) = f"{what.partition(' ')[2]}s", ends
+        yield (key,), f"{plural} from {first:g} to {last:g} are needed, got {values[0]:g} to {values[-1]:g}"
 
 
 def exclusive(thing: "Config", *keys: str, required: bool = False) -> Iterator[Fault]:
@@ -195,12 +200,11 @@ def without_ignored_keys(
 
     With the `section` of a file only those stay away whose selector's value is further down the chain of `extends`.
     """
-    depth = {} if section is None else {key: entry.depth for key, entry in section.entries.items()}
     ignored = {
         key
         for key, only in limited_keys(model).items()
         if key in content
-        and (section is None or depth.get(only.selector, math.inf) < depth.get(key, math.inf))
+        and (section is None or section.depth(only.selector) < section.depth(key))
         and not only.allows(content.get(only.selector, model.model_fields[only.selector].default))
     }
     return {key: value for key, value in content.items() if key not in ignored}

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Annotated
 
-from vrx_mj.config.base import Config, Fault, unsorted_rows
+from vrx_mj.config.base import Config, Fault, column_faults
 from vrx_mj.config.values import NonNegative, Number, Positive, Seed, numbers
 
 M2 = 44714.16
@@ -44,4 +44,4 @@ class CurrentConfig(Config):
     """Seed of the random part; 0 leaves it to the world's seed."""
 
     def _faults(self) -> Iterable[Fault]:
-        return unsorted_rows("profile", [depth for depth, _ in self.profile], "a depth", " m")
+        return column_faults("profile", [depth for depth, _ in self.profile], "a depth", " m")

@@ -12,11 +12,10 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 from pydantic import AfterValidator, BeforeValidator
-from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import Config, Fault, InFolder, Only, fault, faults, repeated
 from vrx_mj.config.bays import Bay, BayConfig, Box, Cell, HoleConfig, PlacardConfig, Symbol, board_holes, find_bays
-from vrx_mj.config.loading import check, referenced
+from vrx_mj.config.loading import loads, referenced
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import Items
 from vrx_mj.config.values import Name, NonNegative, Number, Pose, Switch, demand
@@ -122,15 +121,13 @@ def _drawing(value: object) -> object:
     return value
 
 
-def _is_a_dock(value: str, info: ValidationInfo) -> str:
-    if not is_drawing(value):
-        check(info, lambda: load_dock(value, info.data.get("folder")))
-    elif found := dock_faults(value.split("\n")):
+def _drawn(value: str) -> str:
+    if is_drawing(value) and (found := dock_faults(value.split("\n"))):
         raise faults(*(((), fault(message, row=row, column=column)) for row, column, message in found))
     return value
 
 
-Drawing = Annotated[str, BeforeValidator(_drawing), AfterValidator(_is_a_dock)]
+Drawing = Annotated[str, BeforeValidator(_drawing), AfterValidator(_drawn), loads(load_dock)]
 """A dock's drawing, or what names one."""
 _EDGES = one_of([f"{edge:g}" for edge in BLOCKS])
 Block = Annotated[Number, demand(BLOCKS.__contains__, f"a block is {_EDGES} m long, got {{}}")]

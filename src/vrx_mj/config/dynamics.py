@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from vrx_mj.config.base import Config, Fault, InFolder, Only, fault, unsorted_rows
+from vrx_mj.config.base import Config, Fault, InFolder, Only, column_faults, fault
 from vrx_mj.config.hydro import read_hydro
 from vrx_mj.config.loading import loads
 from vrx_mj.config.shapes import Shape
@@ -123,7 +123,7 @@ class PropellerConfig(Config):
                 side = "of 0 or more" if command > 0.0 else "of 0 or less" if command else "of 0"
                 text = f"a thrust {side} is needed at command {command:g}, got {thrust:g} N"
                 found.append((("thrust", index), text))
-        found += unsorted_rows("thrust", [command for command, _ in self.thrust], "a command")
+        found += column_faults("thrust", [command for command, _ in self.thrust], "a command")
         if len(self.thrust) < 2:
             found.append((("thrust",), f"2 rows or more are needed, got {len(self.thrust)}"))
         if not found and 0.0 not in [command for command, _ in self.thrust]:

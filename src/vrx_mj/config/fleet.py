@@ -198,10 +198,6 @@ class FleetConfig(Layout, _Built, FromFile):
         x, y, _, _, _, yaw = world.spawn.pose
         return (x, y, yaw) if self.origin == "spawn" else (0.0, 0.0, 0.0)
 
-    def resolve(self, world: WorldConfig) -> tuple[BoatConfig, ...]:
-        """Every boat of the fleet in a world, posed in world coordinates."""
-        return tuple(boat for boat, _ in self.located(world))
-
 
 def _moved(pose: Pose, frame: tuple[float, float, float]) -> Pose:
     """A pose in the world from one in the frame, which is level: roll and pitch stay."""

@@ -28,7 +28,8 @@ def load_fleet(source: Source | None, world: WorldConfig) -> FleetConfig:
     fleet = validated(FleetConfig, section, Loading(), name=stem)
     fleet._section = section
     boats = fleet.located(world)
-    found = [*_name_faults(boats, world), *_thruster_faults(boats), *room_faults(fleet, world.seed)]
+    layouts = (((*slot.own, "thrusters"), text) for boat, slot in boats if (text := boat.layout_fault))
+    found = [*_name_faults(boats, world), *layouts, *room_faults(fleet, world.seed)]
     problems = [*(problem_at(section, loc, str(message)) for loc, message in found), *_wind_problems(world, boats)]
     if problems:
         raise ConfigError(dict.fromkeys(problems))
@@ -47,11 +48,6 @@ def _name_faults(boats: Sequence[tuple[BoatConfig, Slot]], world: WorldConfig) -
             loc = (*slot.own, "name") if slot.own else slot.where
             yield loc, f"duplicate name '{boat.name}': it is the name of {taken[boat.name]}"
         taken[boat.name] = "another boat"
-
-
-def _thruster_faults(boats: Sequence[tuple[BoatConfig, Slot]]) -> Iterator[Fault]:
-    """Layouts of thrusters that a boat's kind does not have, where one of them is from elsewhere."""
-    return (((*slot.own, "thrusters"), text) for boat, slot in boats if (text := boat.layout_fault))
 
 
 def _wind_problems(world: WorldConfig, boats: Sequence[tuple[BoatConfig, Slot]]) -> Iterator[Problem]:

@@ -11,7 +11,7 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from vrx_mj.config.base import Fault, faults, unsorted_rows
+from vrx_mj.config.base import Fault, column_faults, faults
 from vrx_mj.config.loading import fault_text
 from vrx_mj.config.search import ReadingError, contained, read_limited
 from vrx_mj.config.values import demand
@@ -89,7 +89,7 @@ class Hydro(BaseModel):
 
     def _faults(self) -> Iterator[Fault]:
         """Frequencies rise, the added mass is symmetric, and memories fade."""
-        yield from unsorted_rows("frequencies", self.frequencies, "a frequency", " rad/s")
+        yield from column_faults("frequencies", self.frequencies, "a frequency", " rad/s")
         added = np.array(self.added_mass_infinite)
         odd = np.abs(added - added.T)
         if odd.max() > ODD * np.abs(added).max():

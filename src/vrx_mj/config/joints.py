@@ -7,13 +7,15 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.config.base import Config, Fault, InFolder, Only, repeated
+from vrx_mj.config.base import Config, Fault, InFolder, Only
 from vrx_mj.config.shapes import BuoyancyConfig, Shape, Visual
 from vrx_mj.config.values import Inertia, Name, NonNegative, Number, Pose, Positive, Vec3, demand, numbers
 from vrx_mj.errors import UnknownNameError
 
 MOST_LINKS = 64
 """Links of an object beside its own."""
+Ends = tuple[str, str, str]
+"""Names of a joint, of the link that carries it and of the one that it moves."""
 AXES: Mapping[str, int] = {"revolute": 1, "continuous": 1, "prismatic": 1, "universal": 2, "ball": 0}
 """Number of axes of each type of joint."""
 
@@ -102,45 +104,44 @@ class LinkConfig(InFolder):
     """What the link displaces, and its drag; without it water does nothing to the link."""
 
 
-def tree_faults(root: str, links: Sequence[LinkConfig], joints: Sequence[JointConfig]) -> list[Fault]:
-    """What keeps the links of an object from being a tree on its own link, `root`."""
-    return list(_name_faults(root, links, joints)) or list(_loose(links, joints))
+def tree_faults(root: str, links: Sequence[str], joints: Sequence[Ends]) -> list[Fault]:
+    """What keeps `links` from being a tree on the one named `root`, at their indices and those of the joints."""
+    return list(_end_faults(root, links, joints)) or list(_loose(root, links, joints))
 
 
-def _name_faults(root: str, links: Sequence[LinkConfig], joints: Sequence[JointConfig]) -> Iterator[Fault]:
-    known = [root, *(link.name for link in links)]
-    if len(links) > MOST_LINKS:
-        yield ("links",), f"more than {MOST_LINKS} links beside '{root}'"
-    if root in known[1:]:
-        yield ("links", known.index(root, 1) - 1, "name"), f"duplicate name '{root}'"
-    yield from repeated(links=links) + repeated(joints=joints)
-    holders: dict[str, str] = {}
-    for index, joint in enumerate(joints):
-        for end, name in (("parent", joint.parent), ("child", joint.child)):
+def _end_faults(root: str, links: Sequence[str], joints: Sequence[Ends]) -> Iterator[Fault]:
+    known, holders = [root, *links], dict[str, str]()
+    if root in links:
+        yield ("links", links.index(root), "name"), f"duplicate name '{root}'"
+    for index, (joint, parent, child) in enumerate(joints):
+        for end, name in (("parent", parent), ("child", child)):
             if name not in known:
                 yield ("joints", index, end), str(UnknownNameError("link", name, known))
-        if text := _child_fault(root, joint, holders.setdefault(joint.child, joint.name)):
-            yield ("joints", index, "child"), text
+        if child == parent:
+            yield ("joints", index, "child"), f"joins the link '{child}' to itself"
+        elif child == root:
+            yield (
+                ("joints", index, "child"),
+                f"'{root}' is the root link and hangs on nothing; swap parent and child",
+            )
+        elif child in holders:
+            yield ("joints", index, "child"), f"link '{child}' already hangs on the joint '{holders[child]}'"
+        holders.setdefault(child, joint)
 
 
-def _child_fault(root: str, joint: JointConfig, holder: str) -> str | None:
-    if joint.child == joint.parent:
-        return f"joins the link '{joint.child}' to itself"
-    if joint.child == root:
-        return f"'{root}' is the object's own link, which hangs on nothing; swap parent and child"
-    return f"link '{joint.child}' already hangs on the joint '{holder}'" if holder != joint.name else None
-
-
-def _loose(links: Sequence[LinkConfig], joints: Sequence[JointConfig]) -> Iterator[Fault]:
+def _loose(root: str, links: Sequence[str], joints: Sequence[Ends]) -> Iterator[Fault]:
     """Links without a joint, and links that hang on each other in a circle."""
-    above = {joint.child: [joint.parent] for joint in joints}
-    for index, link in enumerate(links):
-        if link.name not in above:
-            yield ("links", index, "name"), f"no joint has the link '{link.name}' as its child"
+    above = {child: [parent] for _, parent, child in joints}
+    for index, name in enumerate(links):
+        if name not in above:
+            text = f"no joint has the link '{name}' as its child; only '{root}', the root, needs none"
+            yield ("links", index, "name"), text
     try:
         TopologicalSorter(above).prepare()
     except CycleError as error:
-        yield ("joints",), f"the links hang on each other in a circle: {' > '.join(reversed(error.args[1]))}"
+        circle = error.args[1]
+        index = next(index for index, (*_, child) in enumerate(joints) if child == circle[0])
+        yield ("joints", index), f"the links hang on each other in a circle: {' > '.join(reversed(circle))}"
 
 
 def link_order(root: str, joints: Sequence[JointConfig]) -> list[str]:

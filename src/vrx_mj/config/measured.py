@@ -11,7 +11,7 @@ from typing import Any, ClassVar, NamedTuple
 
 from pydantic import Field
 
-from vrx_mj.config.base import Config, Fault, InFolder, unsorted_rows
+from vrx_mj.config.base import Config, Fault, InFolder, column_faults
 from vrx_mj.config.dynamics import Six
 from vrx_mj.config.kinds import wrong_kind
 from vrx_mj.config.loading import Loading, read_file, validated
@@ -79,7 +79,7 @@ class MeasuredCaseConfig(InFolder):
         for name, signal in self.signals.items():
             if (signal.of or name) not in SIGNALS:
                 yield ("signals", name, "of"), choice(signal.of or name, tuple(SIGNALS))
-        yield from unsorted_rows("commands", [each.time for each in self.commands], "a time", " s")
+        yield from column_faults("commands", [each.time for each in self.commands], "a time", " s")
 
 
 def read_case(path: Path) -> MeasuredCaseConfig:

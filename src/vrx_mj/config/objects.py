@@ -14,7 +14,7 @@ from pydantic_core.core_schema import ValidationInfo
 from vrx_mj.config.base import Config, Fault, InFolder, Only, exclusive, repeated
 from vrx_mj.config.bays import LightConfig, Symbol
 from vrx_mj.config.docks import DockPlacement, Placed, berths
-from vrx_mj.config.joints import JointConfig, LinkConfig, tree_faults
+from vrx_mj.config.joints import MOST_LINKS, JointConfig, LinkConfig, tree_faults
 from vrx_mj.config.loading import Loading, document, loads, referenced, validated
 from vrx_mj.config.search import display, kind_name
 from vrx_mj.config.shapes import BuoyancyConfig, Shape, Visual
@@ -93,10 +93,6 @@ def _points(path: PathConfig, pose: Pose) -> Sequence[tuple[float, float]]:
     return [(x, y), (x + ahead[0], y + ahead[1])]
 
 
-BODY_KEYS = ("mass", "inertia", "center_of_mass", "collisions", "visuals", "buoyancy", "static", "link", "path",
-             "light", "links", "joints")  # fmt: skip
-"""Keys of a single body, which a composite has not."""
-
 Afloat = Only("static", (False,))
 MOST_LEVELS = 8
 """Objects inside objects, nested."""
@@ -172,7 +168,7 @@ class ObjectConfig(InFolder):
     """Path along which it swims, unless the world gives another."""
     light: LightConfig | None = None
     """Panels of a light buoy."""
-    links: tuple[LinkConfig, ...] = ()
+    links: Annotated[tuple[LinkConfig, ...], Field(max_length=MOST_LINKS)] = ()
     """Links beside its own, each of which hangs on a joint."""
     joints: tuple[JointConfig, ...] = ()
     """Joints, by which its links hang on each other and on its own."""
@@ -195,13 +191,16 @@ class ObjectConfig(InFolder):
 
     def _faults(self) -> list[Fault]:
         found = {"composite": _composite, "static": lambda _: [], "floating": _floating}[self.kind](self) + _unlit(self)
-        found += tree_faults(self.link, self.links, self.joints) if self.kind != "composite" else []
+        if self.kind != "composite":
+            found += repeated(links=self.links) + repeated(joints=self.joints)
+            ends = [(joint.name, joint.parent, joint.child) for joint in self.joints]
+            found += tree_faults(self.link, [link.name for link in self.links], ends)
         return found or repeated(objects=self.objects, docks=self.docks)
 
 
 def _composite(thing: ObjectConfig) -> list[Fault]:
-    written = [key for key in BODY_KEYS if key in thing.model_fields_set]
-    return [((key,), "not allowed: an object made of `objects` or `docks` has no body of its own") for key in written]
+    body = sorted(thing.model_fields_set - {"folder", "description", "objects", "docks"})
+    return [((key,), "not allowed: an object made of `objects` or `docks` has no body of its own") for key in body]
 
 
 def _floating(thing: ObjectConfig) -> list[Fault]:

@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field
 
-from vrx_mj.config.base import Config, Fault, Folder, InFolder, Only, faults, unsorted_rows
+from vrx_mj.config.base import Config, Fault, Folder, InFolder, Only, column_faults, faults
 from vrx_mj.config.dynamics import (
     ContactConfig,
     HullConfig,
@@ -24,7 +24,7 @@ from vrx_mj.config.loading import Loading, loads, read_source, referenced, valid
 from vrx_mj.config.profiles import NEWER
 from vrx_mj.config.search import WORLD_SUFFIXES, contained
 from vrx_mj.config.sensors import SensorConfig
-from vrx_mj.config.tree import Section
+from vrx_mj.config.tree import File, Section, merged, of_python
 from vrx_mj.config.values import MAX_NUMBER, Name, NonNegative, Number, Positive, Share, Switch, Vec3, demand, numbers
 from vrx_mj.config.wind import WindageConfig
 from vrx_mj.config.wording import shown
@@ -32,6 +32,8 @@ from vrx_mj.errors import UnknownNameError, VrxError
 
 DESCRIPTIONS = (".urdf.xacro", *WORLD_SUFFIXES, ".xacro", ".urdf")
 """How a robot's description may end, the longest first."""
+YAML_OF = "the YAML of"
+"""How messages call the YAML beside a description where there is none."""
 
 
 def _scalars(value: object) -> object:
@@ -111,12 +113,8 @@ class SailEntry(Config):
     servo: ServoConfig = ServoConfig(kp=3000.0, kd=200.0, effort=1000.0, velocity=1.0)
     """What holds the boom."""
 
-    def _faults(self) -> list[Fault]:
-        angles = [row[0] for row in self.coefficients]
-        found = unsorted_rows("coefficients", angles, "an angle")
-        if angles and (len(angles) < 2 or (angles[0], angles[-1]) != (0.0, 180.0)):
-            found.append((("coefficients",), f"angles from 0 to 180 are needed, got {angles[0]:g} to {angles[-1]:g}"))
-        return found
+    def _faults(self) -> Iterator[Fault]:
+        return column_faults("coefficients", [row[0] for row in self.coefficients], "an angle", ends=(0.0, 180.0))
 
 
 Span = Annotated[Number, Field(ge=-2000, le=2000)]
@@ -166,12 +164,8 @@ class BatteryEntry(Config):
     resistance: NonNegative = 0.0
     """Resistance within [ohm]."""
 
-    def _faults(self) -> list[Fault]:
-        shares = [share for share, _ in self.voltage]
-        found = unsorted_rows("voltage", shares, "a share")
-        if (shares[0], shares[-1]) != (0.0, 1.0):
-            found.append((("voltage",), f"shares from 0 to 1 are needed, got {shares[0]:g} to {shares[-1]:g}"))
-        return found
+    def _faults(self) -> Iterator[Fault]:
+        return column_faults("voltage", [share for share, _ in self.voltage], "a share", ends=(0.0, 1.0))
 
 
 class _Partial(Config):
@@ -343,29 +337,17 @@ class RobotConfig(InFolder):
 
 def load_robot(name: str, near: Path | None = None) -> RobotConfig:
     """The kind of boat of a name, or of a path relative to the folder `near`."""
-    section = robot_section(name, near)
-    if section is None:
-        file = _file(name, near)
-        return RobotConfig(folder=file.parent, urdf=file.name)
-    return validated(RobotConfig, section, Loading())
+    return validated(RobotConfig, robot_section(name, near), Loading())
 
 
-def robot_section(name: str, near: Path | None = None) -> Section | None:
-    """The content of a robot's YAML, with places; None for a URDF, xacro or SDF without one."""
-    file = _file(name, near)
+def robot_section(name: str, near: Path | None = None) -> Section:
+    """The content of a robot's YAML, with places; of a URDF, xacro or SDF without one its name alone."""
+    file = referenced("robots", name, near).absolute()
     if not _file_part(file.name).lower().endswith(DESCRIPTIONS):
         return read_source("robots", file)
     beside = _beside(file)
-    if beside is None:
-        return None
-    section = read_source("robots", beside)
-    section.setdefault("urdf", file.name)
-    return section
-
-
-def _file(name: str, near: Path | None) -> Path:
-    """The file of a robot, which may be of another format."""
-    return referenced("robots", name, near).absolute()
+    own = of_python({"urdf": file.name}, File(f"{YAML_OF} {file.name}", file.parent))
+    return merged(own, read_source("robots", beside)) if beside else own
 
 
 def _beside(file: Path) -> Path | None:

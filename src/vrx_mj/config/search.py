@@ -235,12 +235,6 @@ def package_name(folder: Path) -> str | None:
     return found[1] if found else None
 
 
-def ros_package_paths() -> tuple[Path, ...]:
-    """Folders that are ROS packages or hold them, from ROS_PACKAGE_PATH and AMENT_PREFIX_PATH."""
-    shared = (path / "share" for path in _listed_in(NEWER) if path.is_absolute())
-    return (*_crawled(_listed_in(CLASSIC)), *(path for path in shared if path.is_dir()))
-
-
 def _listed_in(variable: str) -> tuple[Path, ...]:
     """The folders that an environment variable lists."""
     return tuple(Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry)
@@ -294,7 +288,8 @@ ALLOW = f"add its folder by --allow FOLDER or {OWN_PATH}"
 
 def package_paths() -> tuple[Path, ...]:
     """Folders in which a robot's files look for packages, besides their own: VRX_MJ_PACKAGE_PATH's, then ROS's."""
-    return (*_listed_in(PACKAGE_PATH), *ros_package_paths())
+    shared = (path / "share" for path in _listed_in(NEWER) if path.is_absolute())
+    return (*_listed_in(PACKAGE_PATH), *_crawled(_listed_in(CLASSIC)), *filter(Path.is_dir, shared))
 
 
 def kind_name(model: str) -> str:

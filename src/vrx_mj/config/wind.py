@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.config.base import Config, Fault, Only, exclusive, unsorted_rows
+from vrx_mj.config.base import Config, Fault, Only, column_faults, exclusive
 from vrx_mj.config.values import NonNegative, Number, Positive, Seed, Vec3, numbers
 
 
@@ -112,10 +112,7 @@ class WindageConfig(Config):
 
     def _faults(self) -> list[Fault]:
         found = list(exclusive(self, "coefficients", "curve", "isherwood", "vessel", required=True))
-        angles = [row[0] for row in self.curve]
-        if angles and (len(angles) < 2 or (angles[0], angles[-1]) != (0.0, 180.0)):
-            found.append((("curve",), f"angles from 0 to 180 are needed, got {angles[0]:g} to {angles[-1]:g}"))
-        found += unsorted_rows("curve", angles, "an angle")
+        found += column_faults("curve", [row[0] for row in self.curve], "an angle", ends=(0.0, 180.0))
         found += [
             (("curve", index), f"cy and cn of 0 are needed at {angle:g}, where the sides meet")
             for index, (angle, _, cy, cn) in enumerate(self.curve)

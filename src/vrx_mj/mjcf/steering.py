@@ -5,15 +5,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from vrx_mj.config.loading import problem_at
-from vrx_mj.config.robots import RobotConfig
+from vrx_mj.config.robots import YAML_OF, RobotConfig
 from vrx_mj.config.tree import Section
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError
 from vrx_mj.formats.urdf.model import Joint, Urdf, UrdfThruster
 
 TURNING = ("revolute", "continuous")
 """Types of joints that can steer."""
-YAML_OF = "the YAML of"
-"""Prefix of a problem's file until the file is known."""
 FREE = "free"
 """Name of the joint on which a boat floats."""
 
@@ -98,9 +96,9 @@ def own_problem(urdf: Urdf, path: str, message: str) -> ConfigError:
     return ConfigError([Problem(f"{YAML_OF} {urdf.file.name}", None, None, path, message)])
 
 
-def located(error: ConfigError, section: Section | None) -> ConfigError:
+def located(error: ConfigError, section: Section) -> ConfigError:
     """The same error with the file and line of its problems in the YAML beside a URDF, whose content is `section`."""
-    if section is None:
+    if section.place.line is None:
         return error
     return ConfigError(
         problem_at(section, _steps(problem.key), problem.message) if problem.file.startswith(YAML_OF) else problem

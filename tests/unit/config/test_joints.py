@@ -74,12 +74,12 @@ def test_links_come_after_those_they_hang_on():
         (
             [joint(parent="arm", child="link")],
             ["arm"],
-            ["joints[0].child: 'link' is the object's own link, which hangs on nothing; swap parent and child"],
+            ["joints[0].child: 'link' is the root link and hangs on nothing; swap parent and child"],
         ),
         (
             [joint("p", "a", "b"), joint("q", "b", "c"), joint("r", "c", "a")],
             ["a", "b", "c"],
-            ["joints: the links hang on each other in a circle: b > a > c > b"],
+            ["joints[0]: the links hang on each other in a circle: b > a > c > b"],
         ),
         (
             [joint("p"), joint("q", "b", "arm"), joint("r", "link", "b")],
@@ -87,9 +87,13 @@ def test_links_come_after_those_they_hang_on():
             ["joints[1].child: link 'arm' already hangs on the joint 'p'"],
         ),
         ([joint("p"), joint("p", "arm", "b")], ["arm", "b"], ["joints[1].name: duplicate name 'p'"]),
-        ([joint()], ["arm", "b"], ["links[1].name: no joint has the link 'b' as its child"]),
+        (
+            [joint()],
+            ["arm", "b"],
+            ["links[1].name: no joint has the link 'b' as its child; only 'link', the root, needs none"],
+        ),
         ([joint()], ["arm", "link"], ["links[1].name: duplicate name 'link'"]),
-        ([], ["arm"], ["links[0].name: no joint has the link 'arm' as its child"]),
+        ([], ["arm"], ["links[0].name: no joint has the link 'arm' as its child; only 'link', the root, needs none"]),
     ],
 )
 @pytest.mark.usefixtures("here")
@@ -131,7 +135,7 @@ def test_a_joint_has_the_axes_of_its_type(here, changed, expected):
 def test_an_object_has_only_so_many_links(here):
     names = [f"l{i}" for i in range(MOST_LINKS + 1)]
     joints = [joint(f"j{i}", child=name) for i, name in enumerate(names)]
-    assert faults(here, jointed(joints, names)) == ["links: more than 64 links beside 'link'"]
+    assert faults(here, jointed(joints, names)) == ["links: at most 64 are allowed, got 65"]
 
 
 @pytest.mark.usefixtures("here")

@@ -9,6 +9,7 @@ import yaml
 
 from urdf_boats import BOX, link, robot
 from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.robots import load_robot
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError
@@ -49,7 +50,7 @@ def quiet(make):
 @pytest.mark.parametrize("base", [name for name in catalogue("worlds") if "/" not in name])
 def test_every_world_takes_another_robot(base):
     world = load_world(write("w.yaml", f"extends: {base}\nspawn: {{robot: ./mine.urdf}}\n"))
-    (boat,) = load_fleet(None, world).resolve(world)
+    (boat,) = [boat for boat, _ in load_fleet(None, world).located(world)]
     assert (boat.robot, boat.thrusters, boat.sensors) == ("./mine.urdf", None, None)
 
 
@@ -65,16 +66,18 @@ def test_a_path_starts_in_the_folder_of_the_file_that_says_it(here):
     write("below/base.yaml", "extends: ocean\nspawn: {robot: ./mine.urdf}\n")
     world = load_world(write("w.yaml", "extends: ./below/base.yaml\nspawn: {pose: [1, 2, 0, 0, 0, 0]}\n"))
     assert (world.spawn.pose[0], world.spawn.folder) == (1.0, here / "below")
-    assert load_fleet(None, world).resolve(world)[0].order.folder == here / "below"
+    assert next(boat for boat, _ in load_fleet(None, world).located(world)).order.folder == here / "below"
 
 
 def test_so_do_the_paths_of_a_fleet(here):
     write("below/thrusters.yaml", "engine: [{prefix: left, position: '-2 1 0'}]\n")
     write("below/base.yaml", "usv_count: 2\nlayout: line\nrobot: wamv\nthrusters: ./thrusters.yaml\n")
     fleet = load_fleet(write("f.yaml", "extends: ./below/base.yaml\nspacing: 30\n"), load_world("ocean"))
-    assert {boat.order.thrusters for boat in fleet.resolve(load_world("ocean"))} == {here / "below/./thrusters.yaml"}
+    assert {boat.order.thrusters for boat in [boat for boat, _ in fleet.located(load_world("ocean"))]} == {
+        here / "below/./thrusters.yaml"
+    }
     fleet = load_fleet(write("f.yaml", "extends: ./below/base.yaml\nrobot: ./mine.urdf\n"), load_world("ocean"))
-    boats = fleet.resolve(load_world("ocean"))
+    boats = [boat for boat, _ in fleet.located(load_world("ocean"))]
     assert {(boat.order.folder, boat.order.thrusters, boat.thrusters) for boat in boats} == {(here, None, None)}
 
 
@@ -86,7 +89,7 @@ def test_a_dict_of_python_names_files_anywhere_which_a_file_may_not(here, monkey
     place = f"{here}/" if place == "/" else place
     world = load_world({"extends": f"{place}ocean.yaml", "spawn": {"robot": f"{place}mine.urdf"}})
     given = {"usv_count": 1, "layout": "line", "robot": f"{place}below/mine.urdf"}
-    assert [boat.robot for boat in load_fleet(given, world).resolve(world)] == [given["robot"]]
+    assert [boat.robot for boat in [boat for boat, _ in load_fleet(given, world).located(world)]] == [given["robot"]]
     sim = Simulation(quiet(lambda: compile_world({"extends": str(base)}, fleet=given)))
     quiet(lambda: sim.spawn("late", robot=f"{place}mine.urdf", pose=(30.0, 0.0, 0.0, 0.0, 0.0, 0.0)))
     assert [sim.model.body(f"{name}/base_link").mass[0] for name in sim.boats] == [200.0, 100.0]
@@ -97,6 +100,18 @@ def test_a_dict_of_python_names_files_anywhere_which_a_file_may_not(here, monkey
     assert "leaves the folder of the file that names it; add its folder by --allow" in error(
         lambda: load_fleet(write("f.yaml", yaml.safe_dump(given)), world)
     )
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_a_description_that_is_a_link_out_of_its_folder_is_refused(here, beside):
+    (here / "away").mkdir()
+    (here / "away" / "boat.urdf").write_text(robot(link("base_link", BOX)), encoding="utf-8")
+    (here / "fleet").mkdir()
+    (here / "fleet" / "boat.urdf").symlink_to(here / "away" / "boat.urdf")
+    if beside:
+        (here / "fleet" / "boat.yaml").write_text("wind: [1, 1, 1]\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"^the YAML of boat\.urdf: urdf: path 'boat\.urdf' leaves the folder"):
+        load_robot("./fleet/boat.urdf")
 
 
 def test_a_terrain_too(here):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from vrx_mj.config.search import PACKAGE_PATH, enclosing_packages, package_above, package_paths, ros_package_paths
+from vrx_mj.config.search import PACKAGE_PATH, enclosing_packages, package_above, package_paths
 from vrx_mj.errors import ConfigError
 from vrx_mj.formats.urdf.expand import expand
 from vrx_mj.formats.urdf.meshes import MeshFiles, MissingMeshError
@@ -82,7 +82,7 @@ def test_ros_1s_packages_are_found_below_the_entries_of_its_path(place, monkeypa
     folder = package(place / "ws" / "src" / "vendor" / "hulls", "hull_models")
     package(folder / "examples" / "inner", "inner")  # ROS looks for no package in a package
     monkeypatch.setenv("ROS_PACKAGE_PATH", f"{place / 'nothing'}:{place / 'ws'}:relative")
-    assert package_paths() == ros_package_paths() == (folder,)
+    assert package_paths() == (folder,)
     file = write(place / "elsewhere" / "boat.xacro", INCLUDE.replace("{0}", "hull_models"))
     assert '<link name="hull_models"/>' in expand(file, package_paths=package_paths())
 

@@ -112,7 +112,7 @@ class Model:
         for node in model.children("link"):
             name = scope.name(node.name())
             if name in self.links:
-                node.fault(f"duplicate name: line {self.links[name][0].line} has a link of this name")
+                node.fault(f"duplicate name: line {self.links[name][0].place.line} has a link of this name")
                 continue
             self.links[name] = node, scope
             self.frames.add(name, given_pose(node), scope, scope.model)

@@ -8,8 +8,7 @@ from pathlib import Path
 from vrx_mj.config.search import MISSING
 from vrx_mj.errors import UnknownNameError, VrxError, nearest
 from vrx_mj.formats.gazebo.packages import NOWHERE, PACKAGES
-from vrx_mj.formats.urdf.expand import LEFT_OUT
-from vrx_mj.formats.urdf.expressions import evaluated_argument, packages_in
+from vrx_mj.formats.urdf.expand import LEFT_OUT, evaluated_argument, packages_in
 from vrx_mj.formats.urdf.xacro_files import Files
 
 LONGEST = 20_000

@@ -17,7 +17,7 @@ from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning, shortened
 from vrx_mj.formats.parts.catalogue import Instance, Kind, Parameter, PartsFile, PartType, catalogue, part_types
 from vrx_mj.formats.urdf.elements import numbers_of, truth
-from vrx_mj.formats.urdf.expressions import Result, evaluated
+from vrx_mj.formats.urdf.expand import Result, evaluated
 
 JAZZY_NAMES = frozenset({"sensor_name", "pinger_name"})
 """Parameters that only a pinger of VRX jazzy has."""

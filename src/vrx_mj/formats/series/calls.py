@@ -10,7 +10,7 @@ from vrx_mj.config.tree import Items, Place, Section, key_path
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem
 from vrx_mj.formats.series.axes import Axis, Series
-from vrx_mj.formats.urdf.expressions import Result, evaluated
+from vrx_mj.formats.urdf.expand import Result, evaluated
 
 BLOCK = "/**"
 """What the name of a parameter that holds XML begins with."""

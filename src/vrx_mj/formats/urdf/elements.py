@@ -138,11 +138,6 @@ class Node:
         return str(self.element.tag)
 
     @property
-    def line(self) -> int | None:
-        """Line of the file at which the element starts."""
-        return self.place.line
-
-    @property
     def place(self) -> Place:
         """File, line and column."""
         place: Place = self.element.place

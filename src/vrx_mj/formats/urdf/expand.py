@@ -1,4 +1,4 @@
-"""xacro files expanded to URDF or SDF by the package `xacro`, without trusting them.
+"""xacro files expanded to URDF or SDF, and expressions of YAML and launch files, by `xacro`, without trusting them.
 
 A xacro file is a program: its expressions are Python. `expansion` runs it; here its packages are found, and its errors
 are one `ConfigError` with the file, line and element.
@@ -21,7 +21,7 @@ from vrx_mj.resources import root
 
 _SHOWN_WARNINGS = 10
 _SECONDS, _ANSWER = 3, 32 << 20
-"""What one expansion may take: processor time [s], and bytes of the text with its places."""
+"""What one expansion, or all expressions of a file, may take: processor time [s], and bytes of a text with places."""
 _MOST_PACKAGES = 100
 """Packages that the files of one expansion may name."""
 _MACRO = re.compile(r"<xacro:macro\s[^<>]{0,500}?\bname\s*=\s*[\"']([^\"'<>]{1,100})[\"']")
@@ -29,7 +29,16 @@ MACROS = root() / "assets" / "robots" / "wamv" / "vrx_gazebo" / "worlds" / "xacr
 """The macros of VRX's worlds."""
 LEFT_OUT = "/missing:/"
 """Beginning of a path in a package that is missing, where such are ignored."""
+_FIND = re.compile(r"find\(\s*['\"]([\w.-]{1,200})['\"]\s*\)")
 _FOUND = re.compile(r"\$\(find ([\w.-]{1,200})\)")
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a text comes to: a value, or why it has none."""
+
+    value: bool | int | float | str | None = None
+    problem: str = ""
 
 
 @dataclass(frozen=True)
@@ -182,3 +191,34 @@ def _warn(file: Path, made: Expanded) -> None:
         if lines:
             text = "\n".join([f"{display(file)}: {what}", *first_lines(lines, _SHOWN_WARNINGS)])
             warnings.warn(text, VrxWarning, stacklevel=3)
+
+
+def evaluated(file: str, texts: Sequence[tuple[str, Mapping[str, float]]]) -> tuple[Result, ...]:
+    """What the texts with `${...}` of a file come to, each with names of its own.
+
+    Expressions are Python's, with the functions of `math`, `radians` among them. Those of one file are worked out at
+    once; if that takes too much, one by one up to the first that does, which is the problem of all that follow.
+    """
+    job, found = "formats.urdf.expansion:evaluated", list[Result]()
+    try:
+        return ask(job, texts, returns=tuple[Result, ...], about=file, seconds=_SECONDS) if texts else ()
+    except ReaderError as error:
+        if len(texts) == 1:
+            return (Result(problem=error.reason),)
+        failed = Result(problem=error.reason)
+    while len(found) < len(texts) and failed not in found:
+        found += evaluated(file, [texts[len(found)]])
+    return (*found, *[failed] * (len(texts) - len(found)))
+
+
+def packages_in(expression: str) -> list[str]:
+    """The packages that an expression of `$(eval ...)` finds."""
+    return _FIND.findall(expression)
+
+
+def evaluated_argument(
+    expression: str, arguments: Mapping[str, str], packages: Mapping[str, str], folder: Path, about: str
+) -> str:
+    """What `$(eval ...)` of a launch file in a folder comes to. Raises VrxError."""
+    job = "formats.urdf.expansion:evaluated_argument"
+    return ask(job, expression, arguments, packages, folder, returns=str, about=about, seconds=_SECONDS)

@@ -23,8 +23,7 @@ from xacro import substitution_args
 from vrx_mj.config.search import ReadingError, display, near_names, read_limited
 from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, nearest
-from vrx_mj.formats.urdf.expand import LEFT_OUT, Expanded
-from vrx_mj.formats.urdf.expressions import Result
+from vrx_mj.formats.urdf.expand import LEFT_OUT, Expanded, Result
 from vrx_mj.formats.urdf.xacro_files import OUTSIDE
 from vrx_mj.formats.urdf.xml_document import MAX_BYTES, Table, decoded, markup, parse_xml, table_of
 
@@ -70,8 +69,8 @@ class Copied:
 class _Dom:
     """A document being built, whose elements know their places, and whose texts with a '$' are `Located`."""
 
-    def __init__(self, file: File, here: Callable[[], Any]) -> None:
-        self.file, self.here, self.copied = file, here, Copied()
+    def __init__(self, file: File, copied: Any, here: Callable[[], Any]) -> None:
+        self.file, self.copied, self.here = file, copied, here
         self.document: Any = minidom.Document()
         self.node: Any = self.document
         self.make_text = self.document.createTextNode
@@ -246,7 +245,7 @@ class Expansion:
             self.left_out.setdefault(
                 f"{_where()}no package named '{filename.removeprefix(LEFT_OUT).partition('/')[0]}'"
             )
-            return parse_xml("<robot/>", filename, partial(_Dom, File(filename, None)), strict=True).document
+            return parse_xml("<robot/>", filename, partial(_Dom, File(filename, None), Copied()), strict=True).document
         try:
             given = self.text.encode() if filename == self.file else b""
             data = given or read_limited(Path(filename), MAX_BYTES)
@@ -256,10 +255,8 @@ class Expansion:
         name = display(Path(filename))
         text = decoded(data, name)
         file = File(name, Path(filename).parent, tuple(text.split("\n")))
-        document = parse_xml(text, name, partial(_Dom, file), strict=True).document
-        for element in document.getElementsByTagName("*") if self._is_ours(filename) else ():
-            element.setUserData("place", place_of(element), self)
-        return document
+        copied = self if self._is_ours(filename) else Copied()
+        return parse_xml(text, name, partial(_Dom, file, copied), strict=True).document
 
     def _is_ours(self, filename: str) -> bool:
         """Whether a file is one of macros of ours, which another calls: what they make has the place of its call."""
@@ -277,7 +274,7 @@ class Expansion:
         root.insertBefore(include, root.firstChild)
 
     def handle(self, operation: int, key: str, data: Place, source: Any, copy: Any) -> None:
-        """Give what a macro of ours makes the place of its call."""
+        """Give what a macro of ours makes the place of its call; called by minidom."""
         copy.setUserData(key, self.calls[-1] if self.calls else data, Copied())
 
     def _open(self, filename: str) -> io.StringIO:
@@ -362,17 +359,11 @@ def _check_names(element: Any) -> None:
     """Refuse names that are not those of XML, which expressions may give, and write numbers as texts."""
     for name in (element.tagName, *element.attributes.keys()):
         if not isinstance(name, str) or not _NAME.fullmatch(name):
-            raise InvalidNameError(element, f"'{name}' is not a valid name for an element or attribute")
+            file, line, column = place_of(element)
+            message = f"'{name}' is not a valid name for an element or attribute"
+            raise ConfigError([Problem(file.name, line, column, f"<{element.tagName}>", message)])
     for attribute in element.attributes.values():
         attribute.value = str(attribute.value)
-
-
-class InvalidNameError(Exception):
-    """A name that XML does not have."""
-
-    def __init__(self, element: Any, message: str) -> None:
-        super().__init__(message)
-        self.element = element
 
 
 def _problem(error: Exception, cause: BaseException, made: Expansion, known: Sequence[str] | None) -> Problem:
@@ -455,8 +446,6 @@ class _Trail:
         self.macros: list[str] = []
         for frame in _frames(error):
             self._follow(frame.f_code.co_name, frame.f_locals, _element(frame))
-        if isinstance(error, InvalidNameError):
-            self._at(error.element)
 
     def _follow(self, function: str, local: Mapping[str, Any], element: Any) -> None:
         if element is not None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from vrx_mj.config.dynamics import HullConfig, HydrodynamicsConfig, ThrusterConfig
-from vrx_mj.config.robots import ChannelEntry, RudderEntry, SailEntry
+from vrx_mj.config.robots import RudderEntry, SailEntry
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Tag, numbers_of
 from vrx_mj.formats.urdf.gazebo_sensors import (
@@ -41,23 +41,17 @@ SHARES = "commands are shares of the largest thrust, -1 to 1"
 class Robot(Scope):
     """A robot whose plugins are read, and what pushes it."""
 
-    thrusters: list[UrdfThruster] = field(default_factory=list)
-    hydrodynamics: HydrodynamicsConfig | None = None
-    wind: tuple[float, float, float] | None = None
     newer_drags: list[Node] = field(default_factory=list)
     newer_hulls: list[Node] = field(default_factory=list)
-    water: dict[str, Any] = field(default_factory=dict)
     controls: list[Control] = field(default_factory=list)
-    autopilot: dict[str, ChannelEntry] = field(default_factory=dict)
-    rudders: dict[str, RudderEntry] = field(default_factory=dict)
-    sails: dict[str, SailEntry] = field(default_factory=dict)
 
     def thrust(
-        self, node: Node, link: str, drive: Mapping[str, object], *, name: str = "", propeller: str | None = None,
+        self, node: Node, link: str, drive: Mapping[str, Any], *, name: str = "", propeller: str | None = None,
         engine: str | None = None, axis: tuple[float, float, float] = FORWARD,
     ) -> None:  # fmt: skip
         """Keeps a thruster, if its values are such as there are."""
-        config = node.configured(ThrusterConfig, {"mapping": "linear", **drive})
+        astern = {"max_force_reverse": -abs(drive["max_force_reverse"])}
+        config = node.configured(ThrusterConfig, {"mapping": "linear", **drive, **astern})
         if config is not None and link:
             name = name or self.local(link).rpartition("/")[2]
             self.thrusters.append(UrdfThruster(name, link, propeller, engine, config, place=node.place, axis=axis))
@@ -96,7 +90,6 @@ def _thrusters(node: Node, robot: Robot) -> None:
         propeller, engine = robot.joint(part, "propJointName"), robot.joint(part, "engineJointName")
         steers = part.flag("enableAngle", part.child("angleTopic") is not None)
         drive = part.fields(FIELDS["thruster"]) | {"mapping": MAPPINGS.get(mapping, "linear"), "timeout": timeout}
-        drive["max_force_reverse"] = -abs(drive["max_force_reverse"])
         name = part.text("cmdTopic").rpartition("/")[2].removesuffix("_thrust_cmd")
         name = name or robot.local(link).removesuffix("_propeller_link")
         engine = (engine or robot.hinge(link, above=1)) if steers else None
@@ -116,7 +109,6 @@ def _newer_thruster(node: Node, robot: Robot) -> None:
     robot.check(node, [SPEEDS])
     robot.warn(node, "commands are newtons only in worlds of profile vrx3, else shares of the largest thrust, -1 to 1")
     drive = node.fields(FIELDS["newer_thruster"]) | {"timeout": 0.0}
-    drive["max_force_reverse"] = -abs(drive["max_force_reverse"])
     drive["max_angle"] = min(abs(limits.lower), abs(limits.upper)) if limits else math.pi / 2
     own = robot.local(joint.child).rpartition("::")[2].removesuffix("_link").removesuffix("_propeller")
     own = node.text("name") or topic.rpartition("/")[2] or own
@@ -138,7 +130,7 @@ def _uuv_thruster(node: Node, robot: Robot) -> None:
         largest = USUAL_THRUST
     robot.warn(node, SHARES)
     axis = joint.axis if joint and joint.type in {"continuous", "revolute"} else FORWARD
-    drive = {"max_force_forward": largest, "max_force_reverse": -(least or largest)}
+    drive = {"max_force_forward": largest, "max_force_reverse": least or largest}
     robot.thrust(node, link, drive, propeller=joint.name if joint else None, axis=axis)
 
 
@@ -165,7 +157,7 @@ def _freefloating(node: Node, robot: Robot) -> None:
         if over and over != largest:
             robot.warn(part, f"one largest thrust under and over water: {largest or over:g} N")
         largest = largest or over
-        drive = {"max_force_forward": largest, "max_force_reverse": -largest}
+        drive = {"max_force_forward": largest, "max_force_reverse": largest}
         if link:
             robot.warn(part, SHARES)
         robot.thrust(part, link, drive, engine=robot.hinge(link), axis=(0.0, 0.0, -1.0))
@@ -223,7 +215,7 @@ def _hydrodynamics(node: Node, robot: Robot) -> None:
     )
 
 
-def _coefficients(node: Node) -> dict[str, object]:
+def _coefficients(node: Node) -> dict[str, Any]:
     return {key: tuple(node.fields(FIELDS[key]).values()) for key in ("added_mass", "drag_linear", "drag_quadratic")}
 
 
@@ -324,7 +316,7 @@ def read_gazebo(urdf: Urdf, tags: Sequence[Node], findings: Findings) -> Gazebo:
     Raises:
         ConfigError: For values that are wrong, and links and joints that are not there.
     """
-    robot = Robot(urdf, findings)
+    robot = Robot(urdf=urdf, findings=findings)
     for node in tags:
         _read_element(node, robot)
     _newer_water(robot)
@@ -334,9 +326,7 @@ def read_gazebo(urdf: Urdf, tags: Sequence[Node], findings: Findings) -> Gazebo:
     findings.check_names("thruster", ((one.name, one.place, f"thruster '{one.name}'") for one in thrusters))
     findings.settle()
     robot.thrusters, robot.autopilot = thrusters, channels
-    found = ((one.name, getattr(robot, one.name)) for one in fields(Gazebo))
-    values: dict[str, Any] = {name: tuple(each) if isinstance(each, list) else each for name, each in found}
-    return Gazebo(**values)
+    return Gazebo(**{one.name: getattr(robot, one.name) for one in fields(Gazebo)})
 
 
 def _read_element(node: Node, robot: Robot) -> None:

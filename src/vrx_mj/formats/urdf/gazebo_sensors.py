@@ -12,7 +12,7 @@ from vrx_mj.config.base import Config
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Rows, Tag, own_name
-from vrx_mj.formats.urdf.model import ZERO, Urdf, chained
+from vrx_mj.formats.urdf.model import ZERO, Gazebo, Urdf, chained
 from vrx_mj.frames import Pose
 
 HARD_CODED = ("wamv/", "cora/")
@@ -34,14 +34,12 @@ def library(filename: str) -> str:
     return _GENERATION.sub("gz-sim-", name)
 
 
-@dataclass
-class Scope:
+@dataclass(kw_only=True)
+class Scope(Gazebo):
     """One robot whose tags are read, and what was found so far."""
 
     urdf: Urdf
     findings: Findings
-    warnings: list[str] = field(default_factory=list)
-    sensors: list[Any] = field(default_factory=list)
 
     def warn(self, node: Node, message: str) -> None:
         """Notes that something the file asks for is not done."""
@@ -128,16 +126,6 @@ class Scope:
 Values = dict[str, Any]
 STEPS = {"ball_shooter_plugin": 0.001, "BallShooterPlugin": 0.004}
 """Duration [s] of a physics step, for which VRX's launchers push a ball, by plugin."""
-HECTOR = {
-    "hector_gazebo_ros_gps": {"position": "", "velocity": "velocity"},
-    "hector_gazebo_ros_imu": {
-        "acceleration": "accel",
-        "angular_velocity": "rate",
-        "heading": "yaw",
-        "tilt": "tilt",
-    },
-}
-"""What Hector's tags begin with, by the sensor's field."""
 Ignored = tuple[tuple[Tag, str], ...]
 """Tags that are not simulated, and what is said of them."""
 _OFFSETS = "rpyOffsets", "xyzOffsets", "rpyOffset", "xyzOffset"
@@ -184,6 +172,8 @@ class Kind:
     """Whether it is called as its link is."""
     ignored: Sequence[str] = ()
     """Those of `OFFSETS` that it has."""
+    prefixes: Mapping[str, str] = field(default_factory=dict)
+    """What Hector's tags begin with, by the sensor's field."""
     plugins: Sequence[str] = ()
     """Those in a `<sensor>` that publish its readings."""
     scans: Sequence[str] = ()
@@ -204,7 +194,7 @@ def _fields(node: Node | None, rows: Rows) -> Values:
 
 def _hector(node: Node, *_: object) -> Values:
     found: Values = {}
-    for key, prefix in HECTOR[plugin_kind(node)].items():
+    for key, prefix in INSTRUMENTS[plugin_kind(node)].prefixes.items():
         found[key] = {}
         for name, tag in FIELDS["hector"].items():
             path = f"{prefix}{tag.path}" if prefix else f"{tag.path[0].lower()}{tag.path[1:]}"
@@ -263,7 +253,7 @@ def _add(
         **({"rate": scope.rate(node, rate)} if own or kind.rate else {}),
         **(read(node, plugin, scope, link) if read else node.fields(FIELDS[kind.fields])),
     }
-    sensor = None if node.findings.problems else node.configured(CONFIGS[kind.type], values)
+    sensor: Any = None if node.findings.problems else node.configured(CONFIGS[kind.type], values)
     if sensor is not None:
         scope.sensors.append(sensor)
 

@@ -102,23 +102,12 @@ def read_controls(node: Node, scope: Scope) -> list[Control]:
             part.fault(f"servo_min and servo_max must differ, got {least:g} for both")
         factor, offset = part.value("multiplier", 1.0), part.value("offset", 0.0)
         low, high = sorted((factor * offset, factor * (offset + 1.0)))
-        sign = math.copysign(most - least, factor)
-        shorter, longer = -offset or 1.0 + offset, 1.0 + offset or -offset
+        trim, sign = least - offset * (most - least), math.copysign(most - least, factor)
+        span = sign * (-offset or 1.0 + offset), sign * (1.0 + offset or -offset)
         if name is not None:
             channel = part.attribute("channel") or str(index)
             number = str(int(channel) + 1) if channel.isdecimal() else channel
-            found.append(
-                Control(
-                    number,
-                    name,
-                    kind,
-                    low,
-                    high,
-                    least - offset * (most - least),
-                    (sign * shorter, sign * longer),
-                    part,
-                )
-            )
+            found.append(Control(number, name, kind, low, high, trim, span, part))
     return found
 
 

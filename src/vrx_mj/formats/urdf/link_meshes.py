@@ -4,13 +4,14 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cache
-from pathlib import Path, PurePosixPath
+from pathlib import PurePosixPath
 from typing import Any
 
 from vrx_mj.config.shapes import MESH_SUFFIXES, Shape, Visual
 from vrx_mj.config.wording import one_of, shown
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.urdf.elements import Findings
+from vrx_mj.formats.urdf.links import ShapeT
 from vrx_mj.formats.urdf.meshes import MeshFiles, MissingMeshError, check_mesh
 from vrx_mj.formats.urdf.model import Color, Link, LinkRow, MeshRow, Scale, chained
 from vrx_mj.frames import Pose, inverse
@@ -58,11 +59,9 @@ def solid_mesh(shape: Shape | MeshRow, files: MeshFiles, findings: Findings) -> 
         yield shape
         return
     try:
-        folder, path, _ = _found(shape, files, collides=True)
+        yield _found(shape, files, Shape, collides=True)
     except VrxError as error:
         findings.problems.append(shape.place.problem(shape.key, str(error)))
-    else:
-        yield Shape.model_validate(_values(shape, folder, path))
 
 
 def seen_mesh(shape: Visual | MeshRow, files: MeshFiles, findings: Findings) -> Iterator[Visual]:
@@ -74,7 +73,7 @@ def seen_mesh(shape: Visual | MeshRow, files: MeshFiles, findings: Findings) -> 
         yield shape
         return
     try:
-        folder, path, own = _found(shape, files, collides=False)
+        yield _found(shape, files, Visual)
     except MissingMeshError:
         instead = stand_in(shape.file, shape.pose, shape.color, shape.scale)
         if not instead:
@@ -82,26 +81,20 @@ def seen_mesh(shape: Visual | MeshRow, files: MeshFiles, findings: Findings) -> 
         yield from instead
     except VrxError as error:
         findings.note("unread", str(error))
-    else:
-        color = shape.color or own
-        yield Visual.model_validate(_values(shape, folder, path) | ({"color": color} if color else {}))
 
 
-def _values(mesh: MeshRow, folder: Path, path: str) -> dict[str, Any]:
-    """Fields of a shape."""
-    values = {"folder": folder, "type": "mesh", "file": path, "pose": mesh.pose, "scale": mesh.scale}
-    return values | ({"name": mesh.name} if mesh.name else {})
-
-
-def _found(mesh: MeshRow, files: MeshFiles, *, collides: bool) -> tuple[Path, str, Color | None]:
-    """Folder and path of a mesh that was found and read, and its own colour. Our own are known to be sound.
+def _found(mesh: MeshRow, files: MeshFiles, kind: type[ShapeT], *, collides: bool = False) -> ShapeT:
+    """The shape of a mesh that was found and read, in its own colour unless one is given. Ours are known to be sound.
 
     Raises:
         VrxError: it cannot be found or read.
     """
     folder, path = files.find(mesh.file)
+    values = {"folder": folder, "type": "mesh", "file": path, "pose": mesh.pose, "scale": mesh.scale}
+    values |= {"name": mesh.name} if mesh.name else {}
     if not path.lower().endswith(MESH_SUFFIXES):
         raise VrxError(f"expected a mesh that ends in {one_of(MESH_SUFFIXES)}, got {shown(mesh.file)}")
-    if (folder / path).resolve().is_relative_to(root() / "assets"):
-        return folder, path, None
-    return folder, path, check_mesh(folder / path, mesh.scale, collides=collides).color
+    own = (folder / path).resolve().is_relative_to(root() / "assets")
+    read = None if own else check_mesh(folder / path, mesh.scale, collides=collides)
+    color = mesh.color or (read and read.color)
+    return kind.model_validate(values | ({"color": color} if color and kind is Visual else {}))

@@ -4,15 +4,15 @@ import math
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from graphlib import CycleError, TopologicalSorter
 from typing import Any, TypeVar
 
 import numpy as np
 
+from vrx_mj.config.joints import tree_faults
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.values import COLORS
 from vrx_mj.config.wording import choice
-from vrx_mj.errors import UnknownNameError, first_names
+from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.urdf.elements import FIELDS, LARGEST, Findings, Node, own_name
 from vrx_mj.formats.urdf.model import Color, Inertial, Joint, Limits, Link, LinkRow, MeshRow
 from vrx_mj.frames import Pose
@@ -242,25 +242,15 @@ def read_joint(node: Node, links: Collection[str]) -> Joint:
 
 def root_of(links: Mapping[str, Link], joints: Mapping[str, Joint], findings: Findings) -> str:
     """The one link that is no joint's child, if the links hang together as a tree under it."""
-    above: dict[str, Joint] = {}
-    for joint in joints.values():
-        if joint.child in above:
-            other = above[joint.child].name
-            message = f"the link '{joint.child}' is already the child of the joint '{other}'; it has one parent"
-            findings.problems.append(joint.place.problem(f"joint '{joint.name}'", message))
-        above.setdefault(joint.child, joint)
-    roots = [name for name in links if name not in above]
-    if len(roots) > 1:
-        names = first_names((f"'{name}'" for name in roots), 8)
-        message = f"{len(roots)} links are not a joint's child: {names}; there must be one, the root"
-        findings.problems.append(links[roots[1]].place.problem(f"link '{roots[1]}'", message))
-    try:
-        TopologicalSorter({name: (joint.parent,) for name, joint in above.items()}).prepare()
-    except CycleError as error:
-        loop: list[str] = error.args[1]
-        message = "the joints form a loop: " + " > ".join(f"'{name}'" for name in loop)
-        findings.problems.append(above[loop[0]].place.problem(f"joint '{above[loop[0]].name}'", message))
-    return roots[0] if roots else ""
+    children = {joint.child for joint in joints.values()}
+    top = next((name for name in links if name not in children), "")
+    rows: dict[str | int, list[Any]] = {"links": [link for link in links.values() if link.name != top]}
+    rows["joints"] = list(joints.values())
+    ends = [(joint.name, joint.parent, joint.child) for joint in joints.values()]
+    for (kind, index, *_), message in tree_faults(top, [link.name for link in rows["links"]], ends):
+        row = rows[kind][int(index)]
+        findings.problems.append(row.place.problem(f"{str(kind)[:-1]} '{row.name}'", str(message)))
+    return top
 
 
 def _end(node: Node, tag: str, links: Collection[str]) -> str:

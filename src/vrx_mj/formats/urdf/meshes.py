@@ -1,5 +1,6 @@
 """Mesh files of a URDF: where they are, and what is read from them."""
 
+import os.path
 import re
 from collections.abc import Callable, Iterable, Iterator, MutableMapping, Sequence
 from dataclasses import dataclass
@@ -52,7 +53,7 @@ class MeshFiles(Files):
         bases = [*(self.near(package[2]) if package else ()), *self.bases]
         for file in self._candidates(text, package):
             base = next((base for base in bases if is_inside(file, base)), None)
-            if base is not None and _is_file(file):
+            if base is not None and os.path.isfile(file):  # noqa: PTH113 - Path.is_file raises an OSError for a long name
                 return base, _inside(file, base)
             outside = outside or base is None
         if outside:
@@ -101,22 +102,12 @@ def with_mesh_names(text: str, files: MeshFiles, named: Callable[[Path, str], st
     return _MESH.sub(renamed, text)
 
 
-def _is_file(file: Path) -> bool:
-    try:
-        return file.is_file()
-    except (OSError, ValueError):
-        return False
-
-
 def _inside(file: Path, base: Path) -> str:
     """The path as it was written where that is possible, else with its links followed."""
-    try:
-        relative = file.relative_to(base)
-    except ValueError:
-        relative = None
-    if relative is None or ".." in relative.parts:
-        relative = file.resolve().relative_to(base.resolve())
-    return relative.as_posix()
+    written = file.relative_to(base) if file.is_relative_to(base) else None
+    if written is None or ".." in written.parts:
+        written = file.resolve().relative_to(base.resolve())
+    return written.as_posix()
 
 
 MAX_BYTES = 50_000_000

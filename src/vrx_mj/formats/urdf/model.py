@@ -135,27 +135,27 @@ class UrdfThruster:
     """Direction of the thrust in the propeller's link, of length 1."""
 
 
-Water = Mapping[str, float | tuple[float | None, ...] | tuple[HullConfig, ...]]
+Water = dict[str, float | tuple[float | None, ...] | tuple[HullConfig, ...]]
 
 
-@dataclass(frozen=True)
+@dataclass
 class Gazebo:
-    """What Gazebo's tags of a URDF mean to us."""
+    """What Gazebo's tags of a URDF mean to us, as far as they are read."""
 
-    thrusters: tuple[UrdfThruster, ...] = ()
+    thrusters: list[UrdfThruster] = field(default_factory=list)
     hydrodynamics: HydrodynamicsConfig | None = None
     water: Water = field(default_factory=dict)
     """Fields of `HydrodynamicsConfig` that are known where the rest is not; in a six None is what is not."""
     wind: tuple[float, float, float] | None = None
     """Coefficients, from VRX's wind plugin."""
-    rudders: Mapping[str, RudderEntry] = field(default_factory=dict)
+    rudders: dict[str, RudderEntry] = field(default_factory=dict)
     """Rudders and keels."""
-    sails: Mapping[str, SailEntry] = field(default_factory=dict)
-    autopilot: Mapping[str, ChannelEntry] = field(default_factory=dict)
+    sails: dict[str, SailEntry] = field(default_factory=dict)
+    autopilot: dict[str, ChannelEntry] = field(default_factory=dict)
     """What channels of ArduPilot command, by number."""
-    sensors: tuple[SensorConfig, ...] = ()
+    sensors: list[SensorConfig] = field(default_factory=list)
     """Posed in the root link's frame, names without the namespace."""
-    warnings: tuple[str, ...] = ()
+    warnings: list[str] = field(default_factory=list)
     """What the file asks for and is not done, each with its line."""
 
 
@@ -175,7 +175,7 @@ class Urdf:
     """Pose of each link's frame in the root link's, all joints at rest [m, rad]."""
     namespace: str = ""
     """Namespace of the links' names: `wamv` of `wamv/base_link`; empty if they have none."""
-    gazebo: Gazebo = Gazebo()
+    gazebo: Gazebo = field(default_factory=Gazebo)
     """What plugins and sensors mean."""
     remarks: tuple[str, ...] = ()
     """What the file asks for and is not done, besides its plugins and sensors, each with its line."""

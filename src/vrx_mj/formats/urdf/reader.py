@@ -15,16 +15,9 @@ from vrx_mj.formats.urdf.expand import ExpandedText
 from vrx_mj.formats.urdf.link_meshes import with_shapes
 from vrx_mj.formats.urdf.meshes import MeshFiles
 from vrx_mj.formats.urdf.model import LinkRow, Urdf
+from vrx_mj.formats.urdf.xml_document import WORDING
 
-ODD = {
-    "post": "posts of sensors that end below the deck, to which VRX gives a negative length: no mass, no shape",
-    "massless": "links with mass 0; they count as links without mass",
-    "inertia": "impossible moments of inertia, negative or above the sum of the other two; they are used as they are",
-    "shapeless": "visuals without a geometry; they are ignored",
-    "mesh": "meshes not found in the folders that may be read; they are not drawn",
-    "unread": "meshes that cannot be read; they are not drawn",
-    "unit": "links without <inertial>; by SDF each weighs 1 kg, with moments of inertia of 1 kg m2",
-}
+ODD = WORDING["suspicious"]
 """What is legal but suspicious, each said once for all that have it."""
 
 

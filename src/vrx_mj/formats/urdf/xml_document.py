@@ -5,9 +5,10 @@ the process without rights: `read_bytes`, for texts that are handed to it, is fo
 """
 
 import codecs
+import json
 import re
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -26,23 +27,8 @@ DEEPEST = 60
 MOST_NODES = 50_000
 """Elements and attributes in a file."""
 
-_WORDS = {
-    "no element found": "ends before its outermost element does, or is empty",
-    "unclosed token": "a tag, comment or quote is never closed",
-    "not well-formed (invalid token)": "is not XML: a stray '<' or '&' (write &lt; &amp;), or no quote or '='",
-    "junk after document element": "text after the end of the outermost element",
-    "duplicate attribute": "an attribute is given twice",
-    "syntax error": "is not XML, which begins with '<'",
-    "undefined entity": "no such &name; here; XML knows &lt; &gt; &amp; &quot; and &apos;",
-    "XML or text declaration not at start of entity": "'<?xml ...?>' must be the very first thing in the file",
-}
-_ODD = {
-    "before": "blanks before '<?xml ...?>' are ignored; XML has it first",
-    "encoding": "bytes that are not in the encoding of the file are replaced; save it as UTF-8",
-    "hyphens": "'--' in a comment, which XML does not allow, is ignored",
-    "ampersand": "'&' is read as it is; XML has &amp; for it",
-}
-"""What tinyxml reads and XML does not allow."""
+WORDING: Mapping[str, Mapping[str, str]] = json.loads((Path(__file__).parent / "wording.json").read_bytes())
+"""Words for errors of expat, by its own, for what tinyxml reads and XML does not allow, and for suspicious robots."""
 _PREFIXES = {"xml", "xmlns", "gz", "ignition"}
 """Prefixes that need not be declared: files of Gazebo do not."""
 _ENCODING = re.compile(rb"""(?:\xef\xbb\xbf)?\s*<\?xml[^>]{0,100}?encoding\s*=\s*["']([\w.:-]{1,40})["']""")
@@ -173,7 +159,7 @@ class _Oddities(dict[str, tuple[str, Place, int]]):
 
     def add(self, kind: str, place: Callable[[], Place], words: str = "") -> None:
         """Add one; its words and place count if it is the first."""
-        first, where, count = self.get(kind) or (words or _ODD[kind], place(), 0)
+        first, where, count = self.get(kind) or (words or WORDING["tolerated"][kind], place(), 0)
         self[kind] = first, where, count + 1
 
     def warn(self) -> None:
@@ -271,4 +257,4 @@ class _Parser:
             return f"expected </{tag}>, which ends the <{tag}> of line {line}"
         if said in {"no element found", "unclosed token"} and tag:
             return f"the file ends before </{tag}>, which ends the <{tag}> of line {line}"
-        return _WORDS.get(said, said)
+        return WORDING["expat"].get(said, said)

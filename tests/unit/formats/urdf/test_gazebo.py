@@ -60,7 +60,7 @@ def wamv():
 
 
 def test_a_file_of_vrx_leaves_nothing_undone(wamv):
-    assert wamv.warnings == ()
+    assert wamv.warnings == []
 
 
 def test_thrusters_are_vrxs(wamv):
@@ -233,12 +233,12 @@ def test_two_sensors_of_one_link_have_names_of_their_own():
     <sensor type="imu" name="second">{content}</sensor><sensor type="imu" name="second">{content}</sensor></gazebo>"""
     found = gazebo(tags, "eye_link")
     assert [item.name for item in found.sensors] == ["first", "second", "second_2"]
-    assert found.warnings == (
+    assert found.warnings == [
         (
             "boat.urdf:4: gazebo 'eye_link' / sensor 'second': duplicate name 'second'; "
             "this sensor is renamed to 'second_2'"
         ),
-    )
+    ]
 
 
 @pytest.mark.parametrize(
@@ -275,7 +275,7 @@ def test_two_sensors_of_one_link_have_names_of_their_own():
     ],
 )  # fmt: skip
 def test_what_is_not_done_is_listed_with_its_line(tags, message):
-    assert gazebo(tags, "eye_link").warnings == (f"boat.urdf:3: {message}",)
+    assert gazebo(tags, "eye_link").warnings == [f"boat.urdf:3: {message}"]
 
 
 def test_publishers_and_looks_are_no_news():
@@ -283,12 +283,12 @@ def test_publishers_and_looks_are_no_news():
         '<gazebo reference="eye_link"><material>Gazebo/Black</material><mu1>0.2</mu1></gazebo>'
         '<gazebo reference="eye_link_joint"><preserveFixedJoint>true</preserveFixedJoint></gazebo>'
     )
-    assert gazebo(tags, "eye_link").warnings == ()
+    assert gazebo(tags, "eye_link").warnings == []
 
 
 def test_a_boat_without_tags_has_nothing():
     found = gazebo("")
-    assert (found.thrusters, found.hydrodynamics, found.wind, found.sensors, found.warnings) == ((), None, None, (), ())
+    assert (found.thrusters, found.hydrodynamics, found.wind, found.sensors, found.warnings) == ([], None, None, [], [])
 
 
 def test_a_receiver_on_the_root_link_has_the_plugins_name():
@@ -388,12 +388,12 @@ def test_newer_vrxs_forces_are_read(newer):
     ]
     assert water.drag_linear == (100, 100, 500, 300, 900, 800)
     assert water.drag_quadratic == (150, 100, 0, 600, 900, 800)
-    assert newer.warnings == (
+    assert newer.warnings == [
         (
             "boat.urdf:4: gazebo / plugin 'gz::sim::systems::Thruster': commands are newtons only in worlds of "
             "profile vrx3, else shares of the largest thrust, -1 to 1"
         ),
-    )
+    ]
 
 
 SURFACE = """<gazebo><plugin filename="libSurface.so" name="vrx::Surface">{}</plugin></gazebo>"""
@@ -412,18 +412,18 @@ def test_newer_vrxs_hulls_need_not_be_alike():
         (0.8, 0.075, ((0, 0.4, 0),)),
     ]
     assert (found.hydrodynamics.water_level, found.hydrodynamics.water_density) == (0.1, 997.7735)
-    assert found.warnings == (
+    assert found.warnings == [
         (
             "boat.urdf:3: gazebo / plugin 'vrx::Surface': the fluid_level and fluid_density of this hull apply to all "
             "hulls"
         ),
-    )
+    ]
 
 
 def test_a_newer_hull_without_points_carries_nothing():
     found = gazebo(SURFACE.format("<points><point>0.94 0</point></points>") + DRAG)
     assert found.hydrodynamics is None
-    assert found.warnings == (
+    assert found.warnings == [
         (
             "boat.urdf:3: gazebo / plugin 'vrx::Surface': expected three numbers in each of its <points>; this hull "
             "has no buoyancy"
@@ -432,7 +432,7 @@ def test_a_newer_hull_without_points_carries_nothing():
             "boat.urdf:3: gazebo / plugin 'vrx::SimpleHydrodynamics': no hull (Surface plugin) with points belongs to "
             "it; its shapes displace the water"
         ),
-    )
+    ]
 
 
 # Thrusters in the tags of the UUV simulator and of freefloating_gazebo, as the forces that they give
