@@ -203,6 +203,8 @@ class Footage:
         self.level = recorded.companies[0].parameters.sea.level
         """Mean height of the water [m]."""
         self._columns = [columns_in(recorded.layout, boat_set.layout) for boat_set in recorded.companies]
+        layouts = [boat_set.layout for boat_set in recorded.companies]
+        self._turns = [[layout.pose(body).start + 3 for body in layout.bodies] for layout in layouts]
 
     def at(self, time: float) -> Instant:
         """Everything at a time [s], between two rows on the straight line from one to the other."""
@@ -213,7 +215,7 @@ class Footage:
         layout, columns = self.recorded.companies[number].layout, self._columns[number]
         row = rows[before, columns]
         if before < after < len(rows) and numbers[after] == number:
-            row = between(row, rows[after, columns], time, [layout.pose(body).start + 3 for body in layout.bodies])
+            row = between(row, rows[after, columns], time, self._turns[number])
         marks = rows[before, columns][layout.marks]
         return Instant(time, number, row[layout.qpos], marks)
 
