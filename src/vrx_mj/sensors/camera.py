@@ -112,8 +112,7 @@ class Cameras:
         if self._drawn.shape[:2] != (config.height, config.width):
             self._drawn = np.empty((config.height, config.width, 3), np.uint8)
         mujoco.mj_camlight(self._model, data)
-        floats = self._sea.floats(data, view.position, time)
-        self._sea.move(view.position, self._sun(data), *view.horizontal_range(), time, view.elevations(), floats)
+        self._sea.move_into(view, data, time)
         self._canvases[samples].draw(data, view, [self._sea], self._drawn)
         rgb = np.empty_like(self._drawn)
         if config.noise > 0.0:
@@ -161,9 +160,3 @@ class Cameras:
             focal_length=focal_length(config),
             end=sky_distance(float(position[2])),
         )
-
-    def _sun(self, data: mujoco.MjData) -> FloatArray:
-        """Unit vector to the sun; straight up in a world without light."""
-        if not self._model.nlight:
-            return np.array([0.0, 0.0, 1.0])
-        return np.asarray(-data.light_xdir[0], np.float64)

@@ -10,6 +10,7 @@ from vrx_mj.model.water import Sea
 from vrx_mj.physics import tables
 from vrx_mj.physics.surface import RINGS, SPOKES, draw_surface, ring_distances, ripples, spokes
 from vrx_mj.physics.waves import random_phases, surface_heights
+from vrx_mj.sensors.view import View
 
 SHOWN = 3
 """First group of geoms that pictures do not show."""
@@ -111,6 +112,15 @@ class SeaSkin(Skin):
         slope = math.sqrt(0.5 * float(np.sum((self._waves["amplitude"] * self._waves["wavenumber"]) ** 2)))
         froth = np.full(len(row), 0.7 * math.tanh(10.0 * slope))
         return np.column_stack([centres[:, :2], edge, half[row, one], half[row, other], froth])
+
+    def move_into(self, view: View, data: mujoco.MjData, time: float, *, relief: float = 1.0) -> None:
+        """Compute what a view sees of the surface at `time` [s], in the light of the first lamp or else from above.
+
+        `data` are as `mj_camlight` leaves them; `relief` is how much more the slopes of waves shade the sea.
+        """
+        sun = -data.light_xdir[0] if len(data.light_xdir) else np.array([0.0, 0.0, 1.0])
+        floats = self.floats(data, view.position, time)
+        self.move(view.position, relief * sun, *view.horizontal_range(), time, view.elevations(), floats)
 
     def move(
         self,

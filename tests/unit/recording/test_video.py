@@ -20,7 +20,7 @@ from vrx_mj.packages import install_extra
 from vrx_mj.physics.surface import SPOKES, fan_triangles
 from vrx_mj.recording import read_record
 from vrx_mj.recording.video import Film, Shot, draw_video, looking, parse_size, write_video
-from vrx_mj.recording.video.filming import clock_line, encoder_of, project, task_lines
+from vrx_mj.recording.video.filming import PHASES, clock_line, encoder_of, lay, name_tile, project, task_lines
 from vrx_mj.recording.video.stage import (
     AHEAD,
     BEHIND,
@@ -197,6 +197,24 @@ def test_lines_of_text():
     running = TaskStatus(0.0, 0.0, 60.0, phase="running", elapsed=15.4, score=10.0, collisions=1)
     assert task_lines("dock", running, "points") == ("dock: running, 45 s left", "score 10 points, collisions 1")
     assert task_lines("dock", TaskStatus(0.0, 0.0, 60.0, phase="ready"), "points")[0] == "dock: ready"
+
+
+@pytest.mark.parametrize("place", [(2, 3), (-3, -1), (17, 9), (-8, 2), (5, -9), (40, 2), (2, 40)])
+def test_a_tile_is_blended_where_it_covers_the_picture(place):
+    rng = np.random.default_rng(5)
+    picture, tile = (rng.integers(0, 256, shape, np.uint8) for shape in ((12, 20, 3), (6, 7, 4)))
+    wide = np.pad(picture, ((50, 50), (50, 50), (0, 0))).astype(float)
+    part = wide[50 + place[1] :, 50 + place[0] :][:6, :7]
+    part += (tile[..., :3] - part) * (tile[..., 3:] / 255.0)
+    lay(picture, tile, *place)
+    assert np.array_equal(picture, np.rint(wide[50:62, 50:70]))
+
+
+def test_a_name_moves_to_the_side_by_parts_of_a_pixel():
+    tiles = [name_tile("wamv1", (255, 0, 0), 18, phase)[..., 3].sum(axis=0) for phase in range(PHASES)]
+    middles = [np.average(np.arange(len(tile)), weights=tile) for tile in tiles]
+    assert np.all(np.diff(middles) > 0.1)
+    assert middles[-1] - middles[0] == pytest.approx((PHASES - 1) / PHASES, abs=0.1)
 
 
 def test_a_size_is_two_numbers():

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache
+from functools import cache, lru_cache
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -142,7 +142,7 @@ class Film:
         self._paths, self._colors = paths, boat_colors(recorded.boats, boats)
         self._eyes = (eye,) if eye else self._views(list(paths.values()), paths[boat])
         self._stage: tuple[int, Stage] | None = None
-        self._inset: tuple[float, Image] | None = None
+        self._inset: tuple[float, Picture] | None = None
 
     def pictures(self, progress: Callable[[int, int], None] | None = None) -> Iterator[Picture]:
         """Every picture (height, width, 3), drawn when it is asked for."""
@@ -156,10 +156,11 @@ class Film:
         """The picture of a simulated time [s]."""
         shown = self._seen(time, self._eyes[0], self.size)
         if len(self._eyes) > 1:
-            set_in(shown, self._inset_at(time))
+            inset, edge = self._inset_at(time), round(INSET_EDGE * shown.shape[1])
+            shown[edge : edge + len(inset), -edge - inset.shape[1] : -edge] = inset
         if self._shot.captions:
             self._write(shown, time)
-        return np.asarray(shown)
+        return shown
 
     def close(self) -> None:
         """Free the drawing context."""
@@ -173,21 +174,23 @@ class Film:
         chase = () if view == "above" else (Chase(path, level).eye,)
         return chase if view == "chase" else (*chase, Above(paths, level, width / height).eye)
 
-    def _inset_at(self, time: float) -> Image:
-        """The view from above in the corner: that of the last time at which it is drawn."""
+    def _inset_at(self, time: float) -> Picture:
+        """The view from above in a thin frame: that of the last time at which it is drawn."""
         step = max(1, round(self.rate / INSET_RATE)) * self._shot.speed / float(self.rate)
         begin = self.times[0] + math.floor((time - self.times[0]) / step + 1e-6) * step
         if self._inset is None or self._inset[0] != begin:
             width, height = self.size
-            self._inset = begin, self._seen(begin, self._eyes[1], (even(INSET * width), even(INSET * height)))
+            seen = self._seen(begin, self._eyes[1], (even(INSET * width), even(INSET * height)))
+            line = max(1, round(height / 360))
+            framed = np.full(np.add(seen.shape, (2 * line, 2 * line, 0)), FRAME, np.uint8)
+            framed[line:-line, line:-line] = seen
+            self._inset = begin, framed
         return self._inset[1]
 
-    def _seen(self, time: float, eye_at: Callable[[float], Eye], size: tuple[int, int]) -> Image:
+    def _seen(self, time: float, eye_at: Callable[[float], Eye], size: tuple[int, int]) -> Picture:
         """What an eye sees at a time [s], with the boats' names."""
-        from PIL.Image import fromarray
-
         moment, eye = self._footage.at(time), eye_at(time)
-        shown = fromarray(self._staged(moment.boat_set).draw(moment, eye, size))
+        shown = self._staged(moment.boat_set).draw(moment, eye, size)
         if self._shot.captions:
             boats = self._footage.recorded.companies[moment.boat_set].parameters.boats
             labels = {boat.name: boat_label(boat.name, boat.robot) for boat in boats}
@@ -203,7 +206,7 @@ class Film:
             self._stage = boat_set, Stage(self._footage.recorded.companies[boat_set], self._paths, self.size, own)
         return self._stage[1]
 
-    def _write(self, shown: Image, time: float) -> None:
+    def _write(self, shown: Picture, time: float) -> None:
         """Time, task and score, and what has just happened."""
         world, status = str(self._footage.recorded.properties.get("world")), self._footage.status_at(time)
         lines = [clock_line(world, time, self._shot.speed)]
@@ -262,13 +265,13 @@ def even(number: float) -> int:
     return 2 * round(number / 2.0)
 
 
-def set_in(picture: Image, inset: Image) -> None:
-    """Set a small picture into the upper right corner of a large one, in a thin frame."""
-    from PIL import ImageOps
-
-    edge, line = round(INSET_EDGE * picture.width), max(1, round(picture.height / 360))
-    framed = ImageOps.expand(inset, line, FRAME)
-    picture.paste(framed, (picture.width - edge - framed.width, edge))
+def lay(picture: Picture, tile: ByteArray, column: int, row: int) -> None:
+    """Lay a tile (height, width, 4) of colours and opacities over a picture, its upper left corner at a pixel."""
+    above, before = max(-row, 0), max(-column, 0)
+    place = picture[row + above : max(row + len(tile), 0), column + before : max(column + tile.shape[1], 0)]
+    part = tile[above : above + len(place), before : before + place.shape[1]]
+    opacity = part[..., 3:].astype(np.uint16)
+    place[:] = (place * (255 - opacity) + part[..., :3] * opacity + 127) // 255
 
 
 Rgb = tuple[int, int, int]
@@ -285,6 +288,8 @@ TAG_HEIGHT = 2.3
 """Height of a name over its boat's origin [m]."""
 FARTHEST = 250.0
 """Distance up to which boats are named [m]."""
+PHASES = 4
+"""Steps per pixel in which names move to the side."""
 
 
 def clock_line(world: str, time: float, speed: float) -> str:
@@ -312,36 +317,53 @@ def project(view: View, place: FloatArray, width: int, height: int) -> tuple[flo
     return column, row, ahead
 
 
-def write_lines(picture: Image, lines: Sequence[str], *, bottom: bool = False) -> None:
+def write_lines(picture: Picture, lines: Sequence[str], *, bottom: bool = False) -> None:
     """Write lines on a dark panel in the upper left corner of a picture, or in the lower one."""
-    from PIL import ImageDraw
+    from PIL import Image, ImageDraw
 
     if not lines:
         return
-    draw = ImageDraw.Draw(picture, "RGBA")
-    size = max(SMALLEST, round(picture.height * TEXT_SHARE))
+    size = letters(picture, TEXT_SHARE)
     font, edge, step = font_of(size), size // 2, round(1.35 * size)
-    width = max(draw.textlength(line, font=font) for line in lines)
-    top = picture.height - edge - len(lines) * step - edge if bottom else edge
-    box = (edge, top, edge + width + 2 * edge, top + len(lines) * step + edge)
-    draw.rounded_rectangle(box, radius=edge, fill=PANEL)
+    width = math.ceil(max(font.getlength(line) for line in lines)) + 2 * edge
+    panel = Image.new("RGBA", (width, len(lines) * step + edge), (*PANEL[:3], 0))
+    draw = ImageDraw.Draw(panel)
+    draw.rounded_rectangle((0, 0, panel.width - 1, panel.height - 1), radius=edge, fill=PANEL)
     for number, line in enumerate(lines):
-        draw.text((2 * edge, top + edge // 2 + number * step), line, font=font, fill=WHITE)
+        draw.text((edge, edge // 2 + number * step), line, font=font, fill=(*WHITE, 255))
+    lay(picture, np.asarray(panel), edge, len(picture) - edge - panel.height if bottom else edge)
+
+
+def letters(picture: Picture, share: float) -> int:
+    """Height of letters [pixels] that is a share of a picture's."""
+    return max(SMALLEST, round(len(picture) * share))
 
 
 def name_boats(
-    picture: Image, view: View, places: Mapping[str, FloatArray], colors: Mapping[str, Rgb], labels: Mapping[str, str]
+    picture: Picture, view: View, places: Mapping[str, FloatArray], colors: Mapping[str, Rgb], labels: Mapping[str, str]
 ) -> None:
     """Write the labels of boats at places (3,) [m] over them, if they are in view and no farther than `FARTHEST`."""
-    from PIL import ImageDraw
-
-    draw = ImageDraw.Draw(picture)
-    font = font_of(max(SMALLEST, round(picture.height * NAME_SHARE)))
+    height, width = picture.shape[:2]
     for name, place in places.items():
-        spot = project(view, np.add(place, (0.0, 0.0, TAG_HEIGHT)), picture.width, picture.height)
+        spot = project(view, np.add(place, (0.0, 0.0, TAG_HEIGHT)), width, height)
         if spot is not None and spot[2] < FARTHEST:
-            text, color = labels[name], colors[name]
-            draw.text(spot[:2], text, font=font, fill=color, anchor="mb", stroke_width=1, stroke_fill=PANEL[:3])
+            column, phase = divmod(round(PHASES * spot[0]), PHASES)
+            tile = name_tile(labels[name], colors[name], letters(picture, NAME_SHARE), phase)
+            lay(picture, tile, column - tile.shape[1] // 2, round(spot[1]) - len(tile) + 2)
+
+
+@lru_cache(maxsize=1024)
+def name_tile(text: str, color: Rgb, size: int, phase: int) -> ByteArray:
+    """A name (height, width, 4) with a dark rim, over the middle of its last row but one; `phase` moves it right."""
+    from PIL import Image, ImageDraw
+
+    font = font_of(size)
+    middle = math.ceil(font.getlength(text) / 2.0) + 2
+    tile, foot = Image.new("RGBA", (2 * middle, 2 * size), (*PANEL[:3], 0)), (middle + phase / PHASES, 2 * size - 2)
+    ImageDraw.Draw(tile).text(
+        foot, text, font=font, fill=(*color, 255), anchor="mb", stroke_width=1, stroke_fill=(*PANEL[:3], 255)
+    )
+    return np.asarray(tile)
 
 
 @cache

@@ -203,6 +203,8 @@ class Footage:
         self.level = recorded.companies[0].parameters.sea.level
         """Mean height of the water [m]."""
         self._columns = [columns_in(recorded.layout, boat_set.layout) for boat_set in recorded.companies]
+        layouts = [boat_set.layout for boat_set in recorded.companies]
+        self._turns = [[layout.pose(body).start + 3 for body in layout.bodies] for layout in layouts]
 
     def at(self, time: float) -> Instant:
         """Everything at a time [s], between two rows on the straight line from one to the other."""
@@ -213,7 +215,7 @@ class Footage:
         layout, columns = self.recorded.companies[number].layout, self._columns[number]
         row = rows[before, columns]
         if before < after < len(rows) and numbers[after] == number:
-            row = between(row, rows[after, columns], time, [layout.pose(body).start + 3 for body in layout.bodies])
+            row = between(row, rows[after, columns], time, self._turns[number])
         marks = rows[before, columns][layout.marks]
         return Instant(time, number, row[layout.qpos], marks)
 
@@ -316,8 +318,13 @@ class Stage:
         for geom, rgba in painted(model, self._displays, moment.marks, moment.time).items():
             model.geom_rgba[geom] = rgba
         view = view_of(eye, width, height)
+        above = view.rotation[2, 0] < -STEEP
         with announced(draw_surface, "the sea's pictures", 8):
-            self._move_sea(view, moment.time)
+            self._sea.move_into(view, data, moment.time, relief=RELIEF if above else 1.0)
+        if above:  # waves are shaded more, and do not glitter
+            mirrored, glitter = self._sea.palette.T
+            np.clip(mirrored + LIGHTER, EDGE, 1.0 - EDGE, out=mirrored)
+            np.minimum(glitter, PLAIN, out=glitter)
         drawn = np.empty((height, width, 3), np.uint8)
         self._foam.move(moment.time, self._sea.drawn_height)
         self._canvas.draw(data, view, (self._sea, self._foam), drawn)
@@ -327,20 +334,6 @@ class Stage:
     def close(self) -> None:
         """Free the drawing context."""
         self._canvas.close()
-
-    def _move_sea(self, view: View, time: float) -> None:
-        """The sea as it is seen; from above waves are shaded more, and do not glitter."""
-        sun = np.array([0.0, 0.0, 1.0])
-        if self._model.nlight:
-            sun = np.asarray(-self._data.light_xdir[0], np.float64)
-        above = view.rotation[2, 0] < -STEEP
-        floats = self._sea.floats(self._data, view.position, time)
-        light = RELIEF * sun if above else sun
-        self._sea.move(view.position, light, *view.horizontal_range(), time, view.elevations(), floats)
-        if above:
-            mirrored, glitter = self._sea.palette.T
-            np.clip(mirrored + LIGHTER, EDGE, 1.0 - EDGE, out=mirrored)
-            np.minimum(glitter, PLAIN, out=glitter)
 
 
 Strip = tuple[FloatArray, FloatArray]
