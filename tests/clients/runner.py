@@ -19,6 +19,8 @@ from pathlib import Path
 from typing import Any
 from xmlrpc.client import ServerProxy
 
+import pytest
+
 from needs import DEBIAN_PYTHON
 from ros1_peer import ME, dial, frame_of, service_of, stream_of, taken
 from ros1_served import environment, free_port, until
@@ -38,7 +40,8 @@ boats: [{name: wamv, pose: [-532, 162, 0.1, 0, 0, 0]}]
 thrusters: H
 sensors: [gps, imu]
 """
-RATES = [1.0, 2.0]
+RATES = [pytest.param(1.0, marks=pytest.mark.nightly), 2.0]
+"""Simulated over wall time: the harder one every day, the usual one every night."""
 WAIT = 90.0
 """Wall time for what comes at once on a machine without load [s]."""
 

@@ -112,7 +112,7 @@ def serving(folder, *options):
             process.communicate(timeout=SECONDS)
 
 
-@pytest.mark.parametrize("rate", [1.0, 2.0])
+@pytest.mark.parametrize("rate", [pytest.param(1.0, marks=pytest.mark.nightly), 2.0])
 def test_after_a_stall_no_topic_comes_in_a_burst_or_with_a_gap(tmp_path, rate):
     with serving(tmp_path, "--rate", rate) as served:
         for wire in served.wires.values():

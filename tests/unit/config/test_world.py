@@ -194,18 +194,13 @@ def test_a_heading_turns_the_world_frame():
 
 
 @pytest.mark.parametrize("name", sorted(catalogue("worlds")))
-def test_every_shipped_world_loads_without_a_word(name):
+def test_every_shipped_world_loads_without_a_word_and_names_its_profile(name):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         world = load_world(name)
     assert all(math.isfinite(value) for value in world.spawn.pose)
-
-
-@pytest.mark.parametrize("name", sorted(catalogue("worlds")))
-def test_every_shipped_world_names_its_profile(name):
-    physics = load_world(name).physics
-    assert "profile" in physics.model_fields_set
-    assert physics.profile == ("vrx3" if name.startswith(("vrx2023/", "base/")) else "vrx")
+    assert "profile" in world.physics.model_fields_set
+    assert world.physics.profile == ("vrx3" if name.startswith(("vrx2023/", "base/")) else "vrx")
 
 
 def test_a_world_without_a_profile_gets_marine_and_a_process_one_notice(monkeypatch):

@@ -145,10 +145,10 @@ def test_processes_that_start_at_once_share_one_cache(tmp_path):
     environment = os.environ | {"VRX_MJ_CACHE": str(tmp_path / "cache"), "PYTHONPATH": str(SOURCE)}
     running = [
         subprocess.Popen([sys.executable, "-c", PROGRAM], env=environment, stdout=subprocess.PIPE, text=True)
-        for _ in range(4)
+        for _ in range(2)
     ]
     outputs = [process.communicate(timeout=60)[0].strip() for process in running]
-    assert outputs == ["1.0"] * 4
+    assert outputs == ["1.0"] * 2
     assert list((tmp_path / "cache").rglob("elementary.cosine-*.nbc"))
 
 
