@@ -155,3 +155,23 @@ def test_what_a_recording_has_not_is_told(recording, tmp_path):
     with pytest.raises(RecordError, match=r"blind\.rrd' has no boat with a camera$"):
         write_coco(tmp_path / "blind.rrd", tmp_path / "data")
     assert not (tmp_path / "data").exists()
+
+
+@pytest.mark.slow
+def test_boats_that_come_and_go_are_in_the_pictures_of_their_time(tmp_path):
+    one = {"boats": [{"name": "a", "pose": [0, 0, 0.1, 0, 0, 0], "sensors": "front_left_camera"}]}
+    sim = vrx_mj.Simulation(vrx_mj.compile_world("ocean", fleet=one))
+    with vrx_mj.record(sim, tmp_path / "run.rrd"):
+        sim.step(duration=1.0)
+        sim.spawn("b", pose=(12, 3, 0.1, 0, 0, 1.0), sensors="front_left_camera")
+        sim.step(duration=1.0)
+        sim.remove("a")
+        sim.step(duration=1.0)
+    write_coco(tmp_path / "run.rrd", tmp_path / "data")
+    data = json.loads((tmp_path / "data/annotations.json").read_text(encoding="utf-8"))
+    seen = {image["id"]: [image["file_name"][7], round(image["time"]), set()] for image in data["images"]}
+    for one in data["annotations"]:
+        seen[one["image_id"]][2].add(f"{one['name']} {one['category_id']}")
+    assert list(seen.values()) == [
+        ["a", 0, {"a 1"}], ["a", 1, {"a 1", "b 2"}], ["b", 1, {"b 1"}], ["b", 2, {"b 1"}], ["b", 3, {"b 1"}],
+    ]  # fmt: skip

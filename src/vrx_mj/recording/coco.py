@@ -54,10 +54,13 @@ class CocoWriter:
         write_files(self._folder, {"annotations.json": json.dumps(whole) + "\n"}, "the data set", RecordError)
 
     def add(self, reading: Reading) -> None:
-        """Add a camera's picture with labels, as `Simulation.labelled` gives it.
+        """Add a camera's picture.
+
+        Args:
+            reading: with labels, as `Simulation.labelled` gives it.
 
         Raises:
-            CommandError: it is none.
+            CommandError: it has none.
             RecordError: it cannot be written.
         """
         labels = getattr(getattr(reading, "data", None), "labels", None)
