@@ -108,7 +108,7 @@ class Nmea:
 
     def _accept(self) -> None:
         """Take new clients. What they send is never read: once the system holds enough of it, they have to wait."""
-        with contextlib.suppress(BlockingIOError):
+        with contextlib.suppress(OSError):  # nobody waits
             while len(self._clients) < MOST_CLIENTS:
                 client, _ = self._tcp.accept()
                 client.setblocking(False)
