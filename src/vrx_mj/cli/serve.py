@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vrx_mj.arguments import check_name
 from vrx_mj.cli.options import DEFAULT_PORT, Arguments, Fleet, Nudge, Record, Seed, World, opened_by, reads_files
 from vrx_mj.cli.screen import is_watched, show
 from vrx_mj.errors import CommandError, NetworkError
@@ -196,22 +195,11 @@ def parse_lockstep(text: str) -> tuple[str, ...]:
 
 
 def parse_nmea(text: str, boats: Sequence[str]) -> dict[str, int]:
-    """Ports by boat from `PORT`, of the first boat, or `BOAT:PORT,BOAT:PORT`.
-
-    Raises:
-        CommandError: it is neither; two boats have one port; there is no boat.
-        UnknownNameError: no boat has that name.
-    """
-    if not boats:
-        raise CommandError("--nmea: the world has no boat")
-    found: dict[str, int] = {}
-    for word in text.split(","):
-        boat, _, port = word.rpartition(":")
-        if not port.isdecimal() or int(port) in found.values():
-            raise CommandError(f"invalid --nmea '{text}': [BOAT:]PORT,... is needed, each port once, as in wamv:10110")
-        check_name("boat", boat or boats[0], boats)
-        found[boat or boats[0]] = int(port)
-    return found
+    """Ports by boat from `PORT`, of the first boat, or `BOAT:PORT,BOAT:PORT`. CommandError: it is neither."""
+    pairs = [word.rpartition(":") for word in text.split(",")]
+    if not boats or not all(port.isdecimal() for _, _, port in pairs):
+        raise CommandError(f"invalid --nmea '{text}': [BOAT:]PORT,... of boats is needed, as in wamv:10110")
+    return {boat or boats[0]: int(port) for boat, _, port in pairs}
 
 
 def check_installed(*, rosbridge: bool, ros2: bool = False, foxglove: bool = False, nmea: bool = False) -> None:

@@ -10,17 +10,8 @@ from zlib import crc32
 
 import mujoco
 import numpy as np
+from pyais import messages
 from pyais.encode import encode_msg
-from pyais.messages import (
-    EpfdType,
-    MessageType1,
-    MessageType5,
-    MessageType18,
-    MessageType24PartA,
-    MessageType24PartB,
-    NavigationStatus,
-    Payload,
-)
 
 from vrx_mj.config.fleet import AisClass
 from vrx_mj.frames import Geodetic, compass, rotation_matrix
@@ -61,18 +52,13 @@ class Size(NamedTuple):
 
 def size_of(model: mujoco.MjModel, body: str) -> Size:
     """The size of a boat by the shapes that are fixed to its body, from the body's origin."""
-    own = model.body(body).id
-    low, high = np.zeros(2), np.zeros(2)
-    turn = np.empty(9)
-    for geom in np.flatnonzero(model.geom_bodyid == own):
-        mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
-        axes = turn.reshape(3, 3)
+    low, high = np.zeros((2, 3))
+    for geom in np.flatnonzero(model.geom_bodyid == model.body(body).id):
+        axes = rotation_matrix(model.geom_quat[geom])
         centre = model.geom_pos[geom] + axes @ model.geom_aabb[geom, :3]
         half = np.abs(axes) @ model.geom_aabb[geom, 3:]
-        low, high = np.minimum(low, (centre - half)[:2]), np.maximum(high, (centre + half)[:2])
-    ahead, port = np.rint(high).tolist()
-    astern, starboard = np.rint(-low).tolist()
-    return Size(int(ahead), int(astern), int(port), int(starboard))
+        low, high = np.minimum(low, centre - half), np.maximum(high, centre + half)
+    return Size(*(round(float(reach)) for reach in (high[0], -low[0], high[1], -low[1])))
 
 
 def mmsi_of(boats: Sequence[str]) -> dict[str, int]:
@@ -107,7 +93,7 @@ class Transponder:
 
     def sentences(self, time: float, seen: BoatObservation, earth: Geodetic) -> list[str]:
         """What it sends at a moment [s]."""
-        found: list[Payload] = []
+        time, found = round(time, 3), list[messages.Payload]()  # steps add up to 0.9999999 s
         heading = compass(seen.heading + earth.x_from_east)
         interval = self._interval(time, seen.speed / KNOT, heading)
         self.due = min(self.due, self.reported + interval)
@@ -129,7 +115,7 @@ class Transponder:
         _, ahead, turning = next((row for row in rows if speed > row[0]), rows[-1])
         return turning if time - self.turned <= STEADY else ahead
 
-    def _position(self, time: float, seen: BoatObservation, earth: Geodetic, heading: float) -> Payload:
+    def _position(self, time: float, seen: BoatObservation, earth: Geodetic, heading: float) -> messages.Payload:
         latitude, longitude, _ = earth.to_geodetic(*seen.position.tolist())
         report = {
             "mmsi": self.mmsi,
@@ -142,14 +128,15 @@ class Transponder:
             "second": (START + timedelta(seconds=time)).second,
         }
         if self.ais_class == "B":
-            return MessageType18.create(**report, dsc=True, band=True, msg22=True)
+            return messages.MessageType18.create(**report, dsc=True, band=True, msg22=True)
         port = math.degrees(float(rotation_matrix(seen.quaternion)[2] @ seen.angular_velocity)) * 60.0
         turn = max(-FASTEST_TURN, min(FASTEST_TURN, -port))
-        return MessageType1.create(**report, status=NavigationStatus.UnderWayUsingEngine, turn=turn)
+        return messages.MessageType1.create(**report, status=messages.NavigationStatus.UnderWayUsingEngine, turn=turn)
 
-    def _static(self) -> list[Payload]:
+    def _static(self) -> list[messages.Payload]:
         named = {"mmsi": self.mmsi, "shipname": self.name.upper()}
         figures = {"mmsi": self.mmsi, "ship_type": KIND_OF_SHIP, **self.size._asdict()}
         if self.ais_class == "A":
-            return [MessageType5.create(**named | figures, epfd=EpfdType.GPS)]
-        return [MessageType24PartA.create(**named, partno=0), MessageType24PartB.create(**figures, partno=1)]
+            return [messages.MessageType5.create(**named | figures, epfd=messages.EpfdType.GPS)]
+        part_a, part_b = messages.MessageType24PartA, messages.MessageType24PartB
+        return [part_a.create(**named, partno=0), part_b.create(**figures, partno=1)]

@@ -58,15 +58,11 @@ class Instruments:
         return [sentence for sender, sentence in heard if sender != boat] if then == time else ()
 
     def described(self, boat: str) -> str:
-        """A line for people: what a boat sends, and what it has no sensor for."""
-        sources = self._sources(boat)
-        sent, missing = (
-            ", ".join(dict.fromkeys(one.formatter for one in KINDS if has(one.sources[0])))
-            for has in (sources.__contains__, lambda source: source not in (*sources, "battery"))
-        )
-        lacks = f"; no sensor for {missing}" if missing else ""
+        """A line for people: what a boat has the sensors to send."""
+        known = self._sources(boat)
+        sent = dict.fromkeys(kind.formatter for kind in KINDS if known.keys() >= set(kind.sources))
         ais = "AIVDM" if self._sim.world.parameters.georeference else "no AIS, as the world has no georeference"
-        return f"{boat} sends {sent or 'no sentence of its own'}{lacks}; of other vessels {ais}"
+        return f"{boat} has the sensors for {', '.join(sent) or 'no sentence'}; of other vessels {ais}"
 
     def _sources(self, boat: str) -> dict[str, tuple[float, Callable[[], Reading]]]:
         """Rate and reading of what a boat's sentences are made of."""

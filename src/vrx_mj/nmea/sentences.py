@@ -61,10 +61,15 @@ def tenths(angle: float) -> float:
     return round(angle, 1) % 360.0
 
 
-def _attitude(reading: Reading) -> FloatArray:
-    """(3, 3) rotation from the boat to east, north, up, of an IMU's reading, however that is mounted."""
+def _mounting(reading: Reading) -> FloatArray:
+    """(3, 3) rotation from a sensor to its boat."""
     assert reading.mount is not None, "it is a run's, not a recording's"
-    return rotation_matrix(reading.data.orientation) @ reading.mount.rotation.T
+    return reading.mount.rotation
+
+
+def _attitude(imu: Reading) -> FloatArray:
+    """(3, 3) rotation from the boat to east, north, up."""
+    return rotation_matrix(imu.data.orientation) @ _mounting(imu).T
 
 
 def _yaw(rotation: FloatArray) -> float:
@@ -76,8 +81,7 @@ def _heading(reading: Reading) -> float:
     """Heading of the bow [rad], counter-clockwise from east, by a GNSS compass or an IMU."""
     if reading.type == "imu":
         return _yaw(_attitude(reading))
-    assert reading.mount is not None, "it is a run's, not a recording's"
-    return float(reading.data.heading) - _yaw(reading.mount.rotation)
+    return float(reading.data.heading) - _yaw(_mounting(reading))
 
 
 def _time(reading: Reading) -> tuple[str, str]:
@@ -132,8 +136,7 @@ def _rot(compass_or_imu: Reading) -> Sequence[object]:
 
 def _air(anemometer: Reading) -> tuple[float, float]:
     """Apparent wind from ahead and from port [m/s]."""
-    assert anemometer.mount is not None, "it is a run's, not a recording's"
-    wind, angle = anemometer.data, anemometer.data.angle + _yaw(anemometer.mount.rotation)
+    wind, angle = anemometer.data, anemometer.data.angle + _yaw(_mounting(anemometer))
     return wind.speed * math.cos(angle), wind.speed * math.sin(angle)
 
 

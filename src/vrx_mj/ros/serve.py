@@ -233,7 +233,7 @@ def _sentences(sim: Simulation, wanted: Wanted, report: Report) -> BoatOutputs:
     if wanted.nmea is None:
         return lambda _boat: ()
     from vrx_mj.nmea import Instruments
-    from vrx_mj.ros.table.nmea import nmea_outputs
+    from vrx_mj.ros.nmea import nmea_outputs
 
     instruments = Instruments(sim)
     for boat in wanted.nmea:
@@ -371,7 +371,7 @@ def _transports(network: Network, inbox: Inbox, wanted: Wanted, ending: threadin
     if wanted.nmea is not None:
         from vrx_mj.ros.nmea import Nmea
 
-        yield from (Nmea(network, boat, port=port, host=wanted.host) for boat, port in wanted.nmea.items())
+        yield from (Nmea(boat, port=port, host=wanted.host) for boat, port in wanted.nmea.items())
 
 
 @contextlib.contextmanager

@@ -118,14 +118,9 @@ def test_the_class_of_a_transponder_is_the_files():
 def test_a_boat_without_sensors_sends_nothing_of_its_own():
     sim = two()
     assert {sentence.text[0] for sentence in stream(sim, 12.0, "b")} == {"!"}
-    text = (
-        "b sends no sentence of its own; no sensor for GGA, RMC, VTG, HDT, ROT, MWV, DPT, XDR; of other vessels AIVDM"
-    )
-    assert Instruments(sim).described("b") == text
-    assert (
-        Instruments(sim).described("a")
-        == "a sends GGA, RMC, VTG, HDT, ROT, XDR; no sensor for MWV, DPT; of other vessels AIVDM"
-    )
+    assert Instruments(sim).described("b") == "b has the sensors for no sentence; of other vessels AIVDM"
+    text = "a has the sensors for GGA, RMC, VTG, HDT, ROT, XDR; of other vessels AIVDM"
+    assert Instruments(sim).described("a") == text
 
 
 def test_nowhere_on_earth_there_are_no_places():
