@@ -136,8 +136,8 @@ def _validated(found: GazeboWorld) -> GazeboWorld:
 def _alike(world: Element, parts: Iterable[Element]) -> list[Element]:
     """The other parts of a world of the kinds of some, but for models: of each kind one counts, if it can be read."""
     kinds = {(one.tag, plugin_name(one)) for one in parts if one.tag not in INSIDE}
-    others = (one for one in world.children if not any(one is part for part in parts))
-    return [one for one in others if (one.tag, plugin_name(one)) in kinds]
+    alike = (one for one in world.children if (one.tag, plugin_name(one)) in kinds)
+    return [one for one in alike if not any(one is part for part in parts)]
 
 
 def world_of(file: Path, root: Element, world: Element, known: Mapping[str, Path]) -> GazeboWorld:
