@@ -14,10 +14,10 @@ APPENDED = ("objects", "docks")
 """Lists that a world adds to those of its base; any other list replaces the base's."""
 REPLACED = ("task",)
 """Mappings that take the place of the base's where they are of another type."""
-ASSEMBLED = {"robot": ("arguments", "thrusters", "components", "sensors")}
-"""Keys that depend on another one's value: a file with another robot takes none of them from its base."""
-USUAL = {"robot": "wamv"}
-"""Default values of such keys."""
+OF_ROBOT = ("arguments", "thrusters", "components", "sensors")
+"""Keys that depend on `robot`: a file with another one takes none of them from its base."""
+USUAL_ROBOT = "wamv"
+"""Robot of a file that names none."""
 DEEPEST = 40
 """Levels of nesting that a file or a dict may have."""
 
@@ -117,12 +117,7 @@ def merged(base: Section, over: Section, appended: Sequence[str] = APPENDED) -> 
 
     A task of another type replaces that of the base; keys of a base about its robot do not hold for another one.
     """
-    gone = {
-        key
-        for owner, keys in ASSEMBLED.items()
-        if owner in over and over[owner] != base.get(owner, USUAL[owner])
-        for key in keys
-    }
+    gone = OF_ROBOT if "robot" in over and over["robot"] != base.get("robot", USUAL_ROBOT) else ()
     base = base.holding({key: value for key, value in base.items() if key not in gone})
     inherited = {key: entry._replace(depth=entry.depth + 1) for key, entry in base.entries.items()}
     values: dict[str, Any] = {**base, **over}

@@ -42,9 +42,8 @@ def read_fossen(node: Node, scope: Scope) -> Known:
     if crossed:
         scope.warn(node, f"coefficients off the diagonal are ignored: {', '.join(crossed)}")
     scope.check(node, [CURRENT])
-    found = [
-        [_size(node, path) for path in (mass, drag, f"{newer}|{older}")] for mass, drag, newer, older in FOSSEN.values()
-    ]
+    paths = [(mass, drag, f"{newer}|{older}") for mass, drag, newer, older in FOSSEN.values()]
+    found = [[abs(node.value(path, 0.0)) if node.child(path) else None for path in along] for along in paths]
     known: Known = {
         "added_mass": (0.0,) * 6 if node.flag("disable_added_mass", False) else tuple(mass for mass, *_ in found),
         "drag_linear": tuple(_drag(linear, quadratic) for _, linear, quadratic in found),
@@ -52,11 +51,6 @@ def read_fossen(node: Node, scope: Scope) -> Known:
     }
     density = "water_density|waterDensity"
     return known | ({"water_density": node.value(density, 1000.0, above=0)} if node.child(density) else {})
-
-
-def _size(node: Node, path: str) -> float | None:
-    """A coefficient without its sign."""
-    return abs(node.value(path, 0.0)) if node.child(path) else None
 
 
 def _drag(own: float | None, other: float | None) -> float | None:
