@@ -26,7 +26,7 @@ from vrx_mj.model.world import Parameters
 from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.parts import FRAMES
 from vrx_mj.recording.rescoring import restore_referee
-from vrx_mj.recording.timeline import NAMED, changes, static, times
+from vrx_mj.recording.timeline import NAMED, arrow_strips, changes, static, times
 from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.tasks.frame import Frame, FrameLayout, Message, Pose, has_started, score_text
 from vrx_mj.tasks.gates import gate_between
@@ -536,8 +536,8 @@ def touch_chunks(touches: Sequence[Touch]) -> Iterator[Chunk]:
         path = f"/world/touches/{touch.boat}/{touch.other}"
         time = [touch.time, touch.time + max(touch.duration, SHORTEST)]
         vector = np.array(touch.vector) * LONGEST / (touch.force + TYPICAL)
-        yield static(path, rr.Arrows3D.from_fields(colors=[TOUCH_COLOR], radii=[0.16]))
-        yield changes(path, time, rr.Arrows3D, vectors=[[vector], []], origins=[[touch.point], []])
+        yield static(path, rr.LineStrips3D.from_fields(colors=[TOUCH_COLOR], radii=[0.16]))
+        yield changes(path, time, rr.LineStrips3D, strips=[[*arrow_strips([touch.point], [vector])], []])
         said = f"{TOUCH_WORDS}/{touch.boat}/{touch.other}"
         yield static(said, rr.Points3D.from_fields(**NAMED))
         label = f"{touch.boat} touches {touch.other}, {touch.force:.0f} N"
