@@ -280,9 +280,17 @@ def waypoint_name(index: int) -> str:
     return f"waypoint {index + 1}"
 
 
-def still_names(scene: RecordScene) -> dict[str, Sequence[float]]:
+def still_names(scene: RecordScene) -> dict[str, Sequence[float] | FloatArray]:
     """Names in the plan that stay, and their places (2,) [m]."""
     waypoints, course = scene.parameters.waypoints, course_of(scene.parameters) if scene.parameters.task else Course()
-    names: dict[str, Sequence[float]] = {waypoint_name(i): place[:2] for i, place in enumerate(waypoints)}
+    names: dict[str, Sequence[float] | FloatArray] = {waypoint_name(i): place[:2] for i, place in enumerate(waypoints)}
     names |= {beacon.name: (beacon.x, beacon.y) for beacon in course.beacons}
-    return names | {f"{bay.name} {bay.symbol}": bay.external.mean(axis=0)[:2] for bay in course.bays}
+    spots = spread([bay.external.mean(axis=0)[:2] for bay in course.bays])
+    names |= {f"{bay.name} {bay.symbol}": spot for bay, spot in zip(course.bays, spots, strict=True)}
+    return names
+
+
+def spread(spots: Sequence[FloatArray]) -> list[FloatArray]:
+    """Places of bays' names, further from each other than their bays are: these are narrower than a line is high."""
+    middle = np.mean(spots, axis=0) if spots else 0.0
+    return [middle + 1.5 * (spot - middle) for spot in spots]
