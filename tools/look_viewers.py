@@ -70,7 +70,7 @@ def ended(command: list[str], **how: object) -> Iterator[subprocess.Popen[bytes]
             process.kill()
 
 
-def listening(port: int, seconds: float = 60.0) -> None:
+def listening(port: int, seconds: float = 300.0) -> None:
     """Wait until a port of this machine takes connections."""
     until = time.monotonic() + seconds
     while True:

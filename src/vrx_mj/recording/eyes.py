@@ -16,7 +16,7 @@ from vrx_mj.draw.colors import CURRENT_COLOR, WAVE_COLOR, WIND_COLOR
 from vrx_mj.draw.course import Course, course_of
 from vrx_mj.frames import compass
 from vrx_mj.recording.record_scene import RecordScene
-from vrx_mj.recording.timeline import NAMED, Held, Ticker, changes, static, times
+from vrx_mj.recording.timeline import NAMED, Held, Ticker, arrow_strips, changes, static, times
 
 FLEET, PLANNED, PLAN = "/world/fleet", "/world/fleet/plan", "/world/plan"
 """Entities: in the middle of what the camera follows, what a plan follows there, and one that frames a track."""
@@ -99,8 +99,6 @@ def fleet_circle(scene: RecordScene) -> tuple[FloatArray, float]:
 
 RATE = 2.0
 """Arrows, figures, and names in the plan [Hz]."""
-ARROW = np.array([(-0.5, 0.0), (0.5, 0.0), (0.26, 0.2), (0.5, 0.0), (0.26, -0.2)])
-"""An arrow as a line, along and across in the view, in its lengths: tips of a viewer's own thin arrows are black."""
 KINDS = {
     "wind": (WIND_COLOR, "wind {0:.1f} m/s from {1:.0f} deg"),
     "waves": (WAVE_COLOR, "waves Hs {0:.2g} m, Tp {2:.2g} s from {1:.0f} deg"),
@@ -190,9 +188,10 @@ class WeatherChunks:
         words = rr.Points3D.columns(labels=[text for i in news for text in texts[i]]).partition(counts)
         for corner in corners_of(scene):
             spots = corner.spots(corner.arrow, len(found)) + corner.rise * corner.axes[1]
-            across = np.cross(np.cross(*corner.axes), along)
-            strips = spots[:, None] + corner.length * np.einsum("pa,ankc->nkpc", ARROW, np.stack([along, across]))
-            columns = rr.LineStrips3D.columns(strips=strips.reshape(-1, len(ARROW), 3))
+            vectors = corner.length * along
+            begins = (spots - 0.5 * vectors).reshape(-1, 3)
+            strips = arrow_strips(begins, vectors.reshape(-1, 3), np.cross(*corner.axes))
+            columns = rr.LineStrips3D.columns(strips=strips)
             yield Chunk.from_columns(corner.path, at, columns.partition(counts))
             yield Chunk.from_columns(f"{corner.path}/figures", at, words)
 
@@ -209,7 +208,7 @@ def still_weather(scene: RecordScene) -> Iterator[Chunk]:
     yield static(f"{FLEET}/weather", rr.Transform3D(scale=distance))
 
 
-PLAN_LINES, LETTER = 18.0, 0.5
+PLAN_LINES, LETTER = 18.0, 0.62
 """Lines of text as high as the plan in a window of 1280 pixels, and the width of a letter in lines."""
 PLATE = 1.5
 """Height of a name with what a viewer writes it on, in lines."""
@@ -281,9 +280,17 @@ def waypoint_name(index: int) -> str:
     return f"waypoint {index + 1}"
 
 
-def still_names(scene: RecordScene) -> dict[str, Sequence[float]]:
+def still_names(scene: RecordScene) -> dict[str, Sequence[float] | FloatArray]:
     """Names in the plan that stay, and their places (2,) [m]."""
     waypoints, course = scene.parameters.waypoints, course_of(scene.parameters) if scene.parameters.task else Course()
-    names: dict[str, Sequence[float]] = {waypoint_name(i): place[:2] for i, place in enumerate(waypoints)}
+    names: dict[str, Sequence[float] | FloatArray] = {waypoint_name(i): place[:2] for i, place in enumerate(waypoints)}
     names |= {beacon.name: (beacon.x, beacon.y) for beacon in course.beacons}
-    return names | {f"{bay.name} {bay.symbol}": bay.external.mean(axis=0)[:2] for bay in course.bays}
+    spots = spread([bay.external.mean(axis=0)[:2] for bay in course.bays])
+    names |= {f"{bay.name} {bay.symbol}": spot for bay, spot in zip(course.bays, spots, strict=True)}
+    return names
+
+
+def spread(spots: Sequence[FloatArray]) -> list[FloatArray]:
+    """Places of bays' names, further from each other than their bays are: these are narrower than a line is high."""
+    middle = np.mean(spots, axis=0) if spots else 0.0
+    return [middle + 1.5 * (spot - middle) for spot in spots]

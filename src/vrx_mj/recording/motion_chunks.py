@@ -25,7 +25,7 @@ from vrx_mj.recording.record_scene import (
     RecordScene,
 )
 from vrx_mj.recording.static_chunks import UNSEEN
-from vrx_mj.recording.timeline import Held, Ticker, static, times
+from vrx_mj.recording.timeline import Held, Ticker, arrow_strips, static, times
 from vrx_mj.recording.water_chunks import WaterChunks
 
 SHOWN_RATE, ARROW_RATE, PLOT_RATE = 10.0, 10.0, 5.0
@@ -320,10 +320,8 @@ def thrust_arrows(
     cos, sin = np.cos(angle), np.sin(angle)
     steered = np.stack([cos * x - sin * y, sin * x + cos * y, 0 * angle + z], axis=-1)
     vectors = np.einsum("kij,nkj->nki", turns, steered) * (thrust * ARROW_PER_NEWTON)[..., None]
-    columns = rr.Arrows3D.columns(
-        vectors=vectors.reshape(-1, 3).astype(np.float32),
-        origins=np.tile(mount, (len(time), 1)).astype(np.float32),
-    )
+    strips = arrow_strips(np.tile(mount, (len(time), 1)), vectors.reshape(-1, 3))
+    columns = rr.LineStrips3D.columns(strips=strips.astype(np.float32))
     lengths = [len(thrusters)] * len(time)
     return Chunk.from_columns(f"{path}/thrust", [times(time)], columns.partition(lengths))
 

@@ -19,7 +19,7 @@ from vrx_mj.recording.motion_chunks import part_chunk
 from vrx_mj.recording.parts import Part
 from vrx_mj.recording.reader import RecordedReadings
 from vrx_mj.recording.record_scene import RecordedSensor, RecordScene
-from vrx_mj.recording.timeline import static, times
+from vrx_mj.recording.timeline import arrow_strips, static, times
 from vrx_mj.sensors.labels import CATEGORY_NAMES
 from vrx_mj.sensors.readings import Reading, Scan
 from vrx_mj.sensors.registry import SENSOR_KINDS
@@ -55,7 +55,7 @@ def sensor_chunks(scene: RecordScene) -> Iterator[Chunk]:
         elif sensor.type == "lidar":
             yield static(sensor.path, mount(sensor), rr.Points3D.from_fields(radii=[rr.Radius.ui_points(2.0)]))
         elif sensor.type == "pinger":
-            yield static(sensor.path, rr.Arrows3D.from_fields(colors=[SOUND_COLOR], radii=[0.08]))
+            yield static(sensor.path, rr.LineStrips3D.from_fields(colors=[SOUND_COLOR], radii=[0.08]))
         elif sensor.type == "gps":
             fixes = rr.Points3D.from_fields(colors=[colors[sensor.boat]], radii=[rr.Radius.ui_points(2.2)])
             yield static(track_path(sensor), fixes)
@@ -216,7 +216,7 @@ def sounds(sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:
     )
     vectors = (way * np.clip(range_, 0.0, SOUND_LENGTH)[:, None]) @ np.array(sensor.rotation).T
     origins = np.tile((*sensor.position[:2], SOUND_HEIGHT), (len(readings), 1))
-    columns = rr.Arrows3D.columns(vectors=vectors.astype(np.float32), origins=origins.astype(np.float32))
+    columns = rr.LineStrips3D.columns(strips=arrow_strips(origins, vectors).astype(np.float32))
     yield chunk(sensor.path, readings, columns)
 
 

@@ -19,7 +19,7 @@ from vrx_mj.recording.record_scene import (
     RecordScene,
     Surface,
 )
-from vrx_mj.recording.timeline import NAMED, shown, static
+from vrx_mj.recording.timeline import NAMED, arrow_strips, shown, static
 from vrx_mj.recording.water_chunks import wake_looks, wake_path
 
 WAYPOINT_COLOR = (247, 62, 193)
@@ -135,7 +135,7 @@ def place_chunks(scene: RecordScene) -> Iterator[Chunk]:
         yield static("/world/waypoints", rr.Points3D(spots, colors=[WAYPOINT_COLOR], radii=[0.6]))
         yield static("/world/waypoints/names", rr.Points3D.from_fields(positions=spots, labels=labels, **NAMED))
         vectors = 4.0 * np.column_stack([np.cos(yaw), np.sin(yaw), 0.0 * x])
-        arrows = rr.Arrows3D(origins=spots, vectors=vectors, colors=[WAYPOINT_COLOR], radii=[0.15])
+        arrows = rr.LineStrips3D(arrow_strips(spots, vectors), colors=[WAYPOINT_COLOR], radii=[0.15])
         yield static("/world/waypoints/headings", arrows)
 
 
@@ -178,8 +178,8 @@ def shaded(colors: Sequence[Rgb]) -> list[Rgb]:
 THRUST_COLOR = (252, 83, 47)
 GONE = (0.0, 0.0, -1e4)
 """Where the frames of cameras go with a boat that leaves [m]: a camera without one is a mistake to the viewer."""
-TAG_HEIGHT = 2.9
-"""Height of a boat's name over its origin [m]."""
+TAG_HEIGHT, TAG_STEP = 2.9, 1.9
+"""Height of a boat's name over its origin, and how much higher every other one is: boats may touch [m]."""
 
 
 def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -> Iterator[Chunk]:
@@ -230,11 +230,11 @@ def joining_chunks(boat: RecordedBody, scene: RecordScene) -> Iterator[Chunk]:
     spots = [[0.0, 0.0, TAG_HEIGHT], *around(math.hypot(*sea_eye(0.0)))]
     radii = [rr.Radius.ui_points(4.0), 0.0, 0.0]
     yield shown(begun, f"{boat.path}/label", rr.Points3D(spots, colors=[rgb, UNSEEN, UNSEEN], radii=radii))
-    name = rr.Points3D.from_fields(positions=spots[:1], labels=[boat.name], **NAMED)
+    lift = TAG_STEP * ([one.name for one in scene.boats()].index(boat.name) % 2)
+    name = rr.Points3D.from_fields(positions=[(0.0, 0.0, TAG_HEIGHT + lift)], labels=[boat.name], **NAMED)
     yield shown(begun, f"{boat.path}/label/name", name)
     trail = rr.LineStrips3D.from_fields(radii=[rr.Radius.ui_points(1.2)])
     yield static(f"/world/trails/{boat.name}", trail)
     if scene.sea_height is not None:
         yield static(wake_path(boat.name), wake_looks())
-    arrows = rr.Arrows3D.from_fields(colors=[THRUST_COLOR], radii=[0.12])
-    yield static(f"{boat.path}/thrust", arrows)
+    yield static(f"{boat.path}/thrust", rr.LineStrips3D.from_fields(colors=[THRUST_COLOR], radii=[0.12]))

@@ -23,10 +23,11 @@ from vrx_mj.draw.colors import Rgb, shade
 from vrx_mj.draw.course import Course, course_of, gates_of, poses_of, zone_corners
 from vrx_mj.model import tasks
 from vrx_mj.model.world import Parameters
+from vrx_mj.recording.eyes import spread
 from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.parts import FRAMES
 from vrx_mj.recording.rescoring import restore_referee
-from vrx_mj.recording.timeline import NAMED, changes, static, times
+from vrx_mj.recording.timeline import NAMED, arrow_strips, changes, static, times
 from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.tasks.frame import Frame, FrameLayout, Message, Pose, has_started, score_text
 from vrx_mj.tasks.gates import gate_between
@@ -57,8 +58,7 @@ LOST: Rgb = (130, 90, 90)
 AVOID, PATH, BEACON, SHOWING = (255, 70, 60), (146, 129, 220), (247, 62, 193), (136, 143, 150)
 GATES = "/world/course/gates"
 ARROW_SHARE = 0.35
-HEAD_SHARE = 0.08
-"""Length of a gate's arrow and of its head, in widths of the gate."""
+"""Length of a gate's arrow, in widths of the gate."""
 CORNERS = 48
 """Corners of a circle."""
 
@@ -96,13 +96,15 @@ def course_chunks(parameters: Parameters) -> Iterator[Chunk]:
     course = course_of(parameters)
     if course.gates:
         labels = [str(gate.number) for gate in course.gates]
-        yield static(GATES, rr.LineStrips3D.from_fields(radii=[thick(2.2)]))
+        yield static(GATES, rr.LineStrips3D.from_fields(radii=[rr.Radius.ui_points(2.2)]))
         yield static(f"{GATES}/numbers", rr.Points3D.from_fields(labels=labels, **NAMED))
     if isinstance(parameters.task, tasks.Dock):
         yield from bay_chunks(parameters.task)
     for animal in course.animals:
         strips = circle(animal.radius, animal.goal)
-        yield static(animal_path(animal.name), rr.LineStrips3D.from_fields(strips=strips, radii=[thick(1.6)]))
+        yield static(
+            animal_path(animal.name), rr.LineStrips3D.from_fields(strips=strips, radii=[rr.Radius.ui_points(1.6)])
+        )
     for light in course.lights:
         spots = [(light.x + 0.6 * (number - 1), light.y, 4.0) for number in range(len(light.colors))]
         tints = [tuple(round(255 * share) for share in RGB[color]) for color in light.colors]
@@ -111,20 +113,11 @@ def course_chunks(parameters: Parameters) -> Iterator[Chunk]:
 
 
 def gate_lines(left: Pose, right: Pose) -> list[FloatArray]:
-    """A bar between a gate's buoys, and the shaft and the head of an arrow in the direction in which to cross it."""
+    """A bar between a gate's buoys, and an arrow in the direction in which to cross it."""
     gate = gate_between(left, right)
-    along = np.array([math.cos(gate.yaw), math.sin(gate.yaw), 0.0])
-    across = np.array([-along[1], along[0], 0.0])
-    middle = np.array([gate.x, gate.y, HEIGHT])
-    tip, head = middle + ARROW_SHARE * gate.width * along, HEAD_SHARE * gate.width
+    vector = ARROW_SHARE * gate.width * np.array([math.cos(gate.yaw), math.sin(gate.yaw), 0.0])
     bar = np.array([(left.x, left.y, HEIGHT), (right.x, right.y, HEIGHT)])
-    barbs = [tip - head * (along - 0.6 * across), tip, tip - head * (along + 0.6 * across)]
-    return [bar, np.array([middle, tip]), np.array(barbs)]
-
-
-def thick(points: float) -> rr.components.Radius:
-    """The radius of a line as thick in all views, whatever their scale."""
-    return rr.Radius.ui_points(points)
+    return [bar, *arrow_strips([(gate.x, gate.y, HEIGHT)], [vector])]
 
 
 def bay_chunks(task: tasks.Dock) -> Iterator[Chunk]:
@@ -134,13 +127,15 @@ def bay_chunks(task: tasks.Dock) -> Iterator[Chunk]:
         [np.add(zone_corners(getattr(bay, zone)), (0.0, 0.0, HEIGHT)) for bay in bays]
         for zone in ("internal", "external")
     )
-    yield static(path, rr.LineStrips3D.from_fields(strips=[closed(ring) for ring in inside], radii=[thick(1.8)]))
+    yield static(
+        path, rr.LineStrips3D.from_fields(strips=[closed(ring) for ring in inside], radii=[rr.Radius.ui_points(1.8)])
+    )
     pieces = [dashes(closed(ring)) for ring in outside]
     colors = [bay_color(bay, {}) for bay, ring in zip(bays, pieces, strict=True) for _ in ring]
     strips = [piece for ring in pieces for piece in ring]
-    yield static(f"{path}/external", rr.LineStrips3D(strips, colors=colors, radii=[thick(1.2)]))
+    yield static(f"{path}/external", rr.LineStrips3D(strips, colors=colors, radii=[rr.Radius.ui_points(1.2)]))
     labels = [f"{bay.name} {bay.symbol.replace('_', ' ')}" + (" ✓" if bay.dock_allowed else "") for bay in bays]
-    spots = [ring.mean(axis=0) for ring in outside]
+    spots = spread([ring.mean(axis=0) for ring in outside])
     yield static(f"{path}/names", rr.Points3D.from_fields(positions=spots, labels=labels, **NAMED))
 
 
@@ -164,14 +159,14 @@ def places(course: Course) -> Iterator[Chunk]:
     """Paths of what swims, beacons, and places where things come up."""
     for path in course.paths:
         strip = np.insert(closed(path.points) if path.closed else path.points, 2, HEIGHT, axis=1)
-        line = rr.LineStrips3D(dashes(strip), colors=[PATH], radii=[thick(1.0)])
+        line = rr.LineStrips3D(dashes(strip), colors=[PATH], radii=[rr.Radius.ui_points(1.0)])
         yield static(f"/world/course/paths/{path.name}", line)
     for beacon in course.beacons:
         spot = (beacon.x, beacon.y, HEIGHT)
         arms = [[np.add(spot, (s, t, 0)), np.subtract(spot, (s, t, 0))] for s, t in ((1, 1), (1, -1))]
         around = [circle_at(spot, beacon.radius)] if beacon.radius else []
         entity = f"/world/course/{beacon.name.replace(' ', '_')}"
-        yield static(entity, rr.LineStrips3D([*arms, *around], colors=[BEACON], radii=[thick(2.0)]))
+        yield static(entity, rr.LineStrips3D([*arms, *around], colors=[BEACON], radii=[rr.Radius.ui_points(2.0)]))
         yield static(f"{entity}/name", rr.Points3D.from_fields(positions=[spot], labels=[beacon.name], **NAMED))
     if course.showings:
         spots = [(showing.x, showing.y, HEIGHT) for showing in course.showings]
@@ -347,7 +342,7 @@ class TaskChunks:
         strips = [gate_lines(*pair) for pair in ends]
         lines: Fields = {"strips": [*chain(*strips)], "colors": [color for color in colors for _ in strips[0]]}
         self._add(GATES, time, rr.LineStrips3D, lines)
-        self._add(f"{GATES}/numbers", time, rr.Points3D, {"positions": [arrow[0] for _, arrow, _ in strips]})
+        self._add(f"{GATES}/numbers", time, rr.Points3D, {"positions": [arrow[0] for _, arrow in strips]})
 
     def _write_status(self, time: float, *, at_once: bool) -> None:
         """Score and collisions, and words, unless that was a moment ago."""
@@ -536,8 +531,8 @@ def touch_chunks(touches: Sequence[Touch]) -> Iterator[Chunk]:
         path = f"/world/touches/{touch.boat}/{touch.other}"
         time = [touch.time, touch.time + max(touch.duration, SHORTEST)]
         vector = np.array(touch.vector) * LONGEST / (touch.force + TYPICAL)
-        yield static(path, rr.Arrows3D.from_fields(colors=[TOUCH_COLOR], radii=[0.16]))
-        yield changes(path, time, rr.Arrows3D, vectors=[[vector], []], origins=[[touch.point], []])
+        yield static(path, rr.LineStrips3D.from_fields(colors=[TOUCH_COLOR], radii=[0.16]))
+        yield changes(path, time, rr.LineStrips3D, strips=[[*arrow_strips([touch.point], [vector])], []])
         said = f"{TOUCH_WORDS}/{touch.boat}/{touch.other}"
         yield static(said, rr.Points3D.from_fields(**NAMED))
         label = f"{touch.boat} touches {touch.other}, {touch.force:.0f} N"

@@ -19,6 +19,8 @@ from vrx_mj.physics.kernel import kernel
 TIMELINE = "sim_time"
 NAMED: Mapping[str, Any] = {"colors": [colors.LABEL], "radii": [0.0], "show_labels": True}
 """Looks of points that are names."""
+ARROW = np.array([(0.0, 0.0), (1.0, 0.0), (0.76, 0.2), (1.0, 0.0), (0.76, -0.2)])
+"""An arrow as a line, along and across, in its lengths."""
 
 
 def times(seconds: npt.ArrayLike) -> rr.TimeColumn:
@@ -49,6 +51,22 @@ def changes(path: str, seconds: npt.ArrayLike, kind: Any, **rows: Sequence[Seque
     for name, values in rows.items():
         columns += kind.columns(**{name: [*chain.from_iterable(values)]}).partition([len(row) for row in values])
     return Chunk.from_columns(path, [times(seconds)], columns)
+
+
+def arrow_strips(
+    origins: npt.ArrayLike, vectors: npt.ArrayLike, up: Sequence[float] | FloatArray = (0.0, 0.0, 1.0)
+) -> FloatArray:
+    """Arrows from places (n, 3) along vectors (n, 3) as lines (n, 5, 3), their heads at right angles to `up`.
+
+    Tips of a viewer's own arrows are black in a browser.
+    """
+    along = np.asarray(vectors, np.float64)
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    across = np.cross(up, along)
+    across = np.where(np.linalg.norm(across, axis=1, keepdims=True) > 1e-3 * length, across, np.cross([1, 0, 0], along))
+    across *= length / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
+    strips: FloatArray = np.asarray(origins)[:, None] + np.einsum("pa,anc->npc", ARROW, np.stack([along, across]))
+    return strips
 
 
 def batch_size(batch: rr.ComponentBatchLike) -> int:

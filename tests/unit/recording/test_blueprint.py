@@ -33,6 +33,7 @@ from vrx_mj.recording.eyes import (
     followed_circle,
     name_spots,
     sea_eye,
+    spread,
 )
 from vrx_mj.recording.static_chunks import still_chunks
 from vrx_mj.recording.task_chunks import touch_chunks
@@ -199,6 +200,16 @@ def test_names_that_would_cover_each_other_are_not_in_a_plan_that_follows(way):
     height = 20.0 / (size * LINE) / PLAN_SLOPE
     assert unnamed(scene, np.zeros(2), 0.99 * height) == []
     assert unnamed(scene, np.zeros(2), 1.01 * height) == ["- /world/boats/wamv2/label/name"]
+
+
+def test_names_of_bays_stand_apart_and_in_the_middle_of_their_dock():
+    """Bays of 6 m in a plan of 105 m, of which a line is an 18th, each name on a plate of a line and a half."""
+    bays = [np.array([30.0, 6.0 * number]) for number in range(3)]
+    spots = spread(bays)
+    assert np.diff([y for _, y in spots]).min() > PLATE * 105.0 / PLAN_LINES
+    assert np.mean(spots, axis=0) == pytest.approx(bays[1])
+    assert spread(bays[:1])[0] == pytest.approx(bays[0])
+    assert spread([]) == []
 
 
 def boxes(spots, names):

@@ -58,7 +58,8 @@ def test_a_thrust_arrow_points_where_the_engine_pushes(angle):
     """Steered to port, an engine pushes ahead and to port; one mounted backward, astern and to starboard."""
     steering, thrust = np.full((1, 2), angle), np.array([[55.0, 110.0]])
     chunk = thrust_arrows("/a", np.zeros(1), (STERN, BACKWARD), thrust, steering)
-    one, other = np.reshape(column(chunk, "vectors"), (2, 3))
+    begins, tips = np.array(column(chunk, "strips")[0])[:, :2].swapaxes(0, 1)
+    one, other = tips - begins
     assert one == pytest.approx((math.cos(angle), math.sin(angle), 0.0), abs=1e-6)
     assert other == pytest.approx((-2.0 * math.cos(angle), -2.0 * math.sin(angle), 0.0), abs=1e-6)
 

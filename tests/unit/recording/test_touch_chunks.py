@@ -1,5 +1,7 @@
 """Touches in a recording: an arrow from begin to end, with names and force."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -20,11 +22,12 @@ def values(chunks, path, component):
 
 def test_a_touch_is_an_arrow_of_its_force_at_its_point_while_it_lasts():
     chunks = list(touch_chunks([TOUCH]))
-    times, vectors = values(chunks, "/world/touches/a/quay", "Arrows3D:vectors")
+    times, strips = values(chunks, "/world/touches/a/quay", "LineStrips3D:strips")
     assert times == pytest.approx([4.0, 7.0])
-    assert np.array(vectors[0]) / np.linalg.norm(vectors[0]) == pytest.approx(np.array([[-1.0, 0.0, 0.0]]))
-    assert vectors[1] == []
-    assert values(chunks, "/world/touches/a/quay", "Arrows3D:origins")[1] == [[[6.0, 1.0, 0.25]], []]
+    vector = np.subtract(*strips[0][0][1::-1])
+    assert vector / np.linalg.norm(vector) == pytest.approx([-1.0, 0.0, 0.0])
+    assert strips[1] == []
+    assert strips[0][0][0] == [6.0, 1.0, 0.25]
     assert values(chunks, "/world/forces/a/quay", "Points3D:labels")[1] == [["a touches quay, 1000 N"], []]
     assert values(chunks, "/timeline/a/quay", "StateChange:state")[1] == [["1000 N"], []]
     assert values(chunks, "/marks/contacts", "Scalars:scalars")[0] == pytest.approx([4.0])
@@ -32,7 +35,7 @@ def test_a_touch_is_an_arrow_of_its_force_at_its_point_while_it_lasts():
 
 def test_a_larger_force_has_a_longer_arrow_that_stays_in_the_picture():
     lengths = [
-        np.linalg.norm(values(touch_chunks([touch]), "/world/touches/a/b", "Arrows3D:vectors")[1][0])
+        math.dist(*values(touch_chunks([touch]), "/world/touches/a/b", "LineStrips3D:strips")[1][0][0][:2])
         for touch in (Touch("a", "b", 0.0, force, point=(0, 0, 0), vector=(force, 0, 0)) for force in (10.0, 1e3, 1e6))
     ]
     assert lengths == sorted(lengths)

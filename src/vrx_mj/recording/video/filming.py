@@ -323,7 +323,7 @@ def write_lines(picture: Picture, lines: Sequence[str], *, bottom: bool = False)
 
     if not lines:
         return
-    size = letters(picture, TEXT_SHARE)
+    size = max(SMALLEST, round(len(picture) * TEXT_SHARE))
     font, edge, step = font_of(size), size // 2, round(1.35 * size)
     width = math.ceil(max(font.getlength(line) for line in lines)) + 2 * edge
     panel = Image.new("RGBA", (width, len(lines) * step + edge), (*PANEL[:3], 0))
@@ -334,21 +334,17 @@ def write_lines(picture: Picture, lines: Sequence[str], *, bottom: bool = False)
     lay(picture, np.asarray(panel), edge, len(picture) - edge - panel.height if bottom else edge)
 
 
-def letters(picture: Picture, share: float) -> int:
-    """Height of letters [pixels] that is a share of a picture's."""
-    return max(SMALLEST, round(len(picture) * share))
-
-
 def name_boats(
     picture: Picture, view: View, places: Mapping[str, FloatArray], colors: Mapping[str, Rgb], labels: Mapping[str, str]
 ) -> None:
     """Write the labels of boats at places (3,) [m] over them, if they are in view and no farther than `FARTHEST`."""
     height, width = picture.shape[:2]
+    size = max(SMALLEST, round(height * NAME_SHARE))
     for name, place in places.items():
         spot = project(view, np.add(place, (0.0, 0.0, TAG_HEIGHT)), width, height)
         if spot is not None and spot[2] < FARTHEST:
             column, phase = divmod(round(PHASES * spot[0]), PHASES)
-            tile = name_tile(labels[name], colors[name], letters(picture, NAME_SHARE), phase)
+            tile = name_tile(labels[name], colors[name], size, phase)
             lay(picture, tile, column - tile.shape[1] // 2, round(spot[1]) - len(tile) + 2)
 
 
@@ -458,11 +454,7 @@ def write_gif(path: Path, pictures: Pictures, count: int, rate: Fraction) -> Non
     """A GIF that loops; its clock counts hundredths of a second."""
     from PIL.Image import Dither, fromarray
 
-    def reduced() -> Iterator[Image]:
-        for picture in pictures:
-            yield fromarray(picture).quantize(COLORS, dither=Dither.NONE)
-
-    frames = reduced()
+    frames = (fromarray(picture).quantize(COLORS, dither=Dither.NONE) for picture in pictures)
     first = next(frames)
     duration = 10 * max(2, round(100 / rate))
     first.save(path, format="GIF", save_all=True, append_images=frames, duration=duration, loop=0)

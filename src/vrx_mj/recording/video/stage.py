@@ -261,8 +261,6 @@ def between(first: FloatArray, second: FloatArray, time: float, turns: list[int]
     return row
 
 
-Paths = Mapping[str, FloatArray]
-
 STEEP = 0.5
 """Height of the view's axis [unit vector], negative, from which a picture is one from above."""
 SMALLEST_ABOVE = 1.0
@@ -276,7 +274,9 @@ LIGHTER = 0.14
 class Stage:
     """The world of boats that sail together, with a drawing context."""
 
-    def __init__(self, boat_set: BoatSet, paths: Paths, size: tuple[int, int], seed: int = 0) -> None:
+    def __init__(
+        self, boat_set: BoatSet, paths: Mapping[str, FloatArray], size: tuple[int, int], seed: int = 0
+    ) -> None:
         """Compile and open what is needed.
 
         Args:
