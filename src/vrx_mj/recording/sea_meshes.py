@@ -142,7 +142,7 @@ class Grid(NamedTuple):
         return found
 
     def sampled(self, z: FloatArray, points: FloatArray) -> FloatArray:
-        """Heights (n, ...) [m] of the mesh at points (n, ..., 2 or 3) [m], for those of its vertices (n, rows, columns)."""
+        """Heights (n, ...) of the mesh at points (n, ..., 2 or 3) [m], by those of its vertices (n, rows, columns)."""
         sampled = np.empty(points.shape[:-1])
         each = np.ascontiguousarray(points).reshape(len(z), -1, points.shape[-1])
         _sample(self.x, self.y, z, each, sampled.reshape(len(z), -1))
