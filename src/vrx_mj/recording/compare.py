@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from vrx_mj.arrays import FloatArray
 from vrx_mj.recording.reader import Record, read_record
 
 
@@ -81,31 +80,20 @@ def parting_text(parting: Difference) -> str:
 def compare(first: str | Path | Record, second: str | Path | Record) -> Comparison:
     """Compare two recordings row by row, bit by bit, in the columns that both have."""
     a, b = (item if isinstance(item, Record) else read_record(item) for item in (first, second))
-    differences = tuple(word_differences(a, b))
     common = min(len(a.rows), len(b.rows))
     names = [record.layout.names() for record in (a, b)]
     shared = [name for name in names[0] if name in set(names[1])]
-    complete = names[0] == names[1] and len(a.rows) == len(b.rows)
+    sensors = f"{len(a.sensors)} sensors in the first recording, {len(b.sensors)} in the second"
     return Comparison(
         first=a.path,
         second=b.path,
         common=common,
         columns=len(shared),
-        complete=complete,
-        differences=differences,
+        complete=names[0] == names[1] and len(a.rows) == len(b.rows),
+        differences=tuple(word_differences(a, b)),
         parting=first_parting(a, b, common, shared),
-        notes=tuple(sensor_notes(a, b)),
+        notes=(f"readings of sensors are not compared: {sensors}",) if a.sensors or b.sensors else (),
     )
-
-
-def sensor_notes(a: Record, b: Record) -> list[str]:
-    """That readings of sensors are left out, if there are any."""
-    counts = [len(record.sensors) for record in (a, b)]
-    if not any(counts):
-        return []
-    return [
-        f"readings of sensors are not compared: {counts[0]} sensors in the first recording, {counts[1]} in the second"
-    ]
 
 
 def word_differences(a: Record, b: Record) -> list[str]:
@@ -132,7 +120,8 @@ DECISIVE = frozenset({"world", "fleet", "seed", "world_sha256"})
 
 def first_parting(a: Record, b: Record, common: int, shared: Sequence[str]) -> Difference | None:
     """The first of the common rows, and of the shared columns, whose bits differ."""
-    rows = [_columns(record, shared)[:common] for record in (a, b)]
+    places = [{name: index for index, name in enumerate(record.layout.names())} for record in (a, b)]
+    rows = [each.rows[:common, [own[name] for name in shared]] for each, own in zip((a, b), places, strict=True)]
     bits = [np.ascontiguousarray(part).view(np.uint64) for part in rows]
     differs = bits[0] != bits[1]
     if not differs.any():
@@ -148,9 +137,3 @@ def first_parting(a: Record, b: Record, common: int, shared: Sequence[str]) -> D
         second=float(rows[1][row, column]),
         columns=len(columns),
     )
-
-
-def _columns(record: Record, names: Sequence[str]) -> FloatArray:
-    """Rows of a recording, with these columns alone."""
-    known = {name: index for index, name in enumerate(record.layout.names())}
-    return np.asarray(record.rows[:, [known[name] for name in names]], np.float64)

@@ -26,7 +26,7 @@ from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk, part_chunk
 from vrx_mj.recording.packing import pack_rows, shape_of, unpack_rows
 from vrx_mj.recording.parts import APPLICATION, COMPANIES, EVENTS, FRAMES, ROWS, STATES, Part
 from vrx_mj.recording.raw_file import raw_parts
-from vrx_mj.recording.reader import all_events
+from vrx_mj.recording.reader import all_events, all_states
 from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.rrd_file import viewer_binary, viewer_environment
 from vrx_mj.recording.sensor_chunks import SensedChunks, sensor_chunks
@@ -127,7 +127,7 @@ class Encoder:
     def _going(self, batch: Batch) -> Iterator[Chunk]:
         """What has come in a while, then the boats that have come and gone at its end."""
         found = {entity: batch.pop(entity, []) for entity in (STATES, ROWS, EVENTS, FRAMES, COMPANIES)}
-        states = [state for part in found[STATES] for state in written_states(part)]
+        states = [(state.time, state.blob) for state in all_states(found[STATES])]
         frames = [frame for part in found[FRAMES] for frame in written_frames(part)]
         if states:
             yield part_chunk(found[STATES])
@@ -177,11 +177,6 @@ def exact_rows(rows: FloatArray, scene: RecordScene, boat_set: int) -> Chunk:
     bodies = [(layout.pose(body).start, layout.velocity(body).start) for body in layout.bodies]
     columns = rr.AnyValues.columns(block=[pack_rows(rows, bodies, scene.timestep)], company=[boat_set])
     return Chunk.from_columns(ROWS, [times(rows[:1, 0])], columns)
-
-
-def written_states(part: Part) -> Iterator[tuple[float, bytes]]:
-    """Times [s] and bytes of saved states."""
-    return zip(part.times("time"), part.blobs("blob"), strict=True)
 
 
 def written_events(part: Part) -> Iterator[tuple[float, str, str, str]]:

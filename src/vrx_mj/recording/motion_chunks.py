@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,7 @@ from vrx_mj.recording.record_scene import (
     RecordScene,
 )
 from vrx_mj.recording.static_chunks import UNSEEN
-from vrx_mj.recording.timeline import Held, Ticker, arrow_strips, static, times
+from vrx_mj.recording.timeline import Held, Ticker, arrow_strips, numbers, static, times
 from vrx_mj.recording.water_chunks import WaterChunks
 
 SHOWN_RATE, ARROW_RATE, PLOT_RATE = 10.0, 10.0, 5.0
@@ -167,9 +167,10 @@ class MovingChunks:
             return
         yield from self._weather(self._scene, rows)
         if self._plan_size is not None:
-            size = np.full((len(rows), 3), self._plan_size)
-            plan = rr.Transform3D.columns(translation=self._middle(rows).astype(np.float32), scale=size)
-            yield Chunk.from_columns(PLAN, [times(rows[:, 0])], plan)
+            middle, size = self._middle(rows), np.full((len(rows), 3), self._plan_size)
+            yield numbers(
+                PLAN, rows[:, 0], rr.Transform3D, translation=middle.astype(np.float32), scale=size.astype(np.float32)
+            )
         for boat in self._boats:
             yield from self._thrust(boat, rows)
 
@@ -263,20 +264,15 @@ def part_chunk(parts: Sequence[Part]) -> Chunk:
 
 def transforms(path: str, time: FloatArray, position: FloatArray, quaternion: FloatArray | None = None) -> Chunk:
     """Poses of an entity: positions (n, 3) [m] and quaternions (n, 4), here (x, y, z, w)."""
-    moved = position.astype(np.float32)
-    if quaternion is None:
-        columns = rr.Transform3D.columns(translation=moved)
-    else:
-        columns = rr.Transform3D.columns(translation=moved, quaternion=quaternion.astype(np.float32))
-    return Chunk.from_columns(path, [times(time)], columns)
+    turned = {} if quaternion is None else {"quaternion": quaternion.astype(np.float32)}
+    return numbers(path, time, rr.Transform3D, translation=position.astype(np.float32), **turned)
 
 
 def flights(path: str, time: FloatArray, position: FloatArray) -> Iterator[Chunk]:
     """A ball's positions (n, 3) [m] since it was shot."""
     shot = position[:, 2] > PARKED
     if shot.any():
-        columns = rr.Points3D.columns(positions=position[shot].astype(np.float32))
-        yield Chunk.from_columns(path, [times(time[shot])], columns)
+        yield numbers(path, time[shot], rr.Points3D, positions=position[shot].astype(np.float32))
 
 
 def repainted(shown: RecordedDisplay, time: FloatArray, codes: IntArray) -> Iterator[Chunk]:
@@ -291,10 +287,7 @@ def repainted(shown: RecordedDisplay, time: FloatArray, codes: IntArray) -> Iter
 def plot(name: str, rows: FloatArray, values: FloatArray) -> Chunk:
     """Series (n, k) of one quantity, rounded: they take a third of the space."""
     values = np.round(values / PLOT_STEP) * PLOT_STEP
-    columns: Iterable[rr.ComponentColumn] = rr.Scalars.columns(scalars=values.reshape(-1)).partition(
-        [values.shape[1]] * len(rows)
-    )
-    return Chunk.from_columns(f"/plots/{name}", [times(rows[:, 0])], columns)
+    return numbers(f"/plots/{name}", rows[:, 0], rr.Scalars, values.shape[1], scalars=values.reshape(-1))
 
 
 def motion(pose: FloatArray, velocity: FloatArray) -> tuple[FloatArray, ...]:
@@ -320,10 +313,8 @@ def thrust_arrows(
     cos, sin = np.cos(angle), np.sin(angle)
     steered = np.stack([cos * x - sin * y, sin * x + cos * y, 0 * angle + z], axis=-1)
     vectors = np.einsum("kij,nkj->nki", turns, steered) * (thrust * ARROW_PER_NEWTON)[..., None]
-    strips = arrow_strips(np.tile(mount, (len(time), 1)), vectors.reshape(-1, 3))
-    columns = rr.LineStrips3D.columns(strips=strips.astype(np.float32))
-    lengths = [len(thrusters)] * len(time)
-    return Chunk.from_columns(f"{path}/thrust", [times(time)], columns.partition(lengths))
+    strips = arrow_strips(np.tile(mount, (len(time), 1)), vectors.reshape(-1, 3)).astype(np.float32)
+    return numbers(f"{path}/thrust", time, rr.LineStrips3D, len(thrusters), strips=strips)
 
 
 def part_poses(part: RecordedPart, qpos: FloatArray) -> tuple[FloatArray, FloatArray]:

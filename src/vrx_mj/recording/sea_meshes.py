@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.arrays import BoolArray, FloatArray
+from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
 from vrx_mj.frames import in_world_axes
+from vrx_mj.physics.kernel import kernel
 from vrx_mj.recording.record_scene import RecordedBody, SeaHeight
 from vrx_mj.recording.timeline import Held
 
@@ -141,19 +142,37 @@ class Grid(NamedTuple):
         return found
 
     def sampled(self, z: FloatArray, points: FloatArray) -> FloatArray:
-        """Heights (n, ...) [m] of the mesh at points (n, ..., 2) [m], for those of its vertices (n, rows, columns)."""
-        x, y = points[..., 0], points[..., 1]
-        column, row = (
-            np.clip(np.searchsorted(line, at) - 1, 0, len(line) - 2) for line, at in ((self.x, x), (self.y, y))
-        )
-        u = (x - self.x[column]) / (self.x[column + 1] - self.x[column])
-        v = (y - self.y[row]) / (self.y[row + 1] - self.y[row])
-        frame = np.arange(len(z)).reshape(-1, *[1] * (x.ndim - 1))
-        first, last = z[frame, row, column], z[frame, row + 1, column + 1]
-        other = np.where(u > v, z[frame, row, column + 1], z[frame, row + 1, column])
-        large, small = np.maximum(u, v), np.minimum(u, v)
-        sampled: FloatArray = first + (other - first) * large + (last - other) * small
+        """Heights (n, ...) of the mesh at points (n, ..., 2 or 3) [m], by those of its vertices (n, rows, columns)."""
+        sampled = np.empty(points.shape[:-1])
+        each = np.ascontiguousarray(points).reshape(len(z), -1, points.shape[-1])
+        _sample(self.x, self.y, z, each, sampled.reshape(len(z), -1))
         return sampled
+
+
+@kernel
+def _sample(x: FloatArray, y: FloatArray, z: FloatArray, points: FloatArray, sampled: FloatArray) -> None:
+    """Write the heights of triangles with corners (n, rows, columns) at points (n, m, 2 or 3) into `sampled` (n, m)."""
+    for i in range(points.shape[0]):
+        column, row = 0, 0
+        for j in range(points.shape[1]):
+            east, north = points[i, j, 0], points[i, j, 1]
+            column, row = _cell(x, east, column), _cell(y, north, row)
+            u = (east - x[column]) / (x[column + 1] - x[column])
+            v = (north - y[row]) / (y[row + 1] - y[row])
+            first, last = z[i, row, column], z[i, row + 1, column + 1]
+            other = z[i, row, column + 1] if u > v else z[i, row + 1, column]
+            sampled[i, j] = first + (other - first) * max(u, v) + (last - other) * min(u, v)
+
+
+@kernel
+def _cell(line: FloatArray, at: float, near: int) -> int:
+    """Return the cell of a line in which a coordinate is, by the one of a coordinate that is `near`."""
+    cell = near
+    while cell > 0 and line[cell] >= at:
+        cell -= 1
+    while cell < line.size - 2 and line[cell + 1] < at:
+        cell += 1
+    return cell
 
 
 def grid_around(places: FloatArray) -> Grid:
@@ -291,7 +310,7 @@ def shades() -> Held:
     return Held(1.0 / (SHADES - 1), keep=1.0)
 
 
-def packed(rgb: FloatArray) -> npt.NDArray[np.uint32]:
+def packed(rgb: FloatArray | ByteArray) -> npt.NDArray[np.uint32]:
     """Colours 0xRRGGBBAA of red, green and blue (..., 3), 0 to 255."""
     red, green, blue = np.moveaxis(np.round(rgb).astype(np.uint32), -1, 0)
     colors: npt.NDArray[np.uint32] = (red << 24) | (green << 16) | (blue << 8) | np.uint32(255)

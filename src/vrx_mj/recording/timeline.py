@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import cache
 from itertools import chain
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pyarrow as pa
 import rerun as rr
 from rerun.chunk import Chunk
 
@@ -37,12 +39,49 @@ def static(path: str, *archetypes: rr.AsComponents) -> Chunk:
 def shown(begun: float | None, path: str, *archetypes: rr.AsComponents) -> Chunk:
     """A chunk of one row, of a time [s], or without time."""
     columns = [
-        column
+        rr.ComponentColumn(
+            batch.component_descriptor(), batch, offsets=np.array([0, len(batch.as_arrow_array())], "<i4")
+        )
         for archetype in archetypes
         for batch in archetype.as_component_batches()
-        for column in [rr.ComponentColumn(batch.component_descriptor(), batch, lengths=[batch_size(batch)])]
     ]
     return Chunk.from_columns(path, [] if begun is None else [times([begun])], columns)
+
+
+def numbers(
+    path: str, seconds: npt.ArrayLike, kind: Any, counts: npt.ArrayLike = 1, **fields: npt.NDArray[Any]
+) -> Chunk:
+    """A chunk of fields of an archetype at times (n,) [s], from arrays of numbers (values, ...) of the types it keeps.
+
+    Each row has one value of each field, or `counts` of them. It takes a third of the time of `kind.columns`.
+    """
+    index = times(seconds)
+    offsets = np.zeros(len(index.as_arrow_array()) + 1, np.int32)
+    np.cumsum(np.broadcast_to(counts, len(offsets) - 1), out=offsets[1:])
+    columns = []
+    for name, values in fields.items():
+        component, batch = _component(kind, name)
+        batch = type(batch)(_arrow(values, batch.as_arrow_array().type))
+        columns.append(rr.ComponentColumn(component, batch, offsets=offsets))
+    return Chunk.from_columns(path, [index], columns)
+
+
+@cache
+def _component(kind: Any, name: str) -> tuple[rr.ComponentDescriptor, Any]:
+    """The descriptor of an archetype's field, and its values where there are none."""
+    empty = kind.from_fields(**{name: []})
+    (batch,) = empty.as_component_batches()
+    return batch.component_descriptor(), getattr(empty, name)
+
+
+def _arrow(values: npt.NDArray[Any], kind: pa.DataType) -> pa.Array:
+    """An Arrow array of a type, of numbers or of lists (n, ...) of equal length."""
+    if not pa.types.is_nested(kind):
+        return pa.array(values, kind)
+    inner = _arrow(values.reshape(-1, *values.shape[2:]), kind.value_type)
+    if pa.types.is_fixed_size_list(kind):
+        return pa.FixedSizeListArray.from_arrays(inner, type=kind)
+    return pa.ListArray.from_arrays(np.arange(0, len(inner) + 1, values.shape[1], dtype=np.int32), inner, kind)
 
 
 def changes(path: str, seconds: npt.ArrayLike, kind: Any, **rows: Sequence[Sequence[Any]]) -> Chunk:
@@ -67,11 +106,6 @@ def arrow_strips(
     across *= length / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
     strips: FloatArray = np.asarray(origins)[:, None] + np.einsum("pa,anc->npc", ARROW, np.stack([along, across]))
     return strips
-
-
-def batch_size(batch: rr.ComponentBatchLike) -> int:
-    """Number of values in a batch."""
-    return len(batch.as_arrow_array())
 
 
 class Ticker:

@@ -15,7 +15,7 @@ from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.recording import sea_meshes as sea
 from vrx_mj.recording.record_scene import RecordedBody, SeaHeight
 from vrx_mj.recording.sea_meshes import Grid, Lines, Swell
-from vrx_mj.recording.timeline import Held, Ticker, shown, static, times
+from vrx_mj.recording.timeline import Held, Ticker, numbers, shown, static
 
 TRAIL_RATE = 1.0
 """Pieces of a trail [Hz]."""
@@ -118,8 +118,8 @@ class WaterChunks:
             strips[..., 2] = 0.0  # the mean water
             way = np.hypot(*(here - before)[:, 1:].T)
             speed = way / np.maximum(here[:, 0] - before[:, 0], 1e-9)
-            columns = rr.LineStrips3D.columns(strips=strips.astype(np.float32), colors=speed_colors(speed))
-            yield Chunk.from_columns(f"/world/trails/{boat}", [times(time)], columns)
+            looks = {"strips": strips.astype(np.float32), "colors": sea.packed(speed_colors(speed))}
+            yield numbers(f"/world/trails/{boat}", time, rr.LineStrips3D, **looks)
 
     def _patch(self, boat: str, swell: Swell, time: FloatArray, pose: FloatArray) -> Iterator[Chunk]:
         """The water at a boat's hull, in its frame: for poses (n, 7), where it changes."""
@@ -226,12 +226,11 @@ def ribbons(places: FloatArray, left: FloatArray) -> FloatArray:
 
 def mesh_chunk(path: str, time: FloatArray, **parts: Sequence[npt.NDArray[Any]]) -> Chunk:
     """Frames of a mesh: of each part arrays (frames, ...), which follow each other and may differ in their vertices."""
-    columns = []
-    for name, arrays in parts.items():
-        flat = [array.reshape(-1, *(() if name == "vertex_colors" else (3,))) for array in arrays]
-        lengths = np.concatenate([np.full(len(a), len(b) // len(a)) for a, b in zip(arrays, flat, strict=True)])
-        columns += rr.Mesh3D.columns(**{name: np.concatenate(flat)}).partition(lengths)
-    return Chunk.from_columns(path, [times(time)], columns)
+    name, arrays = next(iter(parts.items()))
+    width = 3 if name == "vertex_positions" else 1
+    counts = np.concatenate([np.full(len(array), array[0].size // width) for array in arrays])
+    flat = {name: np.concatenate([array.reshape(-1) for array in arrays]) for name, arrays in parts.items()}
+    return numbers(path, time, rr.Mesh3D, counts, **flat)
 
 
 def mesh_points(x: FloatArray, y: FloatArray, z: FloatArray) -> npt.NDArray[np.float32]:
