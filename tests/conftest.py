@@ -20,6 +20,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 from hypothesis.configuration import set_hypothesis_home_dir
+from numba.core import event
 
 settings.register_profile("kernels", deadline=None, database=None)
 settings.load_profile("kernels")
@@ -41,6 +42,11 @@ LONGEST = (
 )
 """Parts of the names of the slow tests that take longest, the longest first."""
 CONFIG = TESTS / "unit" / "config"
+WORK, MOST_WORK = "processor time", 2.0
+"""A property of reports [s], and how much a test that is not slow may take."""
+COMPILED = event.RecordingListener()
+"""What numba compiles."""
+event.register("numba:compile", COMPILED)
 SANDBOX = pytest.StashKey[Path]()
 SANDBOX_VARIABLE = "VRX_MJ_TESTS"
 """Names the sandbox; whatever the tests start inherits it."""
@@ -144,10 +150,12 @@ def pytest_ignore_collect(collection_path, config):
 
 @pytest.hookimpl(wrapper=True)
 def pytest_make_collect_report(collector):
-    """Let every other worker collect from the end: in a fresh clone each compiles half of the files, not all."""
+    """Let each worker begin to collect elsewhere: in a fresh clone each compiles its share of the files, not all."""
     report = yield
-    if isinstance(collector, pytest.Directory) and int(os.environ.get("PYTEST_XDIST_WORKER", "gw0")[2:]) % 2:
-        report.result.reverse()
+    if isinstance(collector, pytest.Directory):
+        worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0")[2:])
+        first = len(report.result) * worker // int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+        report.result = report.result[first:] + report.result[:first]
     return report
 
 
@@ -234,8 +242,30 @@ def _split(items, condition):
     return [item for item in items if condition(item)], [item for item in items if not condition(item)]
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item):
+    """Keep the processor time that a test takes, unless kernels are compiled in it, which any other may pay."""
+    begun, compiled = time.process_time(), len(COMPILED.buffer)
+    try:
+        return (yield)
+    finally:
+        if len(COMPILED.buffer) == compiled:
+            item.user_properties.append((WORK, time.process_time() - begun))
+
+
 def pytest_terminal_summary(terminalreporter):
-    """How many tests were skipped, why, and what to install to run them."""
+    """Which tests are slow and not marked so; how many were skipped, why, and what to install to run them."""
+    passed = [report for report in terminalreporter.stats.get("passed", []) if "slow" not in report.keywords]
+    work = {report.nodeid: dict(report.user_properties).get(WORK, 0.0) for report in passed}
+    long = sorted((name for name in work if work[name] > MOST_WORK), key=work.get, reverse=True)
+    if long:
+        terminalreporter.write_sep("=", f"{len(long)} tests take more than {MOST_WORK:g} s and are not marked slow")
+    for name in long:
+        terminalreporter.write_line(f"{work[name]:4.1f} s {name}")
+    _say_skipped(terminalreporter)
+
+
+def _say_skipped(terminalreporter):
     reports = terminalreporter.stats.get("skipped", [])
     if not reports:
         return

@@ -70,8 +70,15 @@ def shown(file: Path) -> str:
     return file.relative_to(REPO).as_posix()
 
 
-def functions(tree: ast.Module) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
-    return (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
+@cache
+def found_in(file: Path) -> list[ast.AST]:
+    """All functions and imports of a file, each file gone through once for all rules."""
+    kinds = ast.FunctionDef | ast.AsyncFunctionDef | ast.Import | ast.ImportFrom
+    return [node for node in ast.walk(parsed(file)) if isinstance(node, kinds)]
+
+
+def functions(file: Path) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
+    return (node for node in found_in(file) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
 
 
 def code_lines(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
@@ -82,8 +89,8 @@ def code_lines(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
     return last - function.lineno + 1 - docstring
 
 
-def imported(tree: ast.Module) -> Iterator[str]:
-    for node in ast.walk(tree):
+def imported(file: Path) -> Iterator[str]:
+    for node in found_in(file):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -96,7 +103,7 @@ def test_modules_stay_short():
 
 def test_functions_stay_short():
     def long(file):
-        return {f.name: code_lines(f) for f in functions(parsed(file)) if code_lines(f) > FUNCTION_LINES}
+        return {f.name: code_lines(f) for f in functions(file) if code_lines(f) > FUNCTION_LINES}
 
     assert faults([*SOURCES, *TESTS], long) == {}
 
@@ -110,7 +117,7 @@ def test_physics_imports_numpy_numba_and_the_standard_library_only():
     allowed = re.compile(r"vrx_mj\.(physics|arrays|cache_folder|constants|linear_waves)\b")
 
     def others(file):
-        names = set(imported(parsed(file)))
+        names = set(imported(file))
         return {
             name
             for name in names
@@ -124,7 +131,7 @@ def test_physics_imports_numpy_numba_and_the_standard_library_only():
 
 def test_modules_that_a_system_lacks_are_imported_by_name_nowhere():
     """vrx_mj/unix.py has those that are needed, and None on Windows."""
-    assert faults(SOURCES, lambda file: {name.partition(".")[0] for name in imported(parsed(file))} & LACKED) == {}
+    assert faults(SOURCES, lambda file: {name.partition(".")[0] for name in imported(file)} & LACKED) == {}
 
 
 def test_there_is_no_utils():
@@ -142,7 +149,7 @@ def undefined(file: Path) -> set[str]:
     defined |= {n.name for n in tree.body if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef)}
     defined |= {part.strip() for name in defined if name.startswith("(") for part in name.strip("()").split(",")}
     defined |= {
-        alias.asname or alias.name for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) for alias in n.names
+        alias.asname or alias.name for n in found_in(file) if isinstance(n, ast.ImportFrom) for alias in n.names
     }
     return {ast.literal_eval(name) for name in lists[0].elts} - defined
 
@@ -212,7 +219,7 @@ def test_the_extra_test_brings_what_tests_and_examples_import():
     brought = distributions_of([*project["dependencies"], "vrx-mj[test]"], project["optional-dependencies"])
     own = {"vrx_mj", "some_crew", "team", *(path.stem for path in REPO.glob("tests/*"))}
     files = [*TESTS, *(REPO / "examples").glob("[0-9]*.py")]
-    names = {name.split(".")[0] for file in files for name in imported(parsed(file))} - own - ROS
+    names = {name.split(".")[0] for file in files for name in imported(file)} - own - ROS
     names -= {"pydrake", "robot_localization", "tf2_ros"}  # in environments of their own, or of ROS, too
     names -= set(sys.stdlib_module_names)
     homes = metadata.packages_distributions()

@@ -92,7 +92,11 @@ def all_motion(sim, names):
     return {name: motion(sim, name).tolist() for name in names}
 
 
-SEEDS = [pytest.param(seed, marks=() if seed in {0, 5} else pytest.mark.slow) for seed in range(12)]
+DAILY, NIGHTLY = (0, 5), (6, 7, 8, 9, 10, 11)
+SEEDS = [
+    pytest.param(seed, marks=() if seed in DAILY else [pytest.mark.slow] + [pytest.mark.nightly] * (seed in NIGHTLY))
+    for seed in range(12)
+]
 
 
 @pytest.mark.filterwarnings("ignore::vrx_mj.VrxWarning")

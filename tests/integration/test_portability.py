@@ -81,6 +81,7 @@ def homeless(place, **more):
 NOWHERE = "import sys, tempfile; tempfile.tempdir = sys.argv.pop(1); from vrx_mj.cli import main; main()"
 
 
+@pytest.mark.nightly
 def test_where_nothing_can_be_kept_a_run_is_the_same(usual, tmp_path):
     """Compiled for this process only; tests/integration/test_packaging.py has first uses that keep it."""
     place = below_a_file(tmp_path)
