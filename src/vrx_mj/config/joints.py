@@ -120,10 +120,7 @@ def _end_faults(root: str, links: Sequence[str], joints: Sequence[Ends]) -> Iter
         if child == parent:
             yield ("joints", index, "child"), f"joins the link '{child}' to itself"
         elif child == root:
-            yield (
-                ("joints", index, "child"),
-                f"'{root}' is the root link and hangs on nothing; swap parent and child",
-            )
+            yield ("joints", index, "child"), f"'{root}', the root link, hangs on nothing; swap parent and child"
         elif child in holders:
             yield ("joints", index, "child"), f"link '{child}' already hangs on the joint '{holders[child]}'"
         holders.setdefault(child, joint)

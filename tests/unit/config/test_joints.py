@@ -74,7 +74,7 @@ def test_links_come_after_those_they_hang_on():
         (
             [joint(parent="arm", child="link")],
             ["arm"],
-            ["joints[0].child: 'link' is the root link and hangs on nothing; swap parent and child"],
+            ["joints[0].child: 'link', the root link, hangs on nothing; swap parent and child"],
         ),
         (
             [joint("p", "a", "b"), joint("q", "b", "c"), joint("r", "c", "a")],
