@@ -34,7 +34,7 @@ def task_of(plugins: Sequence[Element], objects: Sequence[Mapping[str, Any]]) ->
     """
     first = next((plugin for plugin in plugins if kind_of(plugin) == "gymkhana"), plugins[0])
     own = _TASKS[kind_of(first) or ""](first, plugins, objects)
-    return first, {"type": own["type"]} | _named(first, own) | _common(first, own) | own
+    return first, {"type": own["type"]} | _common(first, own) | own
 
 
 def unread(plugin: Element) -> Iterator[tuple[Element, str]]:
@@ -61,15 +61,10 @@ def marked(plugin: Element) -> Content | None:
     return markers.fields("markers") | ({"color": color} if color in COLORS else {})
 
 
-def _named(plugin: Element, own: Content) -> Content:
-    name = plugin.text("task_name")
-    return {} if not name or name == own["type"] else {"name": name}
-
-
 def _common(plugin: Element, own: Content) -> Content:
     """What all tasks have, where it differs from our defaults; what a plugin leaves out is as in scoring_plugin.cc."""
     ours, found = TASKS.get(own["type"], TaskConfig).model_fields, plugin.fields("scoring plugin").items()
-    return {key: value for key, value in found if value not in {BOAT, ours[key].default}}
+    return {key: value for key, value in found if value not in {BOAT, own["type"], ours[key].default}}
 
 
 def _by_rows(plugin: Element, *_: object) -> Content:
