@@ -20,7 +20,7 @@ from vrx_mj.packages import install_extra
 from vrx_mj.physics.surface import SPOKES, fan_triangles
 from vrx_mj.recording import read_record
 from vrx_mj.recording.video import Film, Shot, draw_video, looking, parse_size, write_video
-from vrx_mj.recording.video.filming import PHASES, clock_line, encoder_of, lay, name_tile, project, task_lines
+from vrx_mj.recording.video.filming import PHASES, clock_line, encoder_of, lay, name_tile, project, set_in, task_lines
 from vrx_mj.recording.video.stage import (
     AHEAD,
     BEHIND,
@@ -208,6 +208,16 @@ def test_a_tile_is_blended_where_it_covers_the_picture(place):
     part += (tile[..., :3] - part) * (tile[..., 3:] / 255.0)
     lay(picture, tile, *place)
     assert np.array_equal(picture, np.rint(wide[50:62, 50:70]))
+
+
+@pytest.mark.parametrize(("width", "height"), [(100, 60), (16, 16), (4096, 16)])
+def test_the_view_in_the_corner_is_set_in_as_far_as_the_picture_reaches(width, height):
+    picture, inset = np.zeros((height, width, 3), np.uint8), np.full((8, 10, 3), 7, np.uint8)
+    set_in(picture, inset)
+    rows, columns = np.nonzero(picture[..., 0])
+    edge = round(0.02 * width)
+    assert len(rows) == 10 * max(min(8, height - edge), 0)
+    assert len(rows) == 0 or (rows.min(), columns.max()) == (edge, width - edge - 1)
 
 
 def test_a_name_moves_to_the_side_by_parts_of_a_pixel():

@@ -156,8 +156,7 @@ class Film:
         """The picture of a simulated time [s]."""
         shown = self._seen(time, self._eyes[0], self.size)
         if len(self._eyes) > 1:
-            inset, edge = self._inset_at(time), round(INSET_EDGE * shown.shape[1])
-            shown[edge : edge + len(inset), -edge - inset.shape[1] : -edge] = inset
+            set_in(shown, self._inset_at(time))
         if self._shot.captions:
             self._write(shown, time)
         return shown
@@ -263,6 +262,13 @@ def positive(name: str, value: float) -> float:
 def even(number: float) -> int:
     """The even number nearest to a number."""
     return 2 * round(number / 2.0)
+
+
+def set_in(picture: Picture, inset: Picture) -> None:
+    """Set a small picture into the upper right corner of a large one, as far as it is inside."""
+    edge = round(INSET_EDGE * picture.shape[1])
+    place = picture[edge : edge + len(inset), max(picture.shape[1] - edge - inset.shape[1], 0) :][:, : inset.shape[1]]
+    place[:] = inset[: len(place), : place.shape[1]]
 
 
 def lay(picture: Picture, tile: ByteArray, column: int, row: int) -> None:
