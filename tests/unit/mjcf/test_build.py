@@ -213,7 +213,7 @@ KNOWN = ", ".join(VRX_SUITE)
 @pytest.mark.parametrize(
     ("sensors", "message"),
     [
-        (("sonar",), f"no sensor or suite named 'sonar'; known: {KNOWN}, none, vrx, camera, gps and 8 more"),
+        (("sonar",), f"no sensor or suite named 'sonar'; known: {KNOWN}, none, vrx, camera, gps and 9 more"),
         (("gps_wamw",), "no sensor or suite named 'gps_wamw'; did you mean 'gps_wamv'?"),
         (("vrx", "gps_wamv"), "expected either a suite or names of sensors, got the suite 'vrx' among names"),
     ],

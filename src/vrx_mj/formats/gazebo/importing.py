@@ -175,7 +175,8 @@ class Imported:
             text = _urdf(config.description_file, given)
         if "<link" not in text:
             check_library(config.description_file)
-        path = self.path_of("robots/", name, f"{text}{section}", ".urdf")
+        kept = {key: value for key, value in section.items() if key not in EXPANDED}
+        path = self.path_of("robots/", name, f"{text}{kept}", ".urdf")
         self.robots.add(file.resolve())
         if path in self.texts:
             return path
@@ -186,8 +187,7 @@ class Imported:
         self.notes.append(Note(place, "<robot>", "taken over", f"`{path}`, a boat"))
         left_out = text.made.left_out if isinstance(text, ExpandedText) else ()
         self.notes += [Note(place, "<robot>", "not read", one) for one in left_out]
-        if section is not None:
-            kept = {key: value for key, value in section.items() if key not in EXPANDED}
+        if kept:
             self.texts[f"robots/{stem}.yaml"] = self.text(file, section.holding(kept))
         return path
 

@@ -169,6 +169,7 @@ def test_links_in_circles_and_out_of_the_folder_are_not_followed(tmp_path):
     assert message(file_of_folder, Path("ws")) == said
 
 
+@pytest.mark.slow
 def test_a_folder_of_a_hundred_thousand_files_takes_a_moment():
     for number in range(100):
         Path(f"ws/{number}").mkdir(parents=True)

@@ -180,7 +180,7 @@ def test_coefficients_by_their_newer_and_older_names(names):
         "drag_linear": (5.0, None, None, None, None, 0.0),
         "drag_quadratic": (6.0, None, None, None, None, 7.0),
     }
-    assert found.warnings == ()
+    assert found.warnings == []
 
 
 def test_what_is_not_done_of_hydrodynamics_is_said():
@@ -189,11 +189,11 @@ def test_what_is_not_done_of_hydrodynamics_is_said():
     assert found.water["added_mass"] == (0.0,) * 6
     assert found.water["water_density"] == 1025.0
     begin = "model.sdf:4: plugin 'h': "
-    assert found.warnings == (
+    assert found.warnings == [
         f"{begin}positive coefficients push in gz-sim, here they resist as negative ones do: xU",
         f"{begin}coefficients off the diagonal are ignored: yR, xVabsR",
         f"{begin}default_current is ignored: the water has no current here",
-    )
+    ]
 
 
 @settings(max_examples=25)

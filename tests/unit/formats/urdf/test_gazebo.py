@@ -547,5 +547,5 @@ def test_a_sensors_own_topic_counts_where_its_plugin_names_none():
 @pytest.mark.parametrize("kind", ["camera", "rgbd_camera", "boundingbox_camera", "segmentation_camera"])
 def test_cameras_that_say_what_they_see_have_labels(kind):
     read = gazebo(sensor(kind, "<update_rate>9</update_rate><camera><box_type>2d</box_type></camera>"), "eye_link")
-    assert read.warnings == ()
+    assert read.warnings == []
     assert read.sensors[0].labels == (kind in ("boundingbox_camera", "segmentation_camera"))
