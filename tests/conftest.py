@@ -259,7 +259,7 @@ def pytest_terminal_summary(terminalreporter):
     work = {report.nodeid: dict(report.user_properties).get(WORK, 0.0) for report in passed}
     long = sorted((name for name in work if work[name] > MOST_WORK), key=work.get, reverse=True)
     if long:
-        terminalreporter.write_sep("=", f"{len(long)} tests take more than {MOST_WORK:g} s and are not marked slow")
+        terminalreporter.write_sep("=", f"{len(long)} not marked slow, above {MOST_WORK:g} s of processor time")
     for name in long:
         terminalreporter.write_line(f"{work[name]:4.1f} s {name}")
     _say_skipped(terminalreporter)
