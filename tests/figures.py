@@ -1,7 +1,8 @@
-"""The size and the shape of the sources: `python tests/figures.py`, from any folder.
+"""The size and the shape of the sources: `python tests/figures.py`, from any folder; `tests/figures.yaml` bounds them.
 
-Code lines have no blank lines, comments and docstrings. String-key reads are those of a compiled world's parameters as
-a tree. Import cycles count imports within functions and for type checking too.
+Code lines have no blank lines, comments and docstrings; tokens are names, operators and literals of these. String-key
+reads are those of a compiled world's parameters as a tree. Import cycles count imports within functions and for type
+checking too. Lines of other files are those that are not blank.
 """
 
 import ast
@@ -12,7 +13,13 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-SOURCE = Path(__file__).resolve().parents[1] / "src" / "vrx_mj"
+REPO = Path(__file__).resolve().parents[1]
+SOURCE = REPO / "src" / "vrx_mj"
+OTHERS: Mapping[str, tuple[str, ...]] = {
+    "lines of scripts and templates": (".js", ".css", ".html", ".j2"),
+    "lines of tables": (".json", ".yaml", ".csv"),
+}
+"""Files of src and assets that are no Python, by the names of their figures."""
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 LAYOUT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 """Tokens that make no code line."""
@@ -21,13 +28,21 @@ LIMIT = re.compile(r"\b_?(?:MOST|LARGEST|LONGEST)_[A-Z_]+")
 TREE_READ = re.compile(r"(?i)world\.(parameters(\[|\.get\()|tree\b)")
 
 
+def code(text: str) -> tuple[int, int]:
+    """How many lines hold code, and how many tokens: of a string with expressions in it one, in any Python."""
+    docs, lines, tokens, depth = set(_docstring_lines(ast.parse(text))), set(), 0, 0
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        if token.type not in LAYOUT and token.start[0] not in docs:
+            lines.update(range(token.start[0], token.end[0] + 1))
+            depth -= tokenize.tok_name[token.type].endswith("STRING_END")
+            tokens += depth == 0 and not tokenize.tok_name[token.type].endswith("STRING_END")
+            depth += tokenize.tok_name[token.type].endswith("STRING_START")
+    return len(lines), tokens
+
+
 def code_lines(text: str) -> int:
     """How many lines hold code."""
-    lines = set()
-    for token in tokenize.generate_tokens(io.StringIO(text).readline):
-        if token.type not in LAYOUT:
-            lines.update(range(token.start[0], token.end[0] + 1))
-    return len(lines - set(_docstring_lines(ast.parse(text))))
+    return code(text)[0]
 
 
 def _docstring_lines(tree: ast.AST) -> Iterator[int]:
@@ -87,6 +102,10 @@ def cycles(graph: Mapping[str, set[str]]) -> list[set[str]]:
     return [set(group) for group in groups if group]
 
 
+def _filled_lines(file: Path) -> int:
+    return sum(bool(line.strip()) for line in file.read_text(encoding="utf-8").splitlines())
+
+
 def _reached(graph: Mapping[str, set[str]], start: str) -> set[str]:
     found: set[str] = set()
     waiting = [start]
@@ -97,7 +116,7 @@ def _reached(graph: Mapping[str, set[str]], start: str) -> set[str]:
     return found
 
 
-def figures() -> dict[str, object]:
+def figures() -> dict[str, float]:
     """All figures, by their names."""
     texts = {path: path.read_text(encoding="utf-8") for path in sorted(SOURCE.rglob("*.py"))}
     trees = {module_name(path): ast.parse(text) for path, text in texts.items()}
@@ -105,14 +124,21 @@ def figures() -> dict[str, object]:
     functions, loose = (sum(column) for column in zip(*map(signatures, trees.values()), strict=True))
     importers = Counter(name for names in graph.values() for name in names)
     rings = cycles({name: names - {"vrx_mj"} for name, names in graph.items() if name != "vrx_mj"})
+    lines, tokens = (sum(column) for column in zip(*map(code, texts.values()), strict=True))
+    others = [file for folder in (SOURCE, REPO / "assets") for file in folder.rglob("*") if file.is_file()]
     return {
-        "code lines": sum(map(code_lines, texts.values())),
+        "code lines": lines,
+        "tokens": tokens,
+        **{
+            name: sum(map(_filled_lines, (each for each in others if each.suffix in ends)))
+            for name, ends in OTHERS.items()
+        },
         "modules": len(texts),
         "modules imported by exactly one other": sum(count == 1 for count in importers.values()),
         "limit constants": len(limits(texts.values())),
         "string-key reads of the world": sum(len(TREE_READ.findall(text)) for text in texts.values()),
-        "signatures with Any": f"{loose} of {functions}, {loose / functions:.1%}",
-        "import cycles": [sorted(ring) for ring in rings],
+        "signatures with Any, in a hundred": round(100.0 * loose / functions, 1),
+        "import cycles": len(rings),
     }
 
 

@@ -1,8 +1,16 @@
-"""What `tests/figures.py` counts, on small sources."""
+"""What `tests/figures.py` counts, on small sources, and the bounds of the whole."""
 
 import ast
+from pathlib import Path
 
-from figures import code_lines, cycles, imports, limits, signatures
+import pytest
+import yaml
+
+from figures import code, cycles, figures, imports, limits, signatures
+
+BOUNDS = yaml.safe_load((Path(__file__).parent / "figures.yaml").read_text(encoding="utf-8"))
+LOOSE = 1.01
+"""How far a bound may be above its figure."""
 
 SOURCE = '''"""A module's
 docstring."""
@@ -30,8 +38,22 @@ def typed(given: int) -> int:
 '''
 
 
-def test_code_lines_are_without_blanks_comments_and_docstrings():
-    assert code_lines(SOURCE) == 10
+def test_code_is_without_blanks_comments_and_docstrings():
+    assert code(SOURCE) == (10, 42)
+
+
+def test_a_string_with_expressions_is_one_token_in_any_python():
+    assert code("x = f'{a} and {b:{width}}' + 'c'\n") == (1, 5)
+
+
+@pytest.mark.slow
+def test_the_sources_weigh_no_more_than_they_may():
+    found = figures()
+    assert found.keys() == BOUNDS.keys()
+    above = {name: (value, BOUNDS[name]) for name, value in found.items() if value > BOUNDS[name]}
+    assert above == {}, "make it smaller, or raise the bound in tests/figures.yaml in a commit that says why"
+    loose = {name: (value, BOUNDS[name]) for name, value in found.items() if BOUNDS[name] > LOOSE * value}
+    assert loose == {}, "lower the bounds in tests/figures.yaml"
 
 
 def test_a_signature_with_any_somewhere_in_it_counts():
