@@ -204,8 +204,8 @@ def without_ignored_keys(
         key
         for key, only in limited_keys(model).items()
         if key in content
-        and (section is None or section.depth(only.selector) < section.depth(key))
         and not only.allows(content.get(only.selector, model.model_fields[only.selector].default))
+        and (section is None or section.depth(only.selector) < section.depth(key))
     }
     return {key: value for key, value in content.items() if key not in ignored}
 

@@ -23,7 +23,7 @@ AS_IN_ROS_1 = tuple(
     messages.DEFINITIONS / name
     for name in (
         "geographic_msgs/GeoPoint.msg", "geographic_msgs/GeoPose.msg", "nmea_msgs/Sentence.msg",
-        "robot_localization/FromLL.srv", "robot_localization/ToLL.srv",
+        "robot_localization/FromLL.srv", "robot_localization/ToLL.srv", "vision_msgs/Detection2DArray.msg",
     )
 )  # fmt: skip
 ENCODINGS = (b"\x00\x00", b"\x00\x01")

@@ -19,9 +19,9 @@ from vrx_mj.ros.messages import DEFINITIONS, encode, md5sum, new, service_md5sum
 from vrx_mj.ros.packages import PYTHON, write_packages
 
 NAMES = (
-    "gazebo_msgs", "geographic_msgs", "robot_localization", "robotx_gazebo", "tf2_web_republisher", "trajectory_msgs",
-    "usv_gazebo_plugins", "usv_msgs", "uuid_msgs",
-    "vrx_gazebo", "vrx_mj_msgs",
+    "gazebo_msgs", "geographic_msgs", "nmea_msgs", "robot_localization", "robotx_gazebo", "tf2_web_republisher",
+    "trajectory_msgs", "usv_gazebo_plugins", "usv_msgs", "uuid_msgs",
+    "vision_msgs", "vrx_gazebo", "vrx_mj_msgs",
 )  # fmt: skip
 pytestmark = [pytest.mark.slow, needs(ROS1_MESSAGES)]
 
