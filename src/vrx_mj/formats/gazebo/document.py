@@ -94,23 +94,16 @@ class Element:
         """An attribute's text, without blanks around it; empty without one."""
         return self.attributes.get(name, "").strip()
 
-    def all(self, tag: str) -> list["Element"]:
-        """The elements of a tag in this one."""
-        return [child for child in self.children if child.tag == tag]
-
-    def child(self, *path: str) -> "Element | None":
-        """The first element of a tag; of several tags, the first one down that path."""
-        found: Element | None = self
-        for tag in path:
-            found = next(iter(found.all(tag)), None) if found else None
-        return found
-
-    def every(self, path: str) -> list["Element"]:
-        """All elements down a path, whose tags have '/' between."""
+    def all(self, path: str) -> list["Element"]:
+        """All elements of a tag in this one; of tags with '/' between, all elements down that path."""
         found = [self]
         for tag in path.split("/"):
-            found = [child for one in found for child in one.all(tag)]
+            found = [child for one in found for child in one.children if child.tag == tag]
         return found
+
+    def child(self, path: str) -> "Element | None":
+        """The first of these elements."""
+        return next(iter(self.all(path)), None)
 
     def walk(self) -> Iterator["Element"]:
         """This element and all in it, in the order of the file."""
@@ -118,10 +111,9 @@ class Element:
         for child in self.children:
             yield from child.walk()
 
-    def text(self, *path: str) -> str:
-        """The text of the first element down a path; empty without one."""
-        found = self.child(*path)
-        return found.own_text if found else ""
+    def text(self, path: str) -> str:
+        """The text of the first element down a path that has one; empty without one."""
+        return str(self.read(path, "text", ""))
 
     def fault(self, message: str, key: str = "") -> ConfigError:
         """An error at this element."""
@@ -137,28 +129,22 @@ class Element:
             form: `number`, `whole`, `switch`, `flag` (a switch that only counts where it is true), `text`, `model` (a
                 name without that of a link in it), `color`, what each of several numbers is called, or `list of TABLE`:
                 of all such elements the rows of a table.
-            default: what a missing or empty element means.
+            default: what a missing or empty element means; `NEEDED`: an error.
 
         Raises:
-            ConfigError: the text is of another form.
+            ConfigError: the text is of another form, or missing.
         """
-        found = [one for way in path.split("|") for one in self.every(way)]
+        found = [one for way in path.split("|") for one in self.all(way)]
         if form.startswith("list of "):
             return [At(one.fields(form.removeprefix("list of ")), one.place) for one in found] or default
         first = next((one for one in found if one.own_text), None)
-        return default if first is None else first.value(form)
-
-    def needed(self, path: str, form: str = "text") -> Any:
-        """What an element that must be there says, likewise. Raises ConfigError."""
-        found = self.read(path, form)
-        if found is None:
+        if first is None and default == NEEDED:
             raise self.fault(f"<{path.partition('|')[0]}> is required, but missing")
-        return found
+        return default if first is None else first.value(form)
 
     def fields(self, of: str) -> dict[str, Any]:
         """What the rows of a table in `FIELDS` say, without those whose elements are missing. Raises ConfigError."""
-        rows = FIELDS[of].items()
-        found = {key: self.needed(*row[:2]) if NEEDED in row else self.read(*row) for key, row in rows}
+        found = {key: self.read(*row) for key, row in FIELDS[of].items()}
         return {key: value for key, value in found.items() if value is not None}
 
     def value(self, form: str) -> Any:
@@ -166,7 +152,7 @@ class Element:
         if form in {"text", "model"}:
             return self.own_text.partition("::")[0] if form == "model" else self.own_text
         if form in {"switch", "flag"}:
-            return self._truth(self.own_text, "") or (None if form == "flag" else False)
+            return self.truth(self.own_text, "") or (None if form == "flag" else False)
         labels = {"whole": "number", "color": "r g b" if len(self.own_text.split()) == 3 else "r g b a"}.get(form, form)
         with faults_at(self):
             numbers = numbers_of(self.own_text, labels)
@@ -174,12 +160,8 @@ class Element:
             raise self.fault(f"expected a whole number, got {shown(self.own_text)}")
         return int(numbers[0]) if form == "whole" else numbers[0] if form == "number" else list(numbers)
 
-    def attribute_switch(self, name: str) -> bool:
-        """Whether an attribute is true; not where it is missing or empty. Raises ConfigError."""
-        text = self.attribute(name)
-        return bool(text) and self._truth(text, name)
-
-    def _truth(self, text: str, key: str) -> bool:
+    def truth(self, text: str, key: str) -> bool:
+        """Whether a text of this element is true. Raises ConfigError: it is neither true nor false."""
         found = truth(text)
         if found is None:
             raise self.fault(f"expected true or false, got {shown(text)}", key)

@@ -199,10 +199,9 @@ class Imported:
 
     def copied(self, area: str, owner: str, source: Path, name: str) -> str:
         """Copy a mesh, and return its path beside the file of what it belongs to: others of its name are numbered."""
-        copies = self.copies
         names = (f"meshes/{owner}/{number}{name}" for number in ("", *(f"{count}/" for count in range(2, 1000))))
-        own = next(own for own in names if copies.get(f"{area}/{own}", source) == source)
-        copies[f"{area}/{own}"] = source
+        own = next(own for own in names if self.copies.get(f"{area}/{own}", source) == source)
+        self.copies[f"{area}/{own}"] = source
         return own
 
     def with_objects(self, section: Section, folder: Path | None, here: str = "") -> Section:

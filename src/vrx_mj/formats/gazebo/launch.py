@@ -163,13 +163,8 @@ class _Run:
     def holds(self, element: Element, scope: _Scope) -> bool:
         """Whether an element's conditions hold."""
         for key, wanted in (("if", True), ("unless", False)):
-            if key in element.attributes:
-                text = self.value(element, key, scope)
-                found = truth(text)
-                if found is None:
-                    raise element.fault(f"expected true or false, got {shown(text)}", key)
-                if found != wanted:
-                    return False
+            if key in element.attributes and element.truth(self.value(element, key, scope), key) != wanted:
+                return False
         return True
 
     def argument(self, element: Element, scope: _Scope) -> None:
@@ -200,7 +195,7 @@ class _Run:
     def include(self, element: Element, scope: _Scope) -> None:
         """Go through another file with the arguments that this one gives it."""
         name = self.value(element, "file", scope)
-        passes_all = element.attribute_switch("pass_all_args")
+        passes_all = element.truth(element.attribute("pass_all_args") or "false", "pass_all_args")
         passed = dict(scope.arguments) if passes_all else {}
         inner = _Scope(self.namespace(element, scope), {}, passed)
         for arg in element.all("arg"):

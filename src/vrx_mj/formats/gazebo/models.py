@@ -21,7 +21,7 @@ from vrx_mj.config.search import (
 )
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
-from vrx_mj.formats.gazebo.document import Element, faults_at, is_file, parse_ahead, read_document
+from vrx_mj.formats.gazebo.document import NEEDED, Element, faults_at, is_file, parse_ahead, read_document
 
 CONFIG = "model.config"
 """What a folder of a model has beside its SDF."""
@@ -52,7 +52,7 @@ def is_gazebo_model(text: str) -> bool:
 
 def model_name(include: Element) -> str:
     """The name in the `<uri>` of an `<include>`: that of a folder of models, or of one on Gazebo's server."""
-    uri = include.needed("uri")
+    uri = include.read("uri", "text", NEEDED)
     with faults_at(include, "uri"):
         return uri_name(uri)
 

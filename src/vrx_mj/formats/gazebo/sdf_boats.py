@@ -25,7 +25,7 @@ from vrx_mj.frames import Pose, compose, inverse
 def is_boat(model: Element) -> bool:
     """Whether a model pushes itself through the water: by a plugin for a thruster, and nothing that holds it."""
     plugins = [one for one in model.walk() if one.tag == "plugin"]
-    pushes = any(is_thruster(one.attributes.get("filename", "")) or one.text("thruster", "linkName") for one in plugins)
+    pushes = any(is_thruster(one.attributes.get("filename", "")) or one.text("thruster/linkName") for one in plugins)
     held = (WORLD in {one.text("parent"), one.text("child")} for one in model.all("joint"))
     return pushes and not model.read("static", "switch") and not any(held)
 

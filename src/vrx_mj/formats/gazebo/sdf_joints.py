@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from vrx_mj.config.values import MAX_NUMBER
-from vrx_mj.config.wording import choice, shown
+from vrx_mj.config.wording import choice
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.gazebo.sdf_frames import MODEL, WORLD, Scope, given_pose
 from vrx_mj.formats.gazebo.sdf_models import Model
@@ -78,7 +78,7 @@ def read_sdf_joint(model: Model, node: Node, scope: Scope) -> SdfJoint | None:
     shift = given.pose if usual == child and not given.relative_to else relative(around, place)
     tags = ("axis", "axis2")[: AXES.get(kind, 1)]
     axes = tuple(_axis(model, node, tag, kind, place, scope) for tag in tags)
-    return SdfJoint(scope.name(node.name()), kind, parent, child, place, shift, axes, node)
+    return SdfJoint(scope.name(node.required("name")), kind, parent, child, place, shift, axes, node)
 
 
 def _end(model: Model, node: Node, tag: str, scope: Scope) -> str:
@@ -120,35 +120,25 @@ def _frame_of_axis(model: Model, node: Node, axis: Node, scope: Scope) -> str:
 def _limits(axis: Node, kind: str) -> Limits:
     """Limits of an axis; one without any turns or slides freely."""
     limit = axis.child("limit")
-    lower, upper = (_bound(limit, tag, sign) for tag, sign in (("lower", -1.0), ("upper", 1.0)))
-    effort, velocity = (max(_bound(limit, tag, -1.0), 0.0) for tag in ("effort", "velocity"))
-    if kind not in UNLIMITED and lower > upper and limit:
+    if limit is None:
+        return Limits(-LARGEST, LARGEST)
+    lower, upper = _bound(limit, "lower", -LARGEST), _bound(limit, "upper", LARGEST)
+    if kind not in UNLIMITED and lower > upper:
         limit.fault(f"lower {lower:g} is above upper {upper:g}")
-    return Limits(lower, upper, effort, velocity)
+    return Limits(lower, upper, *(max(_bound(limit, tag, 0.0), 0.0) for tag in ("effort", "velocity")))
 
 
-def _bound(limit: Node | None, tag: str, sign: float) -> float:
-    """A limit; SDF writes 1e16 or inf for none."""
-    node, text = (limit.child(tag), limit.text(tag)) if limit else (None, "")
-    if node is None or not text:
-        return sign * LARGEST
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if math.isnan(value):
-        node.fault(f"expected a number, got {shown(text)}")
-        return 0.0
-    return min(max(value, -LARGEST), LARGEST)
+def _bound(part: Node, tag: str, usual: float, **limits: float) -> float:
+    """A number that may be endless: SDF writes 1e16 or inf."""
+    return min(max(part.value(tag, usual, largest=math.inf, **limits), -LARGEST), LARGEST)
 
 
 def _dynamics(axis: Node) -> dict[str, float]:
     """Damping, friction and spring of an axis; what is endless, as 5e80, is the largest that there is here."""
     dynamics = axis.child("dynamics")
-    found = {}
-    for tag, ours in {"damping": "damping", "friction": "friction", "spring_stiffness": "stiffness"}.items():
-        found[ours] = min(_bound(dynamics, tag, 0.0), MAX_NUMBER)
-        if found[ours] < 0.0 and dynamics:
-            dynamics.fault(f"must be at least 0, got {dynamics.text(tag)}", tag)
-    reference = dynamics.value("spring_reference", 0.0) if dynamics else 0.0
-    return {key: value for key, value in (*found.items(), ("spring_reference", reference)) if value}
+    if dynamics is None:
+        return {}
+    rows = {"damping": "damping", "friction": "friction", "spring_stiffness": "stiffness"}
+    found = {ours: min(_bound(dynamics, tag, 0.0, low=0.0), MAX_NUMBER) for tag, ours in rows.items()}
+    found["spring_reference"] = dynamics.value("spring_reference", 0.0)
+    return {key: value for key, value in found.items() if value}

@@ -110,7 +110,7 @@ class Model:
         if canonical:
             self.attached[scope.model] = scope.name(canonical)
         for node in model.children("link"):
-            name = scope.name(node.name())
+            name = scope.name(node.required("name"))
             if name in self.links:
                 node.fault(f"duplicate name: line {self.links[name][0].place.line} has a link of this name")
                 continue
@@ -120,7 +120,7 @@ class Model:
         self.joints += [(node, scope) for node in model.children("joint")]
         for node in (*model.children("frame"), *model.children("joint")):
             to = node.text("child") if node.tag == "joint" else node.attribute("attached_to") or MODEL
-            name, around = scope.name(node.name()), scope.name(MODEL if to == WORLD else to)
+            name, around = scope.name(node.required("name")), scope.name(MODEL if to == WORLD else to)
             self.frames.add(name, given_pose(node), scope, around)
             self.attached.setdefault(name, around)
         self.plugins += [(node, scope) for node in model.children("plugin")]

@@ -79,7 +79,7 @@ def _is_composite(model: Element) -> bool:
     """Whether a model is nothing but other models, each of which floats or stands by itself."""
     includes = model.all("include")
     parts = any(one.tag in {"link", "model", "joint"} for one in model.children)
-    merged = any(one.attribute_switch("merge") for one in includes)
+    merged = any(one.truth(one.attribute("merge") or "false", "merge") for one in includes)
     if not includes or parts or merged:
         return False
     known = catalogue("objects")

@@ -114,7 +114,7 @@ def scene(element: Element) -> Content:
     """Light, background, sky and fog; clouds are not drawn, nor taken over."""
     sky = element.child("sky")
     found = {"sky": sky is not None and (sky.fields("sky") or True), **element.fields("scene")}
-    fog = element.child("fog", "fog") or element.child("fog")  # VRX's macro makes one in another
+    fog = element.child("fog/fog") or element.child("fog")  # VRX's macro makes one in another
     if fog is not None and fog.children:
         found["fog"] = without_ignored_keys(FogConfig, fog.fields("fog"))
     return found

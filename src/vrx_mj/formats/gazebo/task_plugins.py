@@ -6,7 +6,7 @@ from typing import Any
 
 from vrx_mj.config.tasks import TASKS, TaskConfig
 from vrx_mj.config.values import COLORS
-from vrx_mj.formats.gazebo.document import Element, plugin_name
+from vrx_mj.formats.gazebo.document import NEEDED, Element, plugin_name
 from vrx_mj.formats.series.pieces import At
 from vrx_mj.formats.urdf.tags import sections
 
@@ -17,8 +17,6 @@ TOPICS = ("_topic", "_service", "_topic_name", "robot_namespace")
 """How elements end that name topics."""
 OURS = {"", "vrx", "wamv", "scan_dock", "scan_dock_deliver"}
 """How the names of topics begin that are the same here."""
-PART_OF_GYMKHANA = ("navigation", "stationkeeping")
-"""Plugins that a gymkhana brings along."""
 
 
 def kind_of(plugin: Element) -> str | None:
@@ -83,7 +81,7 @@ def _stationkeeping(plugin: Element, *_: object) -> Content:
 
 
 def _wayfinding(plugin: Element, *_: object) -> Content:
-    poses = [point.read("pose", "latitude longitude yaw") for point in plugin.every("waypoints/waypoint")]
+    poses = [point.read("pose", "latitude longitude yaw") for point in plugin.all("waypoints/waypoint")]
     if not poses or None in poses:
         raise plugin.fault("each <waypoint> of <waypoints> needs a <pose>", "waypoints")
     return {"type": "wayfinding", "waypoints": poses}
@@ -96,8 +94,8 @@ def _navigation(plugin: Element, *_: object) -> Content:
 
 
 def _channel(plugin: Element) -> Content:
-    gates = plugin.every("gates/gate")
-    pairs = [At([gate.needed(f"{side}_marker") for side in ("left", "right")], gate.place) for gate in gates]
+    gates = plugin.all("gates/gate")
+    pairs = [At([*gate.fields("gate").values()], gate.place) for gate in gates]
     return {**plugin.fields("channel"), **({"gates": pairs} if pairs else {}), **plugin.fields("gymkhana")}
 
 
@@ -106,7 +104,7 @@ def _gymkhana(plugin: Element, plugins: Sequence[Element], _: object) -> Content
     if channel is None:
         raise plugin.fault("a gymkhana needs a navigation scoring plugin")
     course = _channel(channel) | channel.fields("gymkhana channel")
-    pinger = plugin.needed("pinger_position", "x y z")
+    pinger = plugin.read("pinger_position", "x y z", NEEDED)
     return {"type": "gymkhana", "channel": course, "pinger": pinger, **plugin.fields("gymkhana")}
 
 
@@ -118,7 +116,7 @@ _HOLE = re.compile(r"placard_?(\d)\w{0,40}?_(big|small)_hole")
 
 
 def _scan_dock(plugin: Element, _: object, objects: Sequence[Mapping[str, Any]]) -> Content:
-    targets, rows = plugin.every("targets/target"), plugin.fields("scandock")
+    targets, rows = plugin.all("targets/target"), plugin.fields("scandock")
     light = next((one for one in objects if one["model"] == LIGHT), None)
     dock = next((one for one in objects if re.match(r"(vrx_)?dock_(?!block)", one["model"])), None)
     if dock is None:
@@ -126,8 +124,7 @@ def _scan_dock(plugin: Element, _: object, objects: Sequence[Mapping[str, Any]])
     name = plugin.text("task_name")
     usual = "scan_dock_deliver" if targets else "scan_and_dock" if light else "dock"
     known = name in {"dock", "scan_and_dock", "scan_dock_deliver"} and not (name == "dock" and light is not None)
-    found: Content = {"type": name if known else usual}
-    found["dock"] = dock["name"]
+    found: Content = {"type": name if known else usual, "dock": dock["name"]}
     if light is not None:
         found["light_buoy"] = light["name"]
     colors = [plugin.text(f"color_{i}").lower() for i in (1, 2, 3)]

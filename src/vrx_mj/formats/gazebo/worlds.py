@@ -42,7 +42,8 @@ from vrx_mj.formats.urdf.tags import losses
 
 TABLE: Mapping[str, Any] = json.loads(Path(__file__).with_suffix(".json").read_bytes())
 """Terrains of VRX, and the worlds of ours that have them, for VRX 3 where it is another one; the fates of models by
-their names and of plugins by what is found in theirs; elements of a wind plugin that name topics, and our names."""
+their names and of plugins by what is found in theirs; elements of a wind plugin that name topics, and our names; and
+what a file without a world is `instead`, by its element."""
 BASES = TABLE["terrains"]
 WATER = {"ocean_waves", "coast_waves", "ocean", "waves"}
 """Models that are the water, which is everywhere here, that of asv_wave_sim the last."""
@@ -99,7 +100,7 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
     root = read_document(file, arguments)
     world = root if root.tag == "world" else root.child("world")
     if world is None:
-        raise ConfigError([_no_world(file, root)])
+        raise _no_world(root)
     if "#" in str(file):
         raise world.fault("the path of the file has a '#', which stands for what follows it, a model: rename it")
     hold_models(file, root)
@@ -163,13 +164,10 @@ def warn_of_losses(notes: Sequence[Note], source: str, *, stacklevel: int) -> No
         warnings.warn("\n  ".join([head, *first_lines(lines, SHOWN)]), VrxWarning, stacklevel=stacklevel)
 
 
-def _no_world(file: Path, root: Element) -> Any:
-    kinds = {"model": "a model", "robot": "the description of a robot", "launch": "a launch file", "mujoco": "MJCF"}
-    inside = next((child.tag for child in root.children if child.tag in kinds), root.tag)
-    empty = "this <sdf> has none" if root.tag == "sdf" else f"got <{root.tag}>"
-    uses = {"model": "; a world names it in `objects`; a boat is given to --fleet", "robot": "; give it to --fleet"}
-    found = f"this is {kinds[inside]}{uses.get(inside, '')}" if inside in kinds else empty
-    return root.fault(f"expected <sdf> with a <world>; {found}").problems[0]
+def _no_world(root: Element) -> ConfigError:
+    instead, empty = TABLE["instead"], "this <sdf> has none" if root.tag == "sdf" else f"got <{root.tag}>"
+    inside = next((child.tag for child in root.children if child.tag in instead), root.tag)
+    return root.fault(f"expected <sdf> with a <world>; {instead.get(inside, empty)}")
 
 
 class _Reader:
@@ -212,9 +210,8 @@ class _Reader:
             self.report.problems += error.problems
         self.report.settle()
         place = self.root.place
-        name = self.root.attributes.get("name") or self.file.name.partition(".")[0]
+        name = safe_name(self.root.attributes.get("name") or self.file.name.partition(".")[0])
         section = assembled({"description": f"{shortened(self.file.name)}, a world of Gazebo"}, place, self.pieces)
-        name = safe_name(name)
         whole = section.holding({"name": name, **section})
         fleet: Section | str | None = NO_BOATS if self.terrain is None else None
         if self.boats:

@@ -12,7 +12,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from vrx_mj.config.kinds import AXIS
 from vrx_mj.config.loading import problem_at
 from vrx_mj.config.search import catalogue, display
 from vrx_mj.config.tree import File, Items, Loc, Section
@@ -59,7 +58,7 @@ class Series:
     root: Section
     """The content of the file, with places."""
     axes: tuple[Axis, ...]
-    results: dict[Any, Any] = field(default_factory=dict, compare=False, repr=False)
+    results: dict[Any, dict[tuple[str, int], Any]] = field(default_factory=dict, compare=False, repr=False)
     """What its expressions come to, as far as they were worked out."""
     made: dict[Any, Any] = field(default_factory=dict, compare=False, repr=False)
     """What its calls make, as far as they were expanded."""
@@ -102,15 +101,6 @@ def read_series(path: Path) -> Series:
     if remarks:
         warnings.warn(f"{file.name}: {'; '.join(remarks)}", VrxWarning, stacklevel=2)
     return series
-
-
-def looks_like_axes(path: Path) -> bool:
-    """Whether a YAML file holds axes rather than a world."""
-    try:
-        root, _ = parse_loosely(File(display(path), None, read_lines(path)))
-    except ConfigError:
-        return False
-    return bool(root) and all(isinstance(axis, Section) and axis.keys() >= AXIS for axis in root.values())
 
 
 def _axis(name: str, content: Section) -> Axis:

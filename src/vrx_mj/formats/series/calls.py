@@ -131,8 +131,7 @@ def _results(series: Series, steps: Mapping[str, int]) -> Results:
         ]
         found = evaluated(series.file.name, [(f"${{{text}}}", {"n": step}) for text, step in texts])
         series.results[key] = dict(zip(texts, found, strict=True))
-    found_before: Results = series.results[key]
-    return found_before
+    return series.results[key]
 
 
 def _expressions(axis: Axis) -> Iterator[str]:

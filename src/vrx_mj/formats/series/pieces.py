@@ -34,11 +34,6 @@ class Piece:
     """Its path in the file."""
     content: dict[str, Any]
 
-    def fault(self, message: str) -> ConfigError:
-        """An error about it."""
-        file, line, column = self.place
-        return ConfigError([Problem(file.name, line, column, key_path(self.loc), message)])
-
 
 class At(NamedTuple):
     """A value and where it is said."""
@@ -119,7 +114,8 @@ def counted(pieces: Sequence[Piece]) -> list[Piece]:
             continue
         line = first.place.line
         if piece.part in SINGLE:
-            raise piece.fault(f"a world has one {piece.part}, which '{first.name}' on line {line} already gives")
+            message = f"a world has one {piece.part}, which '{first.name}' on line {line} already gives"
+            raise ConfigError([Problem(piece.place.file.name, *piece.place[1:], key_path(piece.loc), message)])
         text = f"{piece.place.file.name}: {piece.name} is called on lines {line} and {piece.place.line}"
         warnings.warn(f"{text}; the later one counts", VrxWarning, stacklevel=2)
         kept[kept.index(first)] = piece

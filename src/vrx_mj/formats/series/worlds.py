@@ -17,7 +17,7 @@ from vrx_mj.config.tree import Items, Place, Section
 from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning
 from vrx_mj.formats.gazebo.document import Element, expanded_calls
 from vrx_mj.formats.gazebo.worlds import GazeboWorld, world_of
-from vrx_mj.formats.series.axes import Series, looks_like_axes, read_series
+from vrx_mj.formats.series.axes import Series, read_series
 from vrx_mj.formats.series.calls import BLOCK, Call, calls_around, calls_of
 from vrx_mj.formats.series.macros import PLACES, Line, lines_of, macros
 from vrx_mj.formats.series.pieces import Piece, counted
@@ -69,7 +69,7 @@ def refuse_axes(file: Path, source: str | Path) -> None:
     Raises:
         VrxError: the file is a series.
     """
-    if looks_like_axes(file):
+    with contextlib.suppress(ConfigError):
         last = read_series(file).count - 1
         raise VrxError(f"{source} is a series of worlds: name one of them, '{source}#0' to '{source}#{last}'")
 

@@ -28,6 +28,7 @@ LARGEST = 1e12
 
 _NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 _ODD_CHARACTER = re.compile(r"[^A-Za-z0-9_.-]|^[.-]")
+_ENDLESS = re.compile(r"[-+]?inf(inity)?", re.IGNORECASE)
 _NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)", re.IGNORECASE)
 
 
@@ -73,6 +74,8 @@ class Tag:
     above: float = -math.inf
     low: float = -math.inf
     high: float = math.inf
+    largest: float = LARGEST
+    """Largest amount; where any is allowed, the number may be infinite as well."""
     labels: str = ""
     """What the numbers are called in messages, where that is not `x y z` or the element's own name."""
 
@@ -123,7 +126,7 @@ class Findings:
 
 
 class Node:
-    """An element: where it is, its attributes, its children, and their texts."""
+    """An element: its tag and place, its attributes, its children, and their texts."""
 
     def __init__(self, element: Any, path: str, findings: Findings) -> None:
         self.element = element
@@ -131,17 +134,8 @@ class Node:
         self.path = path
         """Path from the root, for messages: "link 'hull' / inertial"."""
         self.findings = findings
-
-    @property
-    def tag(self) -> str:
-        """The element's name."""
-        return str(self.element.tag)
-
-    @property
-    def place(self) -> Place:
-        """File, line and column."""
-        place: Place = self.element.place
-        return place
+        self.tag: str = element.tag
+        self.place: Place = element.place
 
     def fault(self, message: str, key: str = "") -> None:
         """Notes a problem with the element, or with its attribute or child `key`."""
@@ -178,12 +172,8 @@ class Node:
         value = self.element.get(name)
         return None if value is None else str(value).strip()
 
-    def name(self) -> str:
-        """The attribute `name`, which must be there; empty if it is not."""
-        return self.required("name")
-
     def required(self, attribute: str) -> str:
-        """An attribute that must be there and not be empty."""
+        """An attribute that must be there and not be empty; empty if it is not."""
         value = self.attribute(attribute)
         if not value:
             self.fault("required, but missing" if value is None else "must not be empty", attribute)
@@ -238,7 +228,7 @@ class Node:
             return node._switch(text, "", default)
         several = isinstance(default, tuple)
         labels = tag.labels or (_LABELS[len(default)] if several else node.tag)
-        found = node._parsed(text, "", labels, above=tag.above, low=tag.low, high=tag.high)
+        found = node._parsed(text, "", labels, above=tag.above, low=tag.low, high=tag.high, largest=tag.largest)
         if found is None or several:
             return found or default
         return round(found[0]) if isinstance(default, int) else found[0]
@@ -278,12 +268,10 @@ class Node:
 
 def _fault(word: str, above: float, low: float, high: float, largest: float) -> str:
     """What is wrong with the text of a number; empty if nothing is."""
-    if _NOT_FINITE.fullmatch(word):
-        return f"must be finite, got {shown(word)}"
-    if not _NUMBER.fullmatch(word):
-        return f"expected a number, got {shown(word)}"
+    if not (_NUMBER.fullmatch(word) or (largest == math.inf and _ENDLESS.fullmatch(word))):
+        return f"{'must be finite' if _NOT_FINITE.fullmatch(word) else 'expected a number'}, got {shown(word)}"
     value = float(word)
-    if value <= above:
+    if value <= above > -math.inf:
         return f"must be above {above:g}, got {word}"
     if value < low:
         return f"must be at least {low:g}, got {word}"

@@ -49,7 +49,7 @@ def reading(
 def tree(text: str, label: str) -> Urdf:
     """What a URDF's text says about its joints. Raises ConfigError."""
     root = Node(parse_robot(text, label), "", Findings(label))
-    links = {node.name(): Link(node.name(), None, place=node.place) for node in root.children("link")}
+    links = {(name := node.required("name")): Link(name, None, place=node.place) for node in root.children("link")}
     joints = {joint.name: joint for joint in (read_joint(node, links) for node in root.children("joint"))}
     top = rows.checked_root(links, joints, root)
     root.findings.settle()

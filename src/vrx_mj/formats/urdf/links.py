@@ -53,7 +53,7 @@ class Surroundings:
 
 def read_link(node: Node, around: Surroundings) -> LinkRow:
     """A `<link>`. Problems and suspicious values are noted, not raised."""
-    name = node.name()
+    name = node.required("name")
     short = _is_short_post(node, name)
     if short:
         around.findings.note("post", name)
@@ -227,7 +227,7 @@ ENDLESS = 1e10
 
 def read_joint(node: Node, links: Collection[str]) -> Joint:
     """A `<joint>` between two of these links. Problems and suspicious values are noted, not raised."""
-    name, kind = node.name(), node.attribute("type") or ""
+    name, kind = node.required("name"), node.attribute("type") or ""
     if kind not in TYPES:
         node.fault(choice(kind, TYPES) if kind else f"required, but missing; one of {', '.join(TYPES)}", "type")
     parent, child = (_end(node, tag, links) for tag in ("parent", "child"))
@@ -285,8 +285,8 @@ def _limits(node: Node, kind: str) -> Limits | None:
         if kind in BOUNDED:
             node.fault(f"required, but missing: a {kind} joint has limits", "limit")
         return None
-    lower, upper = (limit.number(key, 0.0, largest=math.inf) for key in ("lower", "upper"))
-    effort, velocity = (limit.number(key, 0.0, low=0, largest=math.inf) for key in ("effort", "velocity"))
+    lower, upper = (limit.number(key, 0.0, largest=1e308) for key in ("lower", "upper"))  # urdfdom knows no inf
+    effort, velocity = (limit.number(key, 0.0, low=0, largest=1e308) for key in ("effort", "velocity"))
     if kind in BOUNDED and lower > upper:
         limit.fault(f"lower {lower:g} is above upper {upper:g}")
     return Limits(max(lower, -LARGEST), min(upper, LARGEST), min(effort, LARGEST), min(velocity, LARGEST))

@@ -1,5 +1,6 @@
 """Axes, steps, sequences and expressions: which worlds an axes file makes."""
 
+import contextlib
 import itertools
 import re
 import warnings
@@ -13,10 +14,10 @@ from hypothesis import strategies as st
 from axes_files import LOST_AN_AXIS, WORLDS
 from vrx_mj.config import search
 from vrx_mj.config.tree import File, Place, Section
-from vrx_mj.errors import VrxWarning
-from vrx_mj.formats.series.axes import Axis, Series, looks_like_axes, read_series
+from vrx_mj.errors import VrxError, VrxWarning
+from vrx_mj.formats.series.axes import Axis, Series, read_series
 from vrx_mj.formats.series.calls import calls_of
-from vrx_mj.formats.series.worlds import _side, series_world
+from vrx_mj.formats.series.worlds import _side, refuse_axes, series_world
 
 NOWHERE = Section({}, Place(File("bay.yaml", None)), {})
 GREY = (1.0, 0.3)
@@ -209,7 +210,8 @@ def test_axes_are_told_from_worlds(tmp_path):
     file = tmp_path / "bay.yaml"
     for text, expected in (("a: {steps: 1, macros: {}}", True), ("sea: {gain: 1}", False), ("a: [", False)):
         file.write_text(text, encoding="utf-8")
-        assert looks_like_axes(file) is expected
+        with pytest.raises(VrxError, match="is a series of worlds") if expected else contextlib.nullcontext():
+            refuse_axes(file, file.name)
 
 
 def test_of_what_several_axes_write_beside_a_world_the_last_counts():
