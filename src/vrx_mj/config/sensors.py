@@ -43,8 +43,6 @@ class _Sensor(Config):
     """Pose of the measuring frame (x forward, y left, z up) in the boat's `base_link` [m, rad]."""
     topic: str = ""
     """ROS topic or stem of topics, without the boat's namespace."""
-    rate: Rate = 10.0
-    """Measurements per second [Hz]."""
 
 
 class CameraConfig(_Sensor):
@@ -88,6 +86,8 @@ class LidarConfig(_Sensor):
     """Type of the sensor."""
     output: Literal["points", "scan"] = "points"
     """A cloud of points, or the ranges of one planar ring."""
+    rate: Rate = 10.0
+    """Scans per second [Hz]."""
     rings: Annotated[int, Field(ge=1, le=256)] = 16
     """Number of rings."""
     samples: Annotated[int, Field(ge=1, le=100_000)] = 1875
@@ -151,6 +151,8 @@ class P3dConfig(_Sensor):
 
     type: Literal["p3d"] = "p3d"
     """Type of the sensor."""
+    rate: Rate = 10.0
+    """Readings per second [Hz]."""
     noise: NonNegative = 0.0
     """Standard deviation of each component of the velocities [m/s, rad/s]."""
 
@@ -175,6 +177,8 @@ class BallShooterConfig(_Sensor):
 
     type: Literal["ball_shooter"] = "ball_shooter"
     """Type of the sensor."""
+    rate: Rate = 10.0
+    """Readings per second [Hz]."""
     shots: Annotated[int, Field(ge=0, le=1000)] = 4
     """Balls that it has at the start."""
     impulse: NonNegative = 0.3
@@ -188,6 +192,8 @@ class AnemometerConfig(_Sensor):
 
     type: Literal["anemometer"] = "anemometer"
     """Type of the sensor."""
+    rate: Rate = 10.0
+    """Readings per second [Hz]."""
     noise: NonNegative = 0.1
     """Standard deviation of the wind's velocity along x and along y [m/s]."""
 
@@ -197,6 +203,8 @@ class GnssCompassConfig(_Sensor):
 
     type: Literal["gnss_compass"] = "gnss_compass"
     """Type of the sensor."""
+    rate: Rate = 10.0
+    """Readings per second [Hz]."""
     heading_noise: NonNegative = 0.007
     """Standard deviation of the heading [rad]; 0.007 is usual of antennas 1 m apart."""
     turn_noise: NonNegative = 0.0035
@@ -208,6 +216,8 @@ class EchoSounderConfig(_Sensor):
 
     type: Literal["echo_sounder"] = "echo_sounder"
     """Type of the sensor."""
+    rate: Rate = 10.0
+    """Readings per second [Hz]."""
     range: _Range = (0.3, 100.0)
     """Nearest and farthest echo [m]."""
     noise: NonNegative = 0.02
