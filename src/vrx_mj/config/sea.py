@@ -12,7 +12,7 @@ from vrx_mj.config.base import Fault, InFolder, Only, exclusive
 from vrx_mj.config.loading import loads
 from vrx_mj.config.search import contained
 from vrx_mj.config.tree import Section
-from vrx_mj.config.values import NonNegative, Number, Positive, demand, numbers
+from vrx_mj.config.values import MAX_NUMBER, NonNegative, Number, Positive, demand, numbers
 from vrx_mj.config.wording import shown
 from vrx_mj.config.yaml_text import read_lines
 from vrx_mj.constants import SEA_WATER_DENSITY
@@ -27,8 +27,6 @@ REGULAR = ("regular", "stokes5")
 """Models that are one wave."""
 GRAVITY = 9.81
 """For the height at which waves break [m/s2]; a world's own is within 1 %."""
-LARGEST = 1e9
-"""Bound of its numbers."""
 
 
 class SpectrumTable(NamedTuple):
@@ -80,7 +78,7 @@ def _add_point(points: list[tuple[float, float]], words: Sequence[str]) -> str |
         frequency, density = float(words[0]), float(words[1])
     except (ValueError, IndexError):
         return "a frequency [Hz] and a density [m2/Hz] are needed"
-    if not (0.0 < frequency < LARGEST and 0.0 <= density < LARGEST):
+    if not (0.0 < frequency < MAX_NUMBER and 0.0 <= density < MAX_NUMBER):
         return "a frequency above 0 and a density of 0 or more are needed"
     if points and frequency <= points[-1][0]:
         return f"a frequency above that of the line before, {points[-1][0]:g} Hz, is needed"
