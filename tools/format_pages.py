@@ -169,10 +169,11 @@ def either(words: list[str]) -> str:
 def labels_of(validator: Any) -> list[str] | None:
     """The names of the numbers that `numbers` demands."""
     function = getattr(validator, "func", None)
-    if not isinstance(validator, BeforeValidator) or "numbers.<locals>" not in getattr(function, "__qualname__", ""):
+    if not isinstance(validator, BeforeValidator) or "several.<locals>" not in getattr(function, "__qualname__", ""):
         return None
     cells = dict(zip(function.__code__.co_freevars, function.__closure__ or (), strict=True))
-    return list(cells["names"].cell_contents)
+    labels = re.search(r"\d numbers \[([^]]*)\]$", cells["form"].cell_contents)
+    return labels[1].split(", ") if labels else None
 
 
 def limits_of(constraint: Any) -> Iterator[str]:

@@ -250,7 +250,7 @@ PLACE = [-500, 200, 0.1, 0, 0, 0]
         ("spawn_object", {"name": "x", "model": "model://nope_at_all", "pose": PLACE}, ConfigError,
          "<object>: model: no model 'nope_at_all' beside the file, nor on GAZEBO_MODEL_PATH or GZ_SIM_RESOURCE_PATH"),
         ("spawn_object", {"name": "x", "model": "post", "pose": [1, 2]}, ConfigError,
-         "<object>: pose: expected 6 numbers [x, y, z, roll, pitch, yaw], got 2"),
+         "<object>: pose: expected 6 numbers [x, y, z, roll, pitch, yaw], got [1, 2]"),
         ("spawn_object", {"name": "x", "model": "post", "pose": PLACE, "path": {"circle": {"radius": 5}}}, ConfigError,
          "<object>: path: 'post' does not float, so it cannot follow a path"),
         ("spawn_dock", {"name": "x", "layout": "X X", "pose": PLACE, "dynamic": True}, ConfigError,

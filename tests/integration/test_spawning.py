@@ -244,7 +244,7 @@ DOCKED = "no place for x at (-554, 233): it would be 0.54 m inside robotx_dock_2
         ("x", {"pose": PLACE, "robot": "nope"}, ConfigError,
          f"<boat>: robot: no robot named 'nope'; known: {', '.join(sorted(catalogue('robots')))}"),
         ("x", {"pose": [1, 2, 3]}, ConfigError,
-         "<boat>: pose: expected 6 numbers [x, y, z, roll, pitch, yaw], got 3"),
+         "<boat>: pose: expected 6 numbers [x, y, z, roll, pitch, yaw], got [1, 2, 3]"),
         ("a b", {"pose": PLACE}, ConfigError,
          "<boat>: name: expected a name of up to 64 letters A-Z, digits, '_', '-' or '.', got 'a b'"),
         ("x", {"pose": PLACE, "engines": "loose"}, ConfigError,

@@ -104,12 +104,13 @@ def _judge(components: "PartsFile", thrusters: "PartsFile | None") -> None:
 
 def _write_mjcf(urdf: str, file: Path, output: Path, namespace: str) -> None:
     from vrx_mj.config.robots import RobotConfig
+    from vrx_mj.formats.urdf.meshes import MeshFiles
     from vrx_mj.formats.urdf.reader import read_urdf
     from vrx_mj.formats.urdf.xacro_files import own_packages
     from vrx_mj.mjcf.boats import assembled
     from vrx_mj.mjcf.robots import save_robot
 
-    robot = read_urdf(urdf, file, packages=own_packages())
+    robot = read_urdf(urdf, file, MeshFiles(file.absolute().parent, own_packages()))
     boat = assembled(robot, RobotConfig(urdf="wamv.urdf"))
     if boat.warnings:
         warnings.warn("; ".join(boat.warnings), VrxWarning, stacklevel=2)

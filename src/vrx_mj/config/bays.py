@@ -41,9 +41,9 @@ _OF_SYMBOLS = f"COLOUR_SHAPE of {', '.join(LIGHT_COLORS)} and {', '.join(SHAPES)
 Symbol = Annotated[str, demand(SYMBOLS.__contains__, f"expected a symbol {_OF_SYMBOLS}, got {{}}")]
 """What a placard shows, as `red_circle`."""
 LightColor = Annotated[Literal["red", "green", "blue", "yellow", "off"], BeforeValidator(_off)]
-Colors = Annotated[tuple[ColorName, ColorName, ColorName], several(3, f"three colours of {', '.join(LIGHT_COLORS)}")]
+Colors = Annotated[tuple[ColorName, ColorName, ColorName], several(f"three colours of {', '.join(LIGHT_COLORS)}", 3)]
 """What a light buoy shows in turn, as a task has it."""
-Pattern = Annotated[tuple[LightColor, LightColor, LightColor], several(3, "three of red, green, blue, yellow and off")]
+Pattern = Annotated[tuple[LightColor, LightColor, LightColor], several("three of red, green, blue, yellow and off", 3)]
 
 
 class LightConfig(Config):

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from vrx_mj.config.base import Config, Fault, InFolder, Only
 from vrx_mj.config.shapes import BuoyancyConfig, Shape, Visual
-from vrx_mj.config.values import Inertia, Name, NonNegative, Number, Pose, Positive, Vec3, demand, numbers
+from vrx_mj.config.values import Inertia, Name, NonNegative, Number, Pose, Positive, Vec3, demand, numbers, rising
 from vrx_mj.errors import UnknownNameError
 
 MOST_LINKS = 64
@@ -20,11 +20,7 @@ AXES: Mapping[str, int] = {"revolute": 1, "continuous": 1, "prismatic": 1, "univ
 """Number of axes of each type of joint."""
 
 
-Limits = Annotated[
-    tuple[Number, Number],
-    numbers("lower upper"),
-    demand(lambda limits: limits[0] < limits[1], "lower must be below upper, got {}"),
-]
+Limits = Annotated[tuple[Number, Number], numbers("lower upper"), rising("lower", "upper")]
 
 
 def _parallel(one: tuple[float, float, float], other: tuple[float, float, float]) -> bool:

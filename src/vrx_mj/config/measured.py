@@ -12,7 +12,7 @@ from typing import Any, ClassVar, NamedTuple
 from pydantic import Field
 
 from vrx_mj.config.base import Config, Fault, InFolder, column_faults
-from vrx_mj.config.dynamics import Six
+from vrx_mj.config.dynamics import Row
 from vrx_mj.config.kinds import wrong_kind
 from vrx_mj.config.loading import Loading, read_file, validated
 from vrx_mj.config.search import ReadingError, display, read_limited
@@ -66,7 +66,7 @@ class MeasuredCaseConfig(InFolder):
     """Boat that was measured; by default the only one."""
     pose: Pose | None = None
     """Pose of the boat at time 0 [m, rad]; by default where the world has it."""
-    velocity: Six | None = None
+    velocity: Row | None = None
     """Velocity of the boat at time 0, u v w p q r [m/s, rad/s]; by default at rest."""
     seed: Seed = 0
     """Seed of the run."""

@@ -10,10 +10,11 @@ from pydantic import Field, model_validator
 
 from vrx_mj.config.base import Fault, InFolder, Only, exclusive
 from vrx_mj.config.loading import loads
-from vrx_mj.config.search import ReadingError, contained, read_limited
+from vrx_mj.config.search import contained
 from vrx_mj.config.tree import Section
-from vrx_mj.config.values import NonNegative, Number, Positive, demand, numbers
+from vrx_mj.config.values import MAX_NUMBER, NonNegative, Number, Positive, demand, numbers
 from vrx_mj.config.wording import shown
+from vrx_mj.config.yaml_text import read_lines
 from vrx_mj.constants import SEA_WATER_DENSITY
 from vrx_mj.errors import VrxError
 from vrx_mj.linear_waves import SEA_STATES, Site, breaking_height, developed_period, steepest_sea
@@ -26,10 +27,6 @@ REGULAR = ("regular", "stokes5")
 """Models that are one wave."""
 GRAVITY = 9.81
 """For the height at which waves break [m/s2]; a world's own is within 1 %."""
-MOST_BYTES = 1_000_000
-"""Bytes of a spectrum's file, at most."""
-LARGEST = 1e9
-"""Bound of its numbers."""
 
 
 class SpectrumTable(NamedTuple):
@@ -62,13 +59,8 @@ def read_spectrum(path: str, folder: Path | None) -> SpectrumTable:
     Raises:
         VrxError: it cannot be read, or is not a spectrum.
     """
-    try:
-        text = read_limited(contained(path, folder), MOST_BYTES).decode("utf-8")
-    except (ReadingError, UnicodeDecodeError) as error:
-        reason = error if isinstance(error, ReadingError) else "not UTF-8"
-        raise VrxError(f"spectrum '{path}': {reason}") from None
     points: list[tuple[float, float]] = []
-    for number, line in enumerate(text.splitlines(), 1):
+    for number, line in enumerate(read_lines(contained(path, folder)), 1):
         words = line.partition("#")[0].replace(",", " ").replace(";", " ").split()
         is_point = words and (points or words[0][0] in "+-.0123456789")
         if is_point and (wrong := _add_point(points, words)):
@@ -86,7 +78,7 @@ def _add_point(points: list[tuple[float, float]], words: Sequence[str]) -> str |
         frequency, density = float(words[0]), float(words[1])
     except (ValueError, IndexError):
         return "a frequency [Hz] and a density [m2/Hz] are needed"
-    if not (0.0 < frequency < LARGEST and 0.0 <= density < LARGEST):
+    if not (0.0 < frequency < MAX_NUMBER and 0.0 <= density < MAX_NUMBER):
         return "a frequency above 0 and a density of 0 or more are needed"
     if points and frequency <= points[-1][0]:
         return f"a frequency above that of the line before, {points[-1][0]:g} Hz, is needed"

@@ -194,15 +194,12 @@ def package_above(folder: Path, name: str) -> Path | None:
 
 
 def _may_be_package(folder: Path) -> bool:
-    home = _home()
-    return home is not None and not home.is_relative_to(folder) and len(folder.parts) > 2
+    return not _home().is_relative_to(folder) and len(folder.parts) > 2
 
 
-def _home() -> Path | None:
-    try:
-        return Path.home()
-    except RuntimeError:
-        return None
+def _home() -> Path:
+    """The user's home; `~` for one who has none."""
+    return Path(os.path.expanduser("~"))  # noqa: PTH111 - Path.home raises a RuntimeError for a user without one
 
 
 def packages_named(name: str, near: Path, known: Sequence[Mapping[str, Path]], paths: Iterable[Path]) -> Iterator[Path]:

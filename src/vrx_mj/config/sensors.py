@@ -8,12 +8,13 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from vrx_mj.config.base import Config, Fault
-from vrx_mj.config.values import Name, NonNegative, Number, Pose, Positive, Switch, Vec3, numbers
+from vrx_mj.config.values import Name, NonNegative, Number, Pose, Positive, Switch, Vec3, numbers, rising
 
 Rate = Annotated[float, Field(gt=0, le=10_000)]
 _RAYS = 1_000_000
 """Most rays of a lidar: so many take 24 MB."""
 _Spread = Annotated[tuple[NonNegative, NonNegative, NonNegative], numbers("x y z")]
+_Range = Annotated[tuple[NonNegative, Number], numbers("nearest farthest"), rising("the nearest", "the farthest")]
 
 
 class ErrorModel(Config):
@@ -42,11 +43,6 @@ class _Sensor(Config):
     """Pose of the measuring frame (x forward, y left, z up) in the boat's `base_link` [m, rad]."""
     topic: str = ""
     """ROS topic or stem of topics, without the boat's namespace."""
-
-
-def _range_faults(near: float, far: float) -> Iterator[Fault]:
-    if not 0.0 <= near < far:
-        yield (), f"invalid range from {near:g} m to {far:g} m: 0 <= begin < end is needed"
 
 
 class CameraConfig(_Sensor):
@@ -100,7 +96,7 @@ class LidarConfig(_Sensor):
     """First and last ray [rad], counter-clockwise from x."""
     elevation: tuple[Number, Number] = (-0.2617993877991494, 0.2617993877991494)
     """Lowest and highest ring [rad], positive up."""
-    range: tuple[Number, Number] = (0.1, 130.0)
+    range: _Range = (0.1, 130.0)
     """Nearest and farthest return [m]."""
     resolution: NonNegative = 0.0
     """Steps of the range [m]; 0: none."""
@@ -110,7 +106,6 @@ class LidarConfig(_Sensor):
     """Whether water reflects; VRX's does not."""
 
     def _faults(self) -> Iterator[Fault]:
-        yield from _range_faults(*self.range)
         if max(abs(angle) for angle in self.azimuth) > 2.0 * math.pi:
             yield (), f"invalid azimuth {list(self.azimuth)} rad: at most a full turn, 2 pi, either way"
         if max(abs(angle) for angle in self.elevation) > 1.571:
@@ -223,15 +218,12 @@ class EchoSounderConfig(_Sensor):
     """Type of the sensor."""
     rate: Rate = 10.0
     """Readings per second [Hz]."""
-    range: tuple[Number, Number] = (0.3, 100.0)
+    range: _Range = (0.3, 100.0)
     """Nearest and farthest echo [m]."""
     noise: NonNegative = 0.02
     """Standard deviation of the distance [m]."""
     field_of_view: Annotated[float, Field(ge=0, lt=3.1415)] = 0.436
     """Width of the beam [rad], as its messages say; what it measures is along the beam's middle."""
-
-    def _faults(self) -> Iterator[Fault]:
-        yield from _range_faults(*self.range)
 
 
 SensorConfig = Annotated[

@@ -43,21 +43,16 @@ class ShownObject(Config):
 
 
 class ChannelConfig(Config):
-    """A channel of gates."""
+    """A channel of gates, and what collisions in it cost."""
 
     course: str | None = None
     """The object whose parts make the gates; by default the world itself."""
     gates: tuple[Gate, ...] = ()
     """Names of [left, right] buoys in the order of crossing; by default red_bound_i with its partner i."""
-
-
-class GymkhanaChannel(ChannelConfig):
-    """The channel of a gymkhana."""
-
     obstacle_penalty: NonNegative = 10.0
-    """Penalty for a collision in the channel [s]."""
+    """Penalty for a collision [s]."""
     collision_buffer: NonNegative = 10.0
-    """Dead time after a collision counted in the channel [s]."""
+    """Dead time after a counted collision [s]."""
 
 
 class BaySign(Config):
@@ -161,24 +156,18 @@ class PerceptionTask(TaskConfig):
     """Whether the sequence starts anew when all objects are gone."""
 
 
-class NavigationTask(TaskConfig, ChannelConfig):
+class NavigationTask(ChannelConfig, TaskConfig):
     """Pass the gates of a channel in order."""
 
     scores: ClassVar[str] = "time per gate with penalties, in s, 200 for a failure; lower is better"
     type: Literal["navigation_course"]
-    collision_buffer: NonNegative = 10.0
-    """Dead time after a counted collision [s]."""
-    obstacle_penalty: NonNegative = 10.0
-    """Penalty for a collision [s]."""
 
 
-class FollowPathTask(TaskConfig, ChannelConfig):
+class FollowPathTask(ChannelConfig, TaskConfig):
     """Pass the gates of a channel; some may be left out."""
 
     scores: ClassVar[str] = "points of gates, less those of collisions; higher is better"
     type: Literal["follow_path"]
-    collision_buffer: NonNegative = 10.0
-    """Dead time after a counted collision [s]."""
     points_per_gate_crossed: NonNegative = 10.0
     """Points for a gate [points]."""
     bonus: NonNegative = 1.0
@@ -250,7 +239,7 @@ class GymkhanaTask(TaskConfig):
 
     scores: ClassVar[str] = "mean distance to the beacon with penalties, in m, 200 without the channel; lower is better"
     type: Literal["gymkhana"]
-    channel: GymkhanaChannel
+    channel: ChannelConfig
     """Its course, gates, obstacle_penalty and collision_buffer."""
     pinger: Vec3
     """x, y, z of the beacon [m]."""

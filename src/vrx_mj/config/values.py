@@ -34,24 +34,16 @@ def numbers(labels: str, more: str = "") -> BeforeValidator:
     few = labels.split()
     names = few + more.split()
     form = " or ".join(f"{len(some)} numbers [{', '.join(some)}]" for some in (few, names)[: 1 + bool(more)])
+    return several(form, len(few), len(names))
+
+
+def several(form: str, *counts: int, rest: float = 0.0) -> BeforeValidator:
+    """Demands a list of one of these counts of values, which `form` describes; what a short one lacks is `rest`."""
 
     def check(value: object) -> object:
-        if isinstance(value, str) or not isinstance(value, Sequence):
-            raise fault(f"expected {form}, got {shown(value)}{_in_brackets(value, len(few), len(names))}")
-        if len(value) not in {len(few), len(names)}:
-            raise fault(f"expected {form}, got {len(value)}")
-        return value if len(value) == len(names) else (*value, *[0.0] * (len(names) - len(few)))
-
-    return BeforeValidator(check)
-
-
-def several(count: int, form: str) -> BeforeValidator:
-    """Demands a list of so many values, which `form` describes."""
-
-    def check(value: object) -> object:
-        if not isinstance(value, tuple | list) or len(value) != count:
-            raise fault(f"expected {form}, got {shown(value)}")
-        return tuple(value)
+        if isinstance(value, str) or not isinstance(value, Sequence) or len(value) not in counts:
+            raise fault(f"expected {form}, got {shown(value)}{_in_brackets(value, *counts)}")
+        return (*value, *[rest] * (counts[-1] - len(value)))
 
     return BeforeValidator(check)
 
@@ -75,6 +67,11 @@ def by_type(expected: str, words: Sequence[str] = (), **members: type | tuple[ty
         return next((tag for tag, types in members.items() if isinstance(value, types)), None)
 
     return Discriminator(tag, "union_of_types", f"expected {expected}")
+
+
+def rising(low: str, high: str) -> AfterValidator:
+    """Demands that the first of two values is below the second, which these names call."""
+    return demand(lambda ends: ends[0] < ends[1], f"{low} must be below {high}, got {{}}")
 
 
 def demand(holds: Callable[[Any], object], message: str) -> AfterValidator:
@@ -106,16 +103,13 @@ def _possible(value: Six) -> Six:
     return value
 
 
-def _rgba(value: object) -> object:
-    if isinstance(value, str) and not _in_brackets(value, 3, 4):
-        if value not in COLORS:
-            raise fault(str(UnknownNameError("colour", value, COLORS)))
-        return (*COLORS[value], 1.0)
-    if isinstance(value, str) or not isinstance(value, Sequence) or len(value) not in {3, 4}:
-        raise fault(
-            f"expected a colour's name, [r, g, b] or [r, g, b, a], got {shown(value)}{_in_brackets(value, 3, 4)}"
-        )
-    return (*value, 1.0) if len(value) == 3 else tuple(value)
+def _of_name(value: object) -> object:
+    """The colour of a name; anything else as it is."""
+    if not isinstance(value, str) or _in_brackets(value, 3, 4):
+        return value
+    if value not in COLORS:
+        raise fault(str(UnknownNameError("colour", value, COLORS)))
+    return COLORS[value]
 
 
 def switched(value: object) -> object:
@@ -159,7 +153,8 @@ Cartesian = Annotated[tuple[Coordinate, Coordinate, Number], numbers("x y yaw")]
 Pose = Annotated[tuple[Coordinate, Coordinate, Coordinate, Number, Number, Number], numbers("x y z roll pitch yaw")]
 """x, y, z [m], roll, pitch, yaw [rad]; R = Rz(yaw) Ry(pitch) Rx(roll), body to world."""
 
-Color = Annotated[tuple[Share, Share, Share, Share], BeforeValidator(_rgba)]
+_RGBA = several("a colour's name, [r, g, b] or [r, g, b, a]", 3, 4, rest=1.0)
+Color = Annotated[tuple[Share, Share, Share, Share], _RGBA, BeforeValidator(_of_name)]
 """Red, green, blue, alpha in 0..1. A file gives a name, [r, g, b] or [r, g, b, a]."""
 
 Name = Annotated[

@@ -22,11 +22,6 @@ DIGEST = 32
 """Bytes of the digest in front of a file."""
 
 
-def states(paths: Mapping[str, tuple[str, object]]) -> dict[str, tuple[str, str]]:
-    """How each path is now, by what was made of it."""
-    return {path: (use, state(use, path)) for path, (use, _) in paths.items()}
-
-
 def state(use: str, path: str) -> str:
     """The digest of what was read of a path, or what it is."""
     try:

@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import Any
 
 from vrx_mj.errors import VrxError, VrxWarning
-from vrx_mj.foreign.cache import states
+from vrx_mj.foreign.cache import state
 from vrx_mj.foreign.confinement import confine, lock_calls, lock_files
 from vrx_mj.foreign.plain import packed
 
@@ -29,7 +29,8 @@ def answer(job: dict[str, Any], libraries: list[str]) -> bytes:
         else:
             found = outcome(function, job["arguments"])
         with notes.silent():
-            found["files"] = states(notes.paths) if notes.unchanged() else None
+            seen = {path: (use, state(use, path)) for path, (use, _) in notes.paths.items()}
+            found["files"] = seen if notes.unchanged() else None
         return packed(found)
     except BaseException as error:  # whatever a file makes of a reader
         return packed({"fault": fault(error, job["limits"]["memory"])})

@@ -91,13 +91,16 @@ def _described(order: Order, config: RobotConfig) -> tuple[Urdf, str]:
     known = isinstance(text, ExpandedText) or text == _plain_urdf(file)
     parts = " and ".join(display(part) for part in (order.thrusters, order.components) if part)
     label = display(file) if known else f"{display(file)} (expanded with {parts})"
-    urdf = read_urdf(text, file, packages=own_packages(), package_paths=package_paths(), label=label)
-    return urdf, _with_meshes(text, file)
+    return read_urdf(text, file, _mesh_files(file), label=label), _with_meshes(text, file)
 
 
 def _with_meshes(text: str, file: Path) -> str:
     """A URDF's text with the places of its meshes, of a file of robots."""
-    return with_file_uris(text, MeshFiles(file.absolute().parent, own_packages(), package_paths()))
+    return with_file_uris(text, _mesh_files(file))
+
+
+def _mesh_files(file: Path) -> MeshFiles:
+    return MeshFiles(file.absolute().parent, own_packages(), package_paths())
 
 
 def _sdf_boat(order: Order, config: RobotConfig) -> tuple[Urdf, str]:

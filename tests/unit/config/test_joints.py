@@ -107,7 +107,7 @@ def test_joints_make_a_tree(here, joints, links, expected):
         ({"axis": {"xyz": [0, 0, 0]}}, "axis.xyz: must have a length, got [0, 0, 0]"),
         ({"axis": {"xyz": [0, float("nan"), 0]}}, "axis.xyz[1]: must be finite, got nan"),
         ({"axis": {"limits": [2, 1]}}, "axis.limits: lower must be below upper, got [2, 1]"),
-        ({"axis": {"limits": [1]}}, "axis.limits: expected 2 numbers [lower, upper], got 1"),
+        ({"axis": {"limits": [1]}}, "axis.limits: expected 2 numbers [lower, upper], got [1]"),
         ({"axis": {"damping": -1}}, "axis.damping: must be at least 0, got -1"),
         ({"axis2": {}}, "axis2: not allowed for `type: revolute`; allowed for universal"),
         ({"type": "universal"}, "axis2: required for `type: universal`"),

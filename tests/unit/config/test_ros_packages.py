@@ -67,6 +67,11 @@ def test_no_other_folder_above_is_a_package(place, inside, name):
         expand(file)
 
 
+def test_a_user_without_a_home_has_packages_too(place, monkeypatch):
+    monkeypatch.setattr("os.path.expanduser", lambda path: path)  # as in a container, for a number without a name
+    assert package_above(place / "boats" / "urdf", "boats") == place / "boats"
+
+
 def test_meshes_of_the_package_that_a_urdf_lies_in_are_found(place):
     mesh = write(place / "boats" / "cora_description" / "meshes" / "hull.stl")
     files = MeshFiles(place / "boats" / "cora_description" / "urdf")

@@ -26,7 +26,7 @@ def test_an_offset_has_a_sign():
     [
         ({"type": "camera", "near": 2, "far": 1}, "invalid near 2 m and far 1 m: near must be below far"),
         ({"type": "camera", "near": 2, "far": 2}, "invalid near 2 m and far 2 m: near must be below far"),
-        ({"type": "echo_sounder", "range": [9, 9]}, "invalid range from 9 m to 9 m: 0 <= begin < end is needed"),
+        ({"type": "echo_sounder", "range": [9, 9]}, "the nearest must be below the farthest, got [9, 9]"),
         (
             {"type": "lidar", "azimuth": [-60.0, 60.0]},
             "invalid azimuth [-60.0, 60.0] rad: at most a full turn, 2 pi, either way",

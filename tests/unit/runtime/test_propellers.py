@@ -305,7 +305,7 @@ def test_energy_needs_a_power(barge):
         ("{thrust: [[0, 0]], diameter: 1}", "propellers.main.thrust: 2 rows or more are needed, got 1"),
         (
             "{thrust: [[0, 0], [1, 9, 9]], diameter: 1}",
-            "propellers.main.thrust[1]: expected 2 numbers [command, thrust], got 3",
+            "propellers.main.thrust[1]: expected 2 numbers [command, thrust], got [1, 9, 9]",
         ),
         ("{thrust: [[0, 0], [1, .nan]], diameter: 1}", "propellers.main.thrust[1][1]: must be finite, got nan"),
         (

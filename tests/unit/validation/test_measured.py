@@ -7,7 +7,7 @@ import pytest
 
 from peak_memory import peak_memory
 from vrx_mj import Simulation, compile_world
-from vrx_mj.config.measured import MOST_BYTES, read_measurements
+from vrx_mj.config.measured import MOST_BYTES, read_case, read_measurements
 from vrx_mj.errors import VrxError
 from vrx_mj.validation.measured import measured_case
 
@@ -52,6 +52,11 @@ def sailed(files):
         seen = sim.observe()[boat]
         rows.append((float(second), float(seen.velocity[0]), math.degrees(seen.heading)))
     return rows
+
+
+def test_a_boat_may_start_astern_and_turning_to_starboard(files):
+    (files / "pull.yaml").write_text(f"velocity: [-0.5, 0, 0, 0, 0, -0.1]{CASE}", encoding="utf-8")
+    assert read_case(files / "pull.yaml").velocity == (-0.5, 0.0, 0.0, 0.0, 0.0, -0.1)
 
 
 def test_a_run_is_compared_sample_by_sample(files):

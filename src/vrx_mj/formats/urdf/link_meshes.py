@@ -7,8 +7,7 @@ from functools import cache
 from pathlib import PurePosixPath
 from typing import Any
 
-from vrx_mj.config.shapes import MESH_SUFFIXES, Shape, Visual
-from vrx_mj.config.wording import one_of, shown
+from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.urdf.elements import Findings
 from vrx_mj.formats.urdf.links import ShapeT
@@ -92,9 +91,7 @@ def _found(mesh: MeshRow, files: MeshFiles, kind: type[ShapeT], *, collides: boo
     folder, path = files.find(mesh.file)
     values = {"folder": folder, "type": "mesh", "file": path, "pose": mesh.pose, "scale": mesh.scale}
     values |= {"name": mesh.name} if mesh.name else {}
-    if not path.lower().endswith(MESH_SUFFIXES):
-        raise VrxError(f"expected a mesh that ends in {one_of(MESH_SUFFIXES)}, got {shown(mesh.file)}")
-    own = (folder / path).resolve().is_relative_to(root() / "assets")
+    own = path.endswith(".obj") and (folder / path).resolve().is_relative_to(root() / "assets")
     read = None if own else check_mesh(folder / path, mesh.scale, collides=collides)
     color = mesh.color or (read and read.color)
     return kind.model_validate(values | ({"color": color} if color and kind is Visual else {}))

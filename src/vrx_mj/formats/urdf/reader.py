@@ -2,7 +2,6 @@
 
 import re
 import warnings
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -21,21 +20,13 @@ ODD = WORDING["suspicious"]
 """What is legal but suspicious, each said once for all that have it."""
 
 
-def read_urdf(
-    text: str,
-    file: Path,
-    *,
-    packages: Mapping[str, Path] | None = None,
-    package_paths: Sequence[Path] = (),
-    label: str = "",
-) -> Urdf:
+def read_urdf(text: str, file: Path, files: MeshFiles | None = None, *, label: str = "") -> Urdf:
     """The robot that a URDF's text describes; xacro is expanded before.
 
     Args:
         text: The URDF; messages name the files and lines that expanded text comes from.
         file: Where it is from; messages name it, and relative paths of meshes start in its folder.
-        packages: Folders of ROS packages by name, for `package://NAME/...`.
-        package_paths: Folders that are packages, or that hold them.
+        files: Where its meshes may be; by default in the folder of `file` and in packages around it.
         label: What messages call the text, where its lines are not those of the file.
 
     Raises:
@@ -52,7 +43,7 @@ def read_urdf(
         "formats.urdf.kinematics:reading", text, file, label, *source,
         returns=tuple[Urdf, tuple[LinkRow, ...], Findings], about=label,
     )  # fmt: skip
-    files = MeshFiles(file.absolute().parent, dict(packages or {}), tuple(package_paths))
+    files = files or MeshFiles(file.absolute().parent)
     links = {row.link.name: with_shapes(row, files, findings) for row in rows}
     findings.settle()
     warn(findings)

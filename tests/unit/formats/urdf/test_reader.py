@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from lxml import etree
 
 from vrx_mj.errors import VrxError, VrxWarning
+from vrx_mj.formats.urdf.meshes import MeshFiles
 from vrx_mj.formats.urdf.model import Limits, chained
 from vrx_mj.formats.urdf.reader import read_urdf
 from vrx_mj.frames import inverse
@@ -365,8 +366,11 @@ def test_meshes_are_found(packages, name, folder, path):
     urdf = read(
         collision(name.format(packages.as_posix())),
         folder=packages / "boat",
-        packages={"named": packages / "elsewhere" / "meshes"},
-        package_paths=[packages / "packages", packages / "elsewhere"],
+        files=MeshFiles(
+            packages / "boat",
+            {"named": packages / "elsewhere" / "meshes"},
+            [packages / "packages", packages / "elsewhere"],
+        ),
     )
     shape = urdf.links["hull"].collisions[0]
     assert (shape.folder / shape.file).samefile(packages / folder / path)
@@ -392,7 +396,7 @@ def test_nothing_outside_the_folders_is_read(packages, name):
         read(
             collision(name.format(packages.as_posix())),
             folder=packages / "boat",
-            package_paths=[packages / "packages"],
+            files=MeshFiles(packages / "boat", {}, [packages / "packages"]),
         )
 
 
