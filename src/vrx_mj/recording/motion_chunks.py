@@ -5,7 +5,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,7 @@ from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.frames import compass, in_world_axes, rotation_matrix
 from vrx_mj.recording.eyes import FLEET, PLAN, PLAN_SLOPE, RATE, Sailed, WeatherChunks, plan_eye
 from vrx_mj.recording.parts import EVENTS, Part
+from vrx_mj.recording.reader import Event
 from vrx_mj.recording.record_scene import (
     PARKED,
     MovingBody,
@@ -53,11 +56,12 @@ FARTHEST = 1e6
 """Largest number that is shown: a run may diverge, a picture of it should not."""
 
 
-def event_chunk(events: Sequence[tuple[float, str, str, str]]) -> Chunk:
-    """Events (time, text, level, JSON of a touch) as a log."""
-    time, text, level, touch = zip(*events, strict=True)
-    columns = [*rr.TextLog.columns(text=text, level=level), *rr.AnyValues.columns(touch=list(touch))]
-    return Chunk.from_columns(EVENTS, [times(time)], columns)
+def event_chunk(events: Sequence[Event]) -> Chunk:
+    """Events as a log."""
+    text, level = [event.text for event in events], [event.level for event in events]
+    touch = [json.dumps(asdict(event.touch)) if event.touch else "" for event in events]
+    columns = [*rr.TextLog.columns(text=text, level=level), *rr.AnyValues.columns(touch=touch)]
+    return Chunk.from_columns(EVENTS, [times([event.time for event in events])], columns)
 
 
 class MovingChunks:

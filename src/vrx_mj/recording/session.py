@@ -191,12 +191,13 @@ def chosen(words: str | Sequence[str], rates: Rates) -> tuple[Choice, ...]:
     found: dict[tuple[str, str], float] = {}
     boat = next(iter(rates)) if len(rates) == 1 else None
     for word in [part for text in _list(words) for part in text.split(",")]:
-        name, rate = _split(word.replace(" ", ""))
-        boat, sensors = _meant(name, boat, rates)
-        for one in sensors:
-            found[one] = _rate(one, rate, rates, several=name == ALL or name in rates or name.endswith(f":{ALL}"))
-        if name == ALL:
-            boat = None if len(rates) > 1 else boat
+        name, most = _split(word.replace(" ", ""))
+        own, colon, sensor = name.partition(":")
+        if not colon:
+            own, sensor = (boat, name) if boat is not None and name not in {ALL, *rates} else (name, ALL)
+        for each in rates if name == ALL else (own,):
+            found |= _rates(each, sensor, most, rates)
+        boat = own if name != ALL else boat if len(rates) == 1 else None
     return tuple(Choice(*one, rate) for one, rate in found.items())
 
 
@@ -223,34 +224,18 @@ def _split(word: str) -> tuple[str, float | None]:
     return name, value
 
 
-def _meant(name: str, boat: str | None, rates: Rates) -> tuple[str | None, list[tuple[str, str]]]:
-    """The boat that a word names, or else `boat`, and the sensors that it means."""
-    if name == ALL:
-        return boat, [one for each in rates for one in _sensors(each, ALL, rates)]
-    first, colon, sensor = name.partition(":")
-    if colon:
-        return first, list(_sensors(first, sensor, rates))
-    if name in rates or boat is None:
-        return name, list(_sensors(name, ALL, rates))
-    return boat, list(_sensors(boat, name, rates))
-
-
-def _sensors(boat: str, sensor: str, rates: Rates) -> Iterator[tuple[str, str]]:
+def _rates(boat: str, sensor: str, most: float | None, rates: Rates) -> dict[tuple[str, str], float]:
+    """Readings per second of a sensor of a boat, or of all of them; `most`: as many as are asked for."""
     if boat not in rates:
         raise UnknownNameError("boat", boat, rates)
-    if sensor != ALL and sensor not in rates[boat]:
+    if sensor == ALL:
+        return {(boat, name): min(own, most or own) for name, own in rates[boat].items()}
+    if sensor not in rates[boat]:
         raise UnknownNameError(f"sensor of {boat}", sensor, rates[boat])
-    yield from ((boat, name) for name in rates[boat] if sensor in (ALL, name))
-
-
-def _rate(one: tuple[str, str], rate: float | None, rates: Rates, *, several: bool) -> float:
-    boat, sensor = one
     own = rates[boat][sensor]
-    if rate is None or (several and rate > own):
-        return own
-    if rate > own:
-        raise CommandError(f"{sensor} of {boat} measures {own:g} times a second: it cannot be recorded at {rate:g}")
-    return rate
+    if most is not None and most > own:
+        raise CommandError(f"{sensor} of {boat} measures {own:g} times a second: it cannot be recorded at {most:g}")
+    return {(boat, sensor): most or own}
 
 
 def open_viewer(path: str | Path, *, follow: str | None = None, write: Callable[[str], None] = print) -> int:
