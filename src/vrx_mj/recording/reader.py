@@ -280,7 +280,7 @@ def read_readings(file: Path, sensors: Sequence[RecordedSensor]) -> list[Recorde
     Raises:
         RecordError: the file is damaged.
     """
-    parsed = parsed_file(file, [*READING_COLUMNS], [sensor.readings_path for sensor in sensors])
+    parsed = parsed_file(file, READING_COLUMNS, [sensor.readings_path for sensor in sensors])
     with damage_of(file):
         return [RecordedReadings.of(sensor, parsed.of(sensor.readings_path)) for sensor in sensors]
 
@@ -349,16 +349,10 @@ def track(rows: FloatArray, layout: RowLayout, body: MovingBody) -> Track:
     )
 
 
-READING_COLUMNS: Mapping[str, str] = {
-    "time": "time",
-    "sequence": "sequence",
-    "numbers": "numbers",
-    "intensity": "intensity",
-    "ring": "ring",
-    "EncodedImage:blob": "blob",
-    "Points3D:positions": "points",
-}
-"""Columns of a recording that give readings back, and what they hold."""
+READING_COLUMNS = (
+    "time", "sequence", "numbers", "intensity", "ring", "EncodedImage:blob", "Points3D:positions",
+)  # fmt: skip
+"""Columns of a recording that give readings back."""
 
 
 class RecordedReadings(Sequence[Reading]):

@@ -64,7 +64,9 @@ def record(
         CommandError: `sim` is not a simulation, or a sensor's rate is not above 0, or above its own.
     """
     check_kind("record", sim, Simulation, "a simulation, as Simulation(world)")
-    choices = chosen(sensors, sensor_rates(sim)) if not isinstance(sensors, str) or sensors else ()
+    mounted = sim.world.parameters.sensors
+    rates = {boat: {one.name: one.config.rate for one in mounted if one.boat == boat} for boat in sim.boats}
+    choices = chosen(sensors, rates) if not isinstance(sensors, str) or sensors else ()
     if follow is not None:
         check_name("boat", follow, sim.boats)
     with RunWriter(path, sim, choices, sea=sea, follow=follow) as writer, contextlib.ExitStack() as stack:
@@ -146,14 +148,6 @@ def resume(path: str | Path, time: float) -> Simulation:
     sim = Simulation(boat_set.world)
     sim.set_state(state)
     return sim
-
-
-def sensor_rates(sim: Simulation) -> dict[str, dict[str, float]]:
-    """Measurements per second [1/s] of each boat's sensors."""
-    rates: dict[str, dict[str, float]] = {boat: {} for boat in sim.boats}
-    for sensor in sim.world.parameters.sensors:
-        rates[sensor.boat][sensor.name] = sensor.config.rate
-    return rates
 
 
 def reading_recorder(writer: RecordWriter, boat: str) -> Callable[[Reading], None]:

@@ -28,7 +28,7 @@ from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.parts import FRAMES
 from vrx_mj.recording.reader import RecordedFrame, SavedState
 from vrx_mj.recording.rescoring import restore_referee
-from vrx_mj.recording.timeline import NAMED, arrow_strips, changes, numbers, static, times
+from vrx_mj.recording.timeline import NAMED, arrow_strips, changes, numbers, static, thin_lines, times
 from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.tasks.frame import Frame, FrameLayout, Pose, has_started, score_text
 from vrx_mj.tasks.gates import gate_between
@@ -97,15 +97,12 @@ def course_chunks(parameters: Parameters) -> Iterator[Chunk]:
     course = course_of(parameters)
     if course.gates:
         labels = [str(gate.number) for gate in course.gates]
-        yield static(GATES, rr.LineStrips3D.from_fields(radii=[rr.Radius.ui_points(2.2)]))
+        yield static(GATES, thin_lines(2.2))
         yield static(f"{GATES}/numbers", rr.Points3D.from_fields(labels=labels, **NAMED))
     if isinstance(parameters.task, tasks.Dock):
         yield from bay_chunks(parameters.task)
     for animal in course.animals:
-        strips = circle(animal.radius, animal.goal)
-        yield static(
-            animal_path(animal.name), rr.LineStrips3D.from_fields(strips=strips, radii=[rr.Radius.ui_points(1.6)])
-        )
+        yield static(animal_path(animal.name), thin_lines(1.6, strips=circle(animal.radius, animal.goal)))
     for light in course.lights:
         spots = [(light.x + 0.6 * (number - 1), light.y, 4.0) for number in range(len(light.colors))]
         tints = [tuple(round(255 * share) for share in RGB[color]) for color in light.colors]
@@ -128,13 +125,11 @@ def bay_chunks(task: tasks.Dock) -> Iterator[Chunk]:
         [np.add(zone_corners(getattr(bay, zone)), (0.0, 0.0, HEIGHT)) for bay in bays]
         for zone in ("internal", "external")
     )
-    yield static(
-        path, rr.LineStrips3D.from_fields(strips=[closed(ring) for ring in inside], radii=[rr.Radius.ui_points(1.8)])
-    )
+    yield static(path, thin_lines(1.8, strips=[closed(ring) for ring in inside]))
     pieces = [dashes(closed(ring)) for ring in outside]
     colors = [bay_color(bay, {}) for bay, ring in zip(bays, pieces, strict=True) for _ in ring]
     strips = [piece for ring in pieces for piece in ring]
-    yield static(f"{path}/external", rr.LineStrips3D(strips, colors=colors, radii=[rr.Radius.ui_points(1.2)]))
+    yield static(f"{path}/external", thin_lines(1.2, strips=strips, colors=colors))
     labels = [f"{bay.name} {bay.symbol.replace('_', ' ')}" + (" ✓" if bay.dock_allowed else "") for bay in bays]
     spots = spread([ring.mean(axis=0) for ring in outside])
     yield static(f"{path}/names", rr.Points3D.from_fields(positions=spots, labels=labels, **NAMED))
@@ -160,14 +155,13 @@ def places(course: Course) -> Iterator[Chunk]:
     """Paths of what swims, beacons, and places where things come up."""
     for path in course.paths:
         strip = np.insert(closed(path.points) if path.closed else path.points, 2, HEIGHT, axis=1)
-        line = rr.LineStrips3D(dashes(strip), colors=[PATH], radii=[rr.Radius.ui_points(1.0)])
-        yield static(f"/world/course/paths/{path.name}", line)
+        yield static(f"/world/course/paths/{path.name}", thin_lines(1.0, strips=dashes(strip), colors=[PATH]))
     for beacon in course.beacons:
         spot = (beacon.x, beacon.y, HEIGHT)
         arms = [[np.add(spot, (s, t, 0)), np.subtract(spot, (s, t, 0))] for s, t in ((1, 1), (1, -1))]
         around = [circle_at(spot, beacon.radius)] if beacon.radius else []
         entity = f"/world/course/{beacon.name.replace(' ', '_')}"
-        yield static(entity, rr.LineStrips3D([*arms, *around], colors=[BEACON], radii=[rr.Radius.ui_points(2.0)]))
+        yield static(entity, thin_lines(2.0, strips=[*arms, *around], colors=[BEACON]))
         yield static(f"{entity}/name", rr.Points3D.from_fields(positions=[spot], labels=[beacon.name], **NAMED))
     if course.showings:
         spots = [(showing.x, showing.y, HEIGHT) for showing in course.showings]

@@ -48,6 +48,11 @@ def shown(begun: float | None, path: str, *archetypes: rr.AsComponents) -> Chunk
     return Chunk.from_columns(path, [] if begun is None else [times([begun])], columns)
 
 
+def thin_lines(width: float, **fields: Any) -> rr.LineStrips3D:
+    """Lines as wide on the screen from near and far [points], with fields of the archetype."""
+    return rr.LineStrips3D.from_fields(radii=[rr.Radius.ui_points(width)], **fields)
+
+
 def numbers(
     path: str,
     seconds: npt.ArrayLike,
