@@ -12,6 +12,7 @@ from vrx_mj.drive.session import Session
 from vrx_mj.recording.blueprint import layout
 from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk
 from vrx_mj.recording.parts import APPLICATION
+from vrx_mj.recording.reader import Event
 from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.simulation_scene import scene_of
 from vrx_mj.recording.static_chunks import still_chunks
@@ -59,7 +60,7 @@ class Browser:
             self._send(sim, now)
         if self._keys and session.pilot.boat != self._boat:
             self._boat = session.pilot.boat
-            event = (sim.time, f"the keys drive {self._boat}", "INFO", "")
+            event = Event(sim.time, f"the keys drive {self._boat}", "INFO")
             rr.send_chunks(event_chunk([event]), recording=self._stream)
 
     def _send(self, sim: Simulation, now: float) -> None:

@@ -81,7 +81,7 @@ def compare(first: str | Path | Record, second: str | Path | Record) -> Comparis
     """Compare two recordings row by row, bit by bit, in the columns that both have."""
     a, b = (item if isinstance(item, Record) else read_record(item) for item in (first, second))
     common = min(len(a.rows), len(b.rows))
-    names = [record.layout.names() for record in (a, b)]
+    names = a.layout.names(), b.layout.names()
     shared = [name for name in names[0] if name in set(names[1])]
     sensors = f"{len(a.sensors)} sensors in the first recording, {len(b.sensors)} in the second"
     return Comparison(

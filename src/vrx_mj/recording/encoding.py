@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import subprocess
+import sys
 import tempfile
 import uuid
 from collections.abc import Iterable, Iterator
@@ -20,18 +21,17 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError
 from vrx_mj.outputs import written
 from vrx_mj.recording.blueprint import save_views
-from vrx_mj.recording.boat_sets import sent_messages
 from vrx_mj.recording.eyes import plan_chunks
 from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk, part_chunk
 from vrx_mj.recording.packing import pack_rows, shape_of, unpack_rows
 from vrx_mj.recording.parts import APPLICATION, COMPANIES, EVENTS, FRAMES, ROWS, STATES, Part
 from vrx_mj.recording.raw_file import raw_parts
-from vrx_mj.recording.reader import all_events, all_states
+from vrx_mj.recording.reader import all_events, all_states, read_frames
 from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.rrd_file import viewer_binary, viewer_environment
 from vrx_mj.recording.sensor_chunks import SensedChunks, sensor_chunks
 from vrx_mj.recording.static_chunks import change_chunks, still_chunks
-from vrx_mj.recording.task_chunks import TaskChunks, WrittenFrame, frame_chunk, task_chunks, touch_chunks
+from vrx_mj.recording.task_chunks import TaskChunks, frame_chunk, task_chunks, touch_chunks
 from vrx_mj.recording.timeline import times
 
 JOIN_SECONDS = 600.0
@@ -127,8 +127,7 @@ class Encoder:
     def _going(self, batch: Batch) -> Iterator[Chunk]:
         """What has come in a while, then the boats that have come and gone at its end."""
         found = {entity: batch.pop(entity, []) for entity in (STATES, ROWS, EVENTS, FRAMES, COMPANIES)}
-        states = [(state.time, state.blob) for state in all_states(found[STATES])]
-        frames = [frame for part in found[FRAMES] for frame in written_frames(part)]
+        states, frames = all_states(found[STATES]), read_frames(found[FRAMES], self._boat_set + 1, sys.maxsize)
         if states:
             yield part_chunk(found[STATES])
         if blobs := [blob for part in found[ROWS] for blob in part.blobs("block")]:
@@ -137,11 +136,11 @@ class Encoder:
             found[ROWS], blobs = [], []  # a minute of each is several MB
             yield exact_rows(rows, self._scene, self._boat_set)
             yield from self._moving(rows)
-        if events := sorted(event for part in found[EVENTS] for event in written_events(part)):
+        if events := all_events(found[EVENTS]):
             yield event_chunk(events)
-            yield from touch_chunks([event.touch for event in all_events(found[EVENTS]) if event.touch])
+            yield from touch_chunks([event.touch for event in events if event.touch])
         if frames:
-            yield frame_chunk(frames, self._boat_set)
+            yield frame_chunk(frames)
         yield from self._task(states, frames)
         for parts in batch.values():
             yield from self._sensed(parts)
@@ -177,17 +176,3 @@ def exact_rows(rows: FloatArray, scene: RecordScene, boat_set: int) -> Chunk:
     bodies = [(layout.pose(body).start, layout.velocity(body).start) for body in layout.bodies]
     columns = rr.AnyValues.columns(block=[pack_rows(rows, bodies, scene.timestep)], company=[boat_set])
     return Chunk.from_columns(ROWS, [times(rows[:1, 0])], columns)
-
-
-def written_events(part: Part) -> Iterator[tuple[float, str, str, str]]:
-    """Times [s], texts, levels, and the JSON of touches, of events."""
-    times = (time / 1e9 for time in part.numbers("sim_time", "i"))
-    return zip(times, *map(part.texts, ("TextLog:text", "TextLog:level", "touch")), strict=True)
-
-
-def written_frames(part: Part) -> Iterator[WrittenFrame]:
-    """Times [s], rows and messages of frames."""
-    for blob, text in zip(part.blobs("block"), part.texts("sent"), strict=True):
-        sent = dict(sent_messages(text))
-        for number, row in enumerate(unpack_rows(blob)):
-            yield float(row[0]), row, [[topic, content] for topic, content in sent.get(number, ())]

@@ -16,7 +16,7 @@ from vrx_mj.draw.colors import CURRENT_COLOR, WAVE_COLOR, WIND_COLOR
 from vrx_mj.draw.course import Course, course_of
 from vrx_mj.frames import compass
 from vrx_mj.recording.record_scene import RecordScene
-from vrx_mj.recording.timeline import NAMED, Held, Ticker, arrow_strips, changes, static, times
+from vrx_mj.recording.timeline import NAMED, Held, Ticker, arrow_strips, changes, static, thin_lines, times
 
 FLEET, PLANNED, PLAN = "/world/fleet", "/world/fleet/plan", "/world/plan"
 """Entities: in the middle of what the camera follows, what a plan follows there, and one that frames a track."""
@@ -200,7 +200,7 @@ def still_weather(scene: RecordScene) -> Iterator[Chunk]:
     """Colours and places of arrows and figures, and the size of those beside the boats."""
     colors = [KINDS[name][0] for name in scene.weather()]
     for corner in corners_of(scene):
-        yield static(corner.path, rr.LineStrips3D.from_fields(colors=colors, radii=[rr.Radius.ui_points(1.8)]))
+        yield static(corner.path, thin_lines(1.8, colors=colors))
         spots = corner.spots(corner.text, len(colors))
         points = rr.Points3D.from_fields(positions=spots, **NAMED)
         yield static(f"{corner.path}/figures", points)

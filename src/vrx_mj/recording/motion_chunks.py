@@ -5,7 +5,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict
+from itertools import groupby
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -16,6 +20,7 @@ from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.frames import compass, in_world_axes, rotation_matrix
 from vrx_mj.recording.eyes import FLEET, PLAN, PLAN_SLOPE, RATE, Sailed, WeatherChunks, plan_eye
 from vrx_mj.recording.parts import EVENTS, Part
+from vrx_mj.recording.reader import Event
 from vrx_mj.recording.record_scene import (
     PARKED,
     MovingBody,
@@ -53,11 +58,12 @@ FARTHEST = 1e6
 """Largest number that is shown: a run may diverge, a picture of it should not."""
 
 
-def event_chunk(events: Sequence[tuple[float, str, str, str]]) -> Chunk:
-    """Events (time, text, level, JSON of a touch) as a log."""
-    time, text, level, touch = zip(*events, strict=True)
-    columns = [*rr.TextLog.columns(text=text, level=level), *rr.AnyValues.columns(touch=list(touch))]
-    return Chunk.from_columns(EVENTS, [times(time)], columns)
+def event_chunk(events: Sequence[Event]) -> Chunk:
+    """Events as a log."""
+    text, level = [event.text for event in events], [event.level for event in events]
+    touch = [json.dumps(asdict(event.touch)) if event.touch else "" for event in events]
+    columns = [*rr.TextLog.columns(text=text, level=level), *rr.AnyValues.columns(touch=touch)]
+    return Chunk.from_columns(EVENTS, [times([event.time for event in events])], columns)
 
 
 class MovingChunks:
@@ -69,8 +75,7 @@ class MovingChunks:
         self._water = WaterChunks()
         self._weather, self._sailed = WeatherChunks(), Ticker(RATE)
         self._plan_size = plan_eye(scene)[1] * PLAN_SLOPE if live else None
-        self._driven: dict[str, FloatArray] = {}
-        self._codes: dict[str, int] = {}
+        self._last: dict[str, Any] = {}
         self._first = scene.layout()
         self._ranged: set[str] = set()
         self._shown: dict[str, Held] = {}
@@ -78,23 +83,18 @@ class MovingChunks:
         """Least and greatest x and y (2, 2) [m] of all boats until now."""
         self.sailed: list[Sailed] = []
         """Where they were, for their names in a plan of all of the track."""
-        self._take(scene)
+        self.go_on(scene)
 
     def go_on(self, scene: RecordScene) -> None:
         """Go on in a scene in which boats or objects have come or gone: rows have its columns now."""
-        self._take(scene)
-
-    def _take(self, scene: RecordScene) -> None:
         self._scene = scene
         self._layout = scene.layout()
         self._boats = [body for body in self._layout.bodies if body.kind == "boat"]
         self._paths = {body.name: body.path for body in scene.bodies}
         self._shown.clear()  # what has gone and come again is shown
-        there = {boat.name for boat in self._boats}
         self._water.keep(scene.boats(), scene.sea_height)
-        self._driven = {name: last for name, last in self._driven.items() if name in there}
-        seen = {shown.display.name for shown in scene.displays}
-        self._codes = {name: last for name, last in self._codes.items() if name in seen}
+        there = {*self._paths.values(), *(shown.part_path("") for shown in scene.displays)}
+        self._last = {path: last for path, last in self._last.items() if path in there}
 
     def __call__(self, rows: FloatArray) -> Iterator[Chunk]:
         """Chunks of what is shown of (n, columns) rows, n > 0; it is finite."""
@@ -102,30 +102,23 @@ class MovingChunks:
             rows = np.clip(np.nan_to_num(rows), -FARTHEST, FARTHEST)
         posed = rows[self._posed(rows)]
         for body in self._layout.bodies:
-            if body.kind == "ball":
-                yield from flights(self._paths[body.name], rows[:, 0], rows[:, self._layout.pose(body)][:, :3])
-            else:
-                near = 0.0 if body.kind == "boat" else NEAR
-                yield from self._transforms(self._paths[body.name], posed, posed[:, self._layout.pose(body)], near)
+            path, pose = self._paths[body.name], self._layout.pose(body)
+            if body.kind != "ball":
+                yield from self._transforms(path, posed, posed[:, pose], 0.0 if body.kind == "boat" else NEAR)
+            elif len(shot := rows[rows[:, pose.start + 2] > PARKED]):
+                yield numbers(path, shot[:, 0], rr.Points3D, positions=shot[:, pose][:, :3].astype(np.float32))
         for part in self._scene.parts:  # relative to what they hang on
             if part.joints:
-                pose = np.hstack(part_poses(part, posed[:, self._layout.qpos]))
-                yield from self._transforms(part.path, posed, pose, NEAR)
-        for shown in self._scene.displays:
-            name = shown.display.name
-            codes = shown.display.codes(rows[:, self._layout.marks], rows[:, 0])
-            changed = np.diff(codes, prepend=self._codes.get(name, -1)) != 0
-            self._codes[name] = int(codes[-1])
-            if changed.any():
-                yield from repainted(shown, rows[changed, 0], codes[changed])
+                poses = np.hstack(part_poses(part, posed[:, self._layout.qpos]))
+                yield from self._transforms(part.path, posed, poses, NEAR)
+        yield from self._displays(rows)
         if self._boats:
             self._cover(rows)
             yield from self._slow(rows)
         if self._boats and len(posed):
             yield transforms(FLEET, posed[:, 0], self._middle(posed))
             names = [boat.name for boat in self._boats]
-            poses = self._layout_poses(posed)
-            yield from self._water(names, posed[:, 0], poses[..., :3], poses[..., 3:])
+            yield from self._water(names, posed[:, 0], self._layout_poses(posed))
 
     def _posed(self, rows: FloatArray) -> BoolArray:
         """Which rows are shown: some per second, and all where a boat or the sea moves fast, or the run is watched."""
@@ -141,6 +134,13 @@ class MovingChunks:
         taken, shown = self._shown.setdefault(path, Held(POSE_STEP, within=near))(pose)
         if taken.any():
             yield transforms(path, rows[taken, 0], shown[taken, :3], shown[taken][:, [4, 5, 6, 3]])
+
+    def _displays(self, rows: FloatArray) -> Iterator[Chunk]:
+        """The colours of lights and placards where they have changed."""
+        for shown in self._scene.displays:
+            codes = shown.display.codes(rows[:, self._layout.marks], rows[:, 0])
+            if (changed := self._changed(shown.part_path(""), codes)).any():
+                yield from repainted(shown, rows[changed, 0], codes[changed])
 
     def _cover(self, rows: FloatArray) -> None:
         """Widen what the plan frames to where the boats are."""
@@ -198,17 +198,13 @@ class MovingChunks:
         Those of the first boat set are in one entity, as a plot's entity has as many series at all times: NaN of who is
         not there. Who joined later has an entity of its own.
         """
+        columns = dict(zip(series, values.T, strict=True))
         boats = [(body.name, "") for body in self._first.bodies if body.kind == "boat"]
-        shared = [*boats, *self._first.thrusters]
-        first = [key for key in shared if bool(key[1]) == bool(series[0][1])]
-        known = [i for i, key in enumerate(series) if key in first]
-        together = np.full((len(rows), len(first)), np.nan)
-        together[:, [first.index(series[i]) for i in known]] = values[:, known]
-        if first:
-            yield from self._plot(name, rows, together)
-        for boat in dict.fromkeys(key[0] for i, key in enumerate(series) if i not in known):
-            own = [i for i, key in enumerate(series) if key[0] == boat and i not in known]
-            yield plot(f"{name}/{boat}", rows, values[:, own])
+        if first := self._first.thrusters if series[0][1] else boats:
+            gone = np.full(len(rows), np.nan)
+            yield from self._plot(name, rows, np.column_stack([columns.pop(key, gone) for key in first]))
+        for boat, own in groupby(columns, key=itemgetter(0)):
+            yield plot(f"{name}/{boat}", rows, np.column_stack([columns[key] for key in own]))
 
     def _plot(self, name: str, rows: FloatArray, values: FloatArray) -> Iterator[Chunk]:
         """Values (n, k) of a quantity, and now and then the range around them that its axis has at least."""
@@ -231,6 +227,13 @@ class MovingChunks:
         """Velocities (n, boats, 6) of the boats."""
         return np.stack([rows[:, self._layout.velocity(boat)] for boat in self._boats], axis=1)
 
+    def _changed(self, path: str, values: FloatArray | IntArray) -> BoolArray:
+        """Where values (n, ...) of an entity are others than in the row before."""
+        before = np.concatenate([[self._last.get(path, np.full(values.shape[1:], np.nan))], values[:-1]])
+        self._last[path] = values[-1]
+        changed: BoolArray = values != before
+        return changed
+
     def _thrust(self, boat: MovingBody, rows: FloatArray) -> Iterator[Chunk]:
         """Arrows of a boat's thrusts, and its engines, each where it has changed."""
         mine = [i for i, (name, _) in enumerate(self._layout.thrusters) if name == boat.name]
@@ -238,9 +241,7 @@ class MovingChunks:
             return
         time, thrusters = rows[:, 0], [self._scene.thrusters[i] for i in mine]
         now = np.stack([rows[:, self._layout.thrust][:, mine], rows[:, self._layout.angle][:, mine]], axis=1)
-        before = np.concatenate([[self._driven.get(boat.name, np.full(now.shape[1:], np.nan))], now[:-1]])
-        self._driven[boat.name] = now[-1]
-        changed = now != before
+        changed = self._changed(self._paths[boat.name], now)
         if (moved := changed.any(axis=(1, 2))).any():
             yield thrust_arrows(self._paths[boat.name], time[moved], thrusters, now[moved, 0], now[moved, 1])
         for k, thruster in enumerate(thrusters):
@@ -248,31 +249,30 @@ class MovingChunks:
                 yield engine(self._paths[boat.name], time[turned], thruster, now[turned, 1, k])
 
 
-KEPT = ("time", "head", "files", "blob", "sequence", "numbers")
+KEPT = ("time", "head", "files", "blob", "sequence", "numbers", "intensity", "ring")
 """Columns of parts that are in a recording as they are."""
 
 
-def part_chunk(parts: Sequence[Part]) -> Chunk:
-    """Parts of one entity as they are."""
+def kept_columns(parts: Sequence[Part]) -> Iterable[rr.ComponentColumn]:
+    """Columns of the parts of one entity as they are."""
     columns: dict[str, Any] = {}
     for name in (name for name in KEPT if name in parts[0].columns):
         cells: list[Any] = [cell for part in parts for cell in part.columns[name]]
         columns[name] = np.concatenate(cells) if isinstance(cells[0], np.ndarray) else cells
-    index = [times(columns["time"])] if "time" in columns else []
-    return Chunk.from_columns(parts[0].entity, index, rr.AnyValues.columns(**columns))
+    kept: Iterable[rr.ComponentColumn] = rr.AnyValues.columns(**columns)
+    return kept
+
+
+def part_chunk(parts: Sequence[Part]) -> Chunk:
+    """Parts of one entity as they are."""
+    seconds = [time for part in parts if "time" in part.columns for time in part.times("time")]
+    return Chunk.from_columns(parts[0].entity, [times(seconds)] if seconds else [], kept_columns(parts))
 
 
 def transforms(path: str, time: FloatArray, position: FloatArray, quaternion: FloatArray | None = None) -> Chunk:
     """Poses of an entity: positions (n, 3) [m] and quaternions (n, 4), here (x, y, z, w)."""
     turned = {} if quaternion is None else {"quaternion": quaternion.astype(np.float32)}
     return numbers(path, time, rr.Transform3D, translation=position.astype(np.float32), **turned)
-
-
-def flights(path: str, time: FloatArray, position: FloatArray) -> Iterator[Chunk]:
-    """A ball's positions (n, 3) [m] since it was shot."""
-    shot = position[:, 2] > PARKED
-    if shot.any():
-        yield numbers(path, time[shot], rr.Points3D, positions=position[shot].astype(np.float32))
 
 
 def repainted(shown: RecordedDisplay, time: FloatArray, codes: IntArray) -> Iterator[Chunk]:

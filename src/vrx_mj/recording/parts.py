@@ -76,7 +76,10 @@ class Part:
         Raises:
             RecordError: it is missing, or of another kind.
         """
-        return [self._number(name, cell, kind) for cell in self._column(name)]
+        found = [self._checked(name, cell, np.ndarray, "a number") for cell in self._column(name)]
+        if not all(one.shape == (1,) and one.dtype.kind == kind and np.isfinite(one[0]) for one in found):
+            raise RecordError(f"{self.entity}: {name}: expected one {'whole ' * (kind == 'i')}number")
+        return [one[0].item() for one in found]
 
     def times(self, name: str) -> list[float]:
         """A column of simulated times [s].
@@ -95,26 +98,17 @@ class Part:
         Raises:
             RecordError: it is missing, or of another kind.
         """
-        found = [np.frombuffer(cell, np.uint8) if isinstance(cell, bytes) else cell for cell in self._column(name)]
-        return [self._array(name, cell, np.dtype(kind)) for cell in found]
-
-    def _array(self, name: str, cell: Cell, kind: np.dtype[np.generic]) -> npt.NDArray[Any]:
-        if isinstance(cell, np.ndarray) and not len(cell):
-            return np.zeros(0, kind)
-        if not isinstance(cell, np.ndarray) or cell.dtype != kind:
-            raise RecordError(f"{self.entity}: {name}: expected numbers of type {kind.name}")
-        return cell
+        wanted, expected = np.dtype(kind), f"numbers of type {np.dtype(kind).name}"
+        cells = (np.frombuffer(cell, np.uint8) if isinstance(cell, bytes) else cell for cell in self._column(name))
+        found = [self._checked(name, cell, np.ndarray, expected) for cell in cells]
+        if any(len(one) and one.dtype != wanted for one in found):
+            raise RecordError(f"{self.entity}: {name}: expected {expected}")
+        return [one if len(one) else np.zeros(0, wanted) for one in found]
 
     def _column(self, name: str) -> Sequence[Cell]:
         if name not in self.columns:
             raise RecordError(f"{self.entity}: {name}: missing")
         return self.columns[name]
-
-    def _number(self, name: str, cell: Cell, kind: str) -> Any:
-        one = self._checked(name, cell, np.ndarray, "a number")
-        if one.shape != (1,) or one.dtype.kind != kind or not np.isfinite(one[0]):
-            raise RecordError(f"{self.entity}: {name}: expected one {'whole ' * (kind == 'i')}number")
-        return one[0].item()
 
     def _checked(self, name: str, cell: Cell, kind: type[CellType], wanted: str) -> CellType:
         if not isinstance(cell, kind):

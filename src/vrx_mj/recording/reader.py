@@ -219,7 +219,9 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
         companies = read_boat_sets(BoatSet(head.layout, sha256, files), parsed.of(COMPANIES), most)
         layouts = [boat_set.layout for boat_set in companies]
         rows, numbers = all_rows(parsed.of(ROWS), layouts, most)
-        layout = joint_layout(layouts)
+        frames = read_frames(parsed.of(FRAMES), len(companies), most)
+        if not all((np.abs(row) < HUGE).all() for _, row, _ in frames):
+            raise RecordError(f"{FRAMES}: block: a number is not finite, or huge")
         return Record(
             path=file,
             properties=head.properties,
@@ -229,8 +231,8 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
             sensors=head.sensors,
             events=all_events(parsed.of(EVENTS)),
             states=all_states(parsed.of(STATES)),
-            frames=read_frames(parsed.of(FRAMES), len(companies), most),
-            layout=layout,
+            frames=frames,
+            layout=joint_layout(layouts),
             rows=rows,
             row_companies=numbers,
             complete=parsed.footer,
@@ -278,7 +280,7 @@ def read_readings(file: Path, sensors: Sequence[RecordedSensor]) -> list[Recorde
     Raises:
         RecordError: the file is damaged.
     """
-    parsed = parsed_file(file, [*READING_COLUMNS], [sensor.readings_path for sensor in sensors])
+    parsed = parsed_file(file, READING_COLUMNS, [sensor.readings_path for sensor in sensors])
     with damage_of(file):
         return [RecordedReadings.of(sensor, parsed.of(sensor.readings_path)) for sensor in sensors]
 
@@ -318,23 +320,12 @@ def read_frames(parts: Sequence[Part], count: int, most: int) -> tuple[RecordedF
     Raises:
         RecordError: one is damaged.
     """
+    found: list[RecordedFrame] = []
     texts = [text for part in parts for text in part.texts("sent")]
-    found = [
-        (boat_set, row, messages)
-        for (boat_set, rows), sent in zip(numbered_blocks(parts, count, most), texts, strict=True)
-        for row, messages in _with_messages(rows, sent)
-    ]
+    for (boat_set, rows), text in zip(numbered_blocks(parts, count, most), texts, strict=True):
+        sent = {number: tuple(Message(*one) for one in several) for number, several in sent_messages(text)}
+        found += [(boat_set, row, sent.get(number, ())) for number, row in enumerate(rows)]
     return tuple(sorted(found, key=lambda frame: float(frame[1][0])))
-
-
-def _with_messages(rows: FloatArray, sent: str) -> Iterator[tuple[FloatArray, tuple[Message, ...]]]:
-    messages = {
-        number: tuple(Message(topic, content) for topic, content in several) for number, several in sent_messages(sent)
-    }
-    if not (np.abs(rows) < HUGE).all():
-        raise RecordError(f"{FRAMES}: block: a number is not finite, or huge")
-    for number, row in enumerate(rows):
-        yield row, messages.get(number, ())
 
 
 def tracks(rows: FloatArray, layout: RowLayout, kind: str) -> dict[str, Track]:
@@ -358,16 +349,10 @@ def track(rows: FloatArray, layout: RowLayout, body: MovingBody) -> Track:
     )
 
 
-READING_COLUMNS: Mapping[str, str] = {
-    "time": "time",
-    "sequence": "sequence",
-    "numbers": "numbers",
-    "intensity": "intensity",
-    "ring": "ring",
-    "EncodedImage:blob": "blob",
-    "Points3D:positions": "points",
-}
-"""Columns of a recording that give readings back, and what they hold."""
+READING_COLUMNS = (
+    "time", "sequence", "numbers", "intensity", "ring", "EncodedImage:blob", "Points3D:positions",
+)  # fmt: skip
+"""Columns of a recording that give readings back."""
 
 
 class RecordedReadings(Sequence[Reading]):

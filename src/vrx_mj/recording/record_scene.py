@@ -100,6 +100,11 @@ class RecordedPart:
     """Its joints, from what it hangs on outward; without any it is fixed."""
     surfaces: tuple[Surface, ...] = ()
 
+    @property
+    def fixed(self) -> tuple[float, ...] | None:
+        """Its pose where it is fixed, as that of bodies; else None."""
+        return None if self.joints else (*self.position, *self.quaternion)
+
 
 @dataclass(frozen=True, eq=False)
 class RecordedThruster:

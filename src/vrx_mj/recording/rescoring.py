@@ -38,10 +38,8 @@ def rescore(source: str | Path | Record) -> Scored:
     Raises:
         RecordError: the file is not a recording, or its world has no task.
     """
-    recorded = source if isinstance(source, Record) else read_record(source)
-    referee, begun = _referee(recorded)
-    events = [(frame.time, *line) for frame, lines in _looks(recorded, referee, begun) for line in lines]
-    return Scored(referee, tuple(events))
+    referee, looks = _looks(source if isinstance(source, Record) else read_record(source))
+    return Scored(referee, tuple((frame.time, *line) for frame, lines in looks for line in lines))
 
 
 def scored_frames(recorded: Record) -> Iterator[tuple[float, Referee]]:
@@ -50,25 +48,25 @@ def scored_frames(recorded: Record) -> Iterator[tuple[float, Referee]]:
     Raises:
         RecordError: the recording is of a world without a task.
     """
-    referee, begun = _referee(recorded)
-    return ((frame.time, referee) for frame, _ in _looks(recorded, referee, begun))
+    referee, looks = _looks(recorded)
+    return ((frame.time, referee) for frame, _ in looks)
 
 
-def _looks(recorded: Record, referee: Referee, begun: float) -> Iterator[tuple[Frame, Sequence[tuple[str, str]]]]:
-    """Every frame after the time `begun` [s], and the referee's lines about it: text and level."""
-    for frame in frames_of(recorded, referee):
-        if frame.time > begun + 1e-9:
-            yield frame, referee.look(frame).lines
-
-
-def _referee(recorded: Record) -> tuple[Referee, float]:
-    """The referee at the first frame that it has not seen, and the time [s] up to which it has."""
-    task = recorded.companies[0].parameters.task
+def _looks(recorded: Record) -> tuple[Referee, Iterator[tuple[Frame, Sequence[tuple[str, str]]]]]:
+    """The referee, and every frame that it has not seen, when it looks at it, with its lines: text and level."""
+    task, begun = recorded.companies[0].parameters.task, -1.0
     if task is None:
         raise RecordError(f"'{recorded.path}' has no score: its world, {recorded.properties.get('world')}, has no task")
     referee = make_referee(task)
-    resumed = bool(recorded.states) and recorded.states[0].time > 0.0
-    return referee, _resumed(referee, recorded) if resumed else -1.0
+    if recorded.states and recorded.states[0].time > 0.0:
+        begun = recorded.states[0].time
+        try:
+            restore_referee(referee, recorded.states[0].blob)
+        except StateError as error:
+            problem = "begins with a state that its task cannot go on from"
+            raise StateError(f"'{recorded.path}' {problem}: {error}") from error
+    later = (frame for frame in frames_of(recorded, referee) if frame.time > begun + 1e-9)
+    return referee, ((frame, referee.look(frame).lines) for frame in later)
 
 
 def frames_of(recorded: Record, referee: Referee) -> Iterator[Frame]:
@@ -99,13 +97,3 @@ def restore_referee(referee: Referee, blob: bytes) -> None:
     if not text:
         raise StateError("a state without a task")
     referee.load(parsed_dump(text))
-
-
-def _resumed(referee: Referee, recorded: Record) -> float:
-    """Bring the referee to the first recorded state; returns its time [s]."""
-    first = recorded.states[0]
-    try:
-        restore_referee(referee, first.blob)
-    except StateError as error:
-        raise StateError(f"'{recorded.path}' begins with a state that its task cannot go on from: {error}") from error
-    return first.time

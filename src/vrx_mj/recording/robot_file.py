@@ -15,8 +15,9 @@ from rerun.chunk import Chunk, LazyChunkStream
 from vrx_mj.errors import RecordError
 from vrx_mj.outputs import written
 from vrx_mj.recording.motion_chunks import part_poses, transforms
-from vrx_mj.recording.record_scene import RecordedJoint, RecordedPart
+from vrx_mj.recording.record_scene import RecordedPart
 from vrx_mj.recording.shapes import geom_surface
+from vrx_mj.recording.simulation_scene import hanging_part
 from vrx_mj.recording.static_chunks import looks_chunks
 from vrx_mj.recording.timeline import static
 
@@ -47,24 +48,11 @@ def _chunks(model: mujoco.MjModel, name: str) -> Iterator[Chunk]:
     for body in range(1, model.nbody):
         own = rr.escape_entity_path_part(model.body(body).name)
         paths.append(f"{paths[model.body_parentid[body]]}/{own}")
-        joints = range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])
-        part = RecordedPart(
-            path=paths[body],
-            position=tuple(model.body_pos[body].tolist()),
-            quaternion=tuple(model.body_quat[body].tolist()),
-            joints=tuple(_joint(model, joint) for joint in joints),
-            surfaces=tuple(geom_surface(model, geom) for geom in np.flatnonzero(model.geom_bodyid == body).tolist()),
-        )
-        fixed = None if joints else (*part.position, *part.quaternion)
-        yield from looks_chunks(part.path, fixed, part.surfaces, None)
-        for joint in joints:
-            yield _sweep(model, joint, part)
-
-
-def _joint(model: mujoco.MjModel, joint: int) -> RecordedJoint:
-    x, y, z = model.jnt_axis[joint].tolist()
-    hinge = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
-    return RecordedJoint("hinge" if hinge else "slide", (0.0, 0.0, 0.0), (x, y, z), int(model.jnt_qposadr[joint]))
+        geoms = np.flatnonzero(model.geom_bodyid == body).tolist()
+        part = hanging_part(model, body, paths[body], (geom_surface(model, geom) for geom in geoms))
+        yield from looks_chunks(part.path, part.fixed, part.surfaces, None)
+        for joint in part.joints:
+            yield _sweep(model, joint.qpos, part)
 
 
 def _sweep(model: mujoco.MjModel, joint: int, part: RecordedPart) -> Chunk:

@@ -317,6 +317,13 @@ def packed(rgb: FloatArray | ByteArray) -> npt.NDArray[np.uint32]:
     return colors
 
 
+def ramp(colors: npt.ArrayLike, share: FloatArray) -> FloatArray:
+    """Red, green and blue (n, 3) at shares (n,), 0 to 1, of a scale of evenly spaced colours (k, 3)."""
+    parts = np.asarray(colors, np.float64).T
+    place = np.linspace(0.0, 1.0, parts.shape[1])
+    return np.column_stack([np.interp(share, place, part) for part in parts])
+
+
 _FAR = np.linspace(0.0, 1.0, HAZES)[:, None, None]
 PALETTE = packed((DEEP + (CREST - DEEP) * np.linspace(0.0, 1.0, SHADES)[:, None]) * (1.0 - _FAR) + HAZE * _FAR)
 """Colours of each haze and shade."""

@@ -6,7 +6,8 @@ they are shown, or all of its numbers. `reader.RecordedReadings` makes readings 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,23 +16,21 @@ from rerun.chunk import Chunk
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import CameraConfig, LidarConfig
-from vrx_mj.recording.motion_chunks import part_chunk
+from vrx_mj.recording.motion_chunks import kept_columns, part_chunk
 from vrx_mj.recording.parts import Part
 from vrx_mj.recording.reader import RecordedReadings
 from vrx_mj.recording.record_scene import RecordedSensor, RecordScene
-from vrx_mj.recording.timeline import arrow_strips, static, times
+from vrx_mj.recording.sea_meshes import packed, ramp
+from vrx_mj.recording.timeline import arrow_strips, numbers, static, times
 from vrx_mj.sensors.labels import CATEGORY_NAMES
-from vrx_mj.sensors.readings import Reading, Scan
+from vrx_mj.sensors.readings import Scan
 from vrx_mj.sensors.registry import SENSOR_KINDS
 from vrx_mj.sensors.view import focal_length
-
-Readings = Sequence[Reading]
-Columns = Iterable[rr.ComponentColumn]
 
 PICTURE_AT = 1.2
 """How far before a camera its picture hangs in the sea view [m]."""
 FRUSTUM_COLOR = (157, 140, 103)
-NEAR_COLOR, MIDDLE_COLOR, FAR_COLOR = (255, 236, 110), (255, 96, 80), (150, 60, 200)
+RANGE_COLORS = (255, 236, 110), (255, 96, 80), (150, 60, 200)
 """Colours of a lidar's points near the boat, halfway on a scale of logarithms, and at the end of the range."""
 SHADES = 64
 AXIS_COLORS = ((240, 93, 83), (89, 158, 81), (80, 143, 229))
@@ -98,11 +97,6 @@ class SensedChunks:
     def __init__(self, scene: RecordScene) -> None:
         self._scene = scene
         self._sensors = {sensor.readings_path: sensor for sensor in scene.sensors}
-        self._makers: dict[str, Callable[[RecordedSensor, Readings], Iterator[Chunk]]] = {
-            "lidar": points,
-            "gps": self._fixes,
-            "pinger": sounds,
-        }
 
     def __call__(self, parts: Sequence[Part]) -> Iterator[Chunk]:
         """Chunks of the parts of one sensor, in the order of time."""
@@ -112,36 +106,26 @@ class SensedChunks:
             yield from pictures(sensor, readings)
             yield from (boxes(sensor, part) for part in parts if "labels" in part.columns)
             return
+        time, data, kept = readings.time, [reading.data for reading in readings], kept_columns(parts)
         if sensor.readings_path != sensor.path:
             yield part_chunk(parts)
-        yield from self._makers.get(sensor.type, plots)(sensor, list(readings))
+            kept = ()
+        yield from plots(sensor, time, data)
+        if sensor.type == "lidar":
+            yield points(sensor, time, data, kept)
+        elif sensor.type == "gps":
+            yield from self._fixes(sensor, time, data)
+        elif sensor.type == "pinger":
+            yield sound(sensor, time, data)
 
-    def _fixes(self, sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:
-        """A receiver's fixes as points at the mean water, as trails; on the Earth; and as plots."""
-        yield from plots(sensor, readings)
-        fixes = [reading.data for reading in readings]
+    def _fixes(self, sensor: RecordedSensor, time: FloatArray, fixes: Sequence[Any]) -> Iterator[Chunk]:
+        """A receiver's fixes as points at the mean water, as trails; and on the Earth."""
         angles = np.array([(fix.latitude, fix.longitude) for fix in fixes])
-        yield chunk(f"/earth/{sensor.boat}/{sensor.name}", readings, rr.GeoPoints.columns(positions=angles))
+        yield numbers(f"/earth/{sensor.boat}/{sensor.name}", time, rr.GeoPoints, positions=angles)
         if georeference := self._scene.parameters.georeference:
             places = np.array([georeference.to_enu(fix.latitude, fix.longitude, fix.altitude) for fix in fixes])
             places[:, 2] = 0.0
-            columns = rr.Points3D.columns(positions=places.astype(np.float32))
-            yield chunk(track_path(sensor), readings, columns)
-
-
-def chunk(path: str, readings: Readings, *columns: Columns) -> Chunk:
-    """A row for each reading."""
-    every = [column for group in columns for column in group]
-    return Chunk.from_columns(path, [times([reading.time for reading in readings])], every)
-
-
-def stamps(readings: Readings) -> Columns:
-    """Times [s], which the timeline rounds, and numbers of readings."""
-    columns: Columns = rr.AnyValues.columns(
-        time=np.array([reading.time for reading in readings]),
-        sequence=np.array([reading.sequence for reading in readings], np.int64),
-    )
-    return columns
+            yield numbers(track_path(sensor), time, rr.Points3D, positions=places.astype(np.float32))
 
 
 def pictures(sensor: RecordedSensor, readings: RecordedReadings) -> Iterator[Chunk]:
@@ -165,26 +149,14 @@ def boxes(sensor: RecordedSensor, part: Part) -> Chunk:
     return Chunk.from_columns(sensor.path, [times(part.times("time"))], columns.partition([len(each) for each in seen]))
 
 
-def points(sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:
-    """What a lidar met, as points in its own frame."""
-    if isinstance(readings[0].data, Scan):
-        yield chunk(sensor.path, readings, *shown_points(sensor, [scan_points(one.data) for one in readings]))
-        return
-    clouds = [reading.data for reading in readings]
-    extra = rr.AnyValues.columns(  # as bytes: rerun takes numbers one by one
-        intensity=[cloud.intensity.astype("<f4").tobytes() for cloud in clouds],
-        ring=[cloud.ring.astype("<u2").tobytes() for cloud in clouds],
-    )
-    shown = shown_points(sensor, [cloud.points for cloud in clouds])
-    yield chunk(sensor.path, readings, stamps(readings), extra, *shown)
-
-
-def shown_points(sensor: RecordedSensor, clouds: Sequence[npt.NDArray[np.float32]]) -> Iterator[Columns]:
-    """Columns of points (n, 3) [m], coloured by their distance."""
+def points(sensor: RecordedSensor, time: FloatArray, met: Sequence[Any], kept: Iterable[rr.ComponentColumn]) -> Chunk:
+    """What a lidar met, as points in its own frame, coloured by their distance, beside what is `kept` of it."""
+    clouds = [scan_points(one) if isinstance(one, Scan) else one.points for one in met]
     every, lidar = np.concatenate(clouds), sensor.config
     assert isinstance(lidar, LidarConfig), f"{sensor.name} is a {sensor.type}"
     colors = range_colors(np.linalg.norm(every, axis=1), *lidar.range)
-    yield rr.Points3D.columns(positions=every, colors=colors).partition([len(cloud) for cloud in clouds])
+    counts = [len(cloud) for cloud in clouds]
+    return numbers(sensor.path, time, rr.Points3D, counts, kept, positions=every, colors=colors)
 
 
 def scan_points(scan: Scan) -> npt.NDArray[np.float32]:
@@ -199,25 +171,19 @@ def range_colors(distance: npt.NDArray[np.float32 | np.float64], near: float, fa
     first, last = np.log(max(near, 1.0)), np.log(max(far, 2.0))
     share = np.clip((np.log(np.maximum(distance, 1e-3)) - first) / (last - first), 0.0, 1.0)
     shade = np.round(share * (SHADES - 1)).astype(np.int64)
-    scale = np.linspace(0.0, 2.0, SHADES)
-    anchors = np.array([NEAR_COLOR, MIDDLE_COLOR, FAR_COLOR], np.float64)
-    red, green, blue = (np.interp(scale, [0.0, 1.0, 2.0], anchor).astype(np.uint32) for anchor in anchors.T)
-    palette: npt.NDArray[np.uint32] = (red << 24) | (green << 16) | (blue << 8) | np.uint32(255)
-    colors: npt.NDArray[np.uint32] = palette[shade]
+    colors: npt.NDArray[np.uint32] = packed(np.floor(ramp(RANGE_COLORS, np.linspace(0.0, 1.0, SHADES))))[shade]
     return colors
 
 
-def sounds(sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:
-    """Plots of what a receiver hears, and an arrow toward it, over the boat."""
-    yield from plots(sensor, readings)
-    range_, bearing, elevation = np.array([list(vars(reading.data).values()) for reading in readings]).T
+def sound(sensor: RecordedSensor, time: FloatArray, heard: Sequence[Any]) -> Chunk:
+    """An arrow toward what a receiver hears, over the boat."""
+    range_, bearing, elevation = np.array([list(vars(one).values()) for one in heard]).T
     way = np.stack(
         [np.cos(elevation) * np.cos(bearing), np.cos(elevation) * np.sin(bearing), np.sin(elevation)], axis=1
     )
     vectors = (way * np.clip(range_, 0.0, SOUND_LENGTH)[:, None]) @ np.array(sensor.rotation).T
-    origins = np.tile((*sensor.position[:2], SOUND_HEIGHT), (len(readings), 1))
-    columns = rr.LineStrips3D.columns(strips=arrow_strips(origins, vectors).astype(np.float32))
-    yield chunk(sensor.path, readings, columns)
+    origins = np.tile((*sensor.position[:2], SOUND_HEIGHT), (len(time), 1))
+    return numbers(sensor.path, time, rr.LineStrips3D, strips=arrow_strips(origins, vectors).astype(np.float32))
 
 
 def track_path(sensor: RecordedSensor) -> str:
@@ -230,9 +196,9 @@ def plot_path(quantity: str, sensor: RecordedSensor) -> str:
     return f"/plots/{quantity}/{sensor.boat}/{sensor.name}"
 
 
-def plots(sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:
+def plots(sensor: RecordedSensor, time: FloatArray, data: Sequence[Any]) -> Iterator[Chunk]:
     """A sensor's series, each in the plot of its quantity."""
     for plot in SENSOR_KINDS[sensor.type].plots:
-        values = np.array([np.ravel(plot.values(reading.data)) for reading in readings], np.float64)
-        columns = rr.Scalars.columns(scalars=values.reshape(-1)).partition([values.shape[1]] * len(readings))
-        yield chunk(plot_path(plot.name, sensor), readings, columns)
+        values = np.array([np.ravel(plot.values(one)) for one in data], np.float64)
+        path = plot_path(plot.name, sensor)
+        yield numbers(path, time, rr.Scalars, values.shape[1], scalars=values.reshape(-1))

@@ -64,7 +64,9 @@ def record(
         CommandError: `sim` is not a simulation, or a sensor's rate is not above 0, or above its own.
     """
     check_kind("record", sim, Simulation, "a simulation, as Simulation(world)")
-    choices = chosen(sensors, sensor_rates(sim)) if not isinstance(sensors, str) or sensors else ()
+    mounted = sim.world.parameters.sensors
+    rates = {boat: {one.name: one.config.rate for one in mounted if one.boat == boat} for boat in sim.boats}
+    choices = chosen(sensors, rates) if not isinstance(sensors, str) or sensors else ()
     if follow is not None:
         check_name("boat", follow, sim.boats)
     with RunWriter(path, sim, choices, sea=sea, follow=follow) as writer, contextlib.ExitStack() as stack:
@@ -148,14 +150,6 @@ def resume(path: str | Path, time: float) -> Simulation:
     return sim
 
 
-def sensor_rates(sim: Simulation) -> dict[str, dict[str, float]]:
-    """Measurements per second [1/s] of each boat's sensors."""
-    rates: dict[str, dict[str, float]] = {boat: {} for boat in sim.boats}
-    for sensor in sim.world.parameters.sensors:
-        rates[sensor.boat][sensor.name] = sensor.config.rate
-    return rates
-
-
 def reading_recorder(writer: RecordWriter, boat: str) -> Callable[[Reading], None]:
     """A function that records a boat's readings, and a ball shooter's shots as events."""
     left: dict[str, int] = {}
@@ -191,12 +185,13 @@ def chosen(words: str | Sequence[str], rates: Rates) -> tuple[Choice, ...]:
     found: dict[tuple[str, str], float] = {}
     boat = next(iter(rates)) if len(rates) == 1 else None
     for word in [part for text in _list(words) for part in text.split(",")]:
-        name, rate = _split(word.replace(" ", ""))
-        boat, sensors = _meant(name, boat, rates)
-        for one in sensors:
-            found[one] = _rate(one, rate, rates, several=name == ALL or name in rates or name.endswith(f":{ALL}"))
-        if name == ALL:
-            boat = None if len(rates) > 1 else boat
+        name, most = _split(word.replace(" ", ""))
+        own, colon, sensor = name.partition(":")
+        if not colon:
+            own, sensor = (boat, name) if boat is not None and name not in {ALL, *rates} else (name, ALL)
+        for each in rates if name == ALL else (own,):
+            found |= _rates(each, sensor, most, rates)
+        boat = own if name != ALL else boat if len(rates) == 1 else None
     return tuple(Choice(*one, rate) for one, rate in found.items())
 
 
@@ -223,34 +218,18 @@ def _split(word: str) -> tuple[str, float | None]:
     return name, value
 
 
-def _meant(name: str, boat: str | None, rates: Rates) -> tuple[str | None, list[tuple[str, str]]]:
-    """The boat that a word names, or else `boat`, and the sensors that it means."""
-    if name == ALL:
-        return boat, [one for each in rates for one in _sensors(each, ALL, rates)]
-    first, colon, sensor = name.partition(":")
-    if colon:
-        return first, list(_sensors(first, sensor, rates))
-    if name in rates or boat is None:
-        return name, list(_sensors(name, ALL, rates))
-    return boat, list(_sensors(boat, name, rates))
-
-
-def _sensors(boat: str, sensor: str, rates: Rates) -> Iterator[tuple[str, str]]:
+def _rates(boat: str, sensor: str, most: float | None, rates: Rates) -> dict[tuple[str, str], float]:
+    """Readings per second of a sensor of a boat, or of all of them; `most`: as many as are asked for."""
     if boat not in rates:
         raise UnknownNameError("boat", boat, rates)
-    if sensor != ALL and sensor not in rates[boat]:
+    if sensor == ALL:
+        return {(boat, name): min(own, most or own) for name, own in rates[boat].items()}
+    if sensor not in rates[boat]:
         raise UnknownNameError(f"sensor of {boat}", sensor, rates[boat])
-    yield from ((boat, name) for name in rates[boat] if sensor in (ALL, name))
-
-
-def _rate(one: tuple[str, str], rate: float | None, rates: Rates, *, several: bool) -> float:
-    boat, sensor = one
     own = rates[boat][sensor]
-    if rate is None or (several and rate > own):
-        return own
-    if rate > own:
-        raise CommandError(f"{sensor} of {boat} measures {own:g} times a second: it cannot be recorded at {rate:g}")
-    return rate
+    if most is not None and most > own:
+        raise CommandError(f"{sensor} of {boat} measures {own:g} times a second: it cannot be recorded at {most:g}")
+    return {(boat, sensor): most or own}
 
 
 def open_viewer(path: str | Path, *, follow: str | None = None, write: Callable[[str], None] = print) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -144,9 +144,8 @@ def _path(kind: str, name: str) -> str:
     return f"/world/{'docks' if kind == 'fixed' else kind + 's'}/{name}"
 
 
-def _displays(world: World, looks: Looks, hung: dict[str, str]) -> Iterator[RecordedDisplay]:
-    """Lights and placards, each on the entity of the body that carries it; `hung` are those of floating docks."""
-    paths = {body: _path(kind, name) for kind, name, body in _entries(world)} | hung
+def _displays(world: World, looks: Looks, paths: Mapping[str, str]) -> Iterator[RecordedDisplay]:
+    """Lights and placards, each on the entity of the body that carries it, by `paths`."""
     for display in displays_of(world.parameters):
         parts = {
             part: tuple(surface for name in names for surface in looks.get(name, ()))
@@ -258,52 +257,41 @@ def recorded_sensors(world: World, choices: Sequence[Choice]) -> Iterator[Record
 
 
 def part_paths(world: World, model: mujoco.MjModel) -> dict[str, str]:
-    """Entities by MuJoCo's bodies, of floating docks and objects with joints: each under the one that it hangs on."""
-    paths: dict[str, str] = {}
-    for item in world.parameters.objects:
-        paths |= {item.body: _path("object", item.name)} if item.links else {}
-        for body in item.links:
-            parent = model.body(model.body_parentid[model.body(body).id]).name
-            paths[body] = f"{paths[parent]}/links/{body.rpartition('/')[2]}"
-    for dock in world.parameters.docks:
-        if not dock.dynamic:
-            continue
-        root, *blocks = dock.bodies
-        paths[root] = f"/world/docks/{dock.name}"
-        for body in (*blocks, *dock.placards):
-            parent = model.body(model.body_parentid[model.body(body).id]).name
-            own = body.removesuffix("/link").rpartition("/")[2]
-            paths[body] = f"{paths[parent]}/{own}"
+    """Entities by MuJoCo's bodies: of links, blocks and placards that move, each under the one that it hangs on."""
+    paths = {body: _path(kind, name) for kind, name, body in _entries(world)}
+    hung = {body: f"links/{body.rpartition('/')[2]}" for item in world.parameters.objects for body in item.links}
+    for dock in (dock for dock in world.parameters.docks if dock.dynamic):
+        parts = (*dock.bodies[1:], *dock.placards)
+        hung |= {body: body.removesuffix("/link").rpartition("/")[2] for body in parts}
+    for body, own in hung.items():
+        paths[body] = f"{paths[model.body(model.body_parentid[model.body(body).id]).name]}/{own}"
     return paths
 
 
 def parts_of(world: World, model: mujoco.MjModel, looks: Mapping[str, Sequence[Surface]]) -> Iterator[RecordedPart]:
     """The links, blocks and placards of objects that have joints and of floating docks, but for the roots."""
-    floating = [dock for dock in world.parameters.docks if dock.dynamic]
-    roots = {dock.bodies[0] for dock in floating} | {item.body for item in world.parameters.objects}
+    roots = {body for _, _, body in _entries(world)}
     for name, path in part_paths(world, model).items():
-        if name in roots:
-            continue
-        body = model.body(name).id
-        first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
-        joints = (
-            RecordedJoint(
-                kind=JOINTS[int(model.jnt_type[joint])],
-                anchor=_three(model.jnt_pos[joint]),
-                axis=_three(model.jnt_axis[joint]),
-                qpos=int(model.jnt_qposadr[joint]),
-            )
-            for joint in range(first, first + count)
-        )
-        yield RecordedPart(
-            path=path,
-            position=_three(model.body_pos[body]),
-            quaternion=tuple(float(value) for value in model.body_quat[body]),
-            joints=tuple(joints),
-            surfaces=tuple(looks.get(name, ())),
-        )
+        if name not in roots:
+            yield hanging_part(model, model.body(name).id, path, looks.get(name, ()))
 
 
-def _three(vector: FloatArray) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in vector)
-    return x, y, z
+def hanging_part(model: mujoco.MjModel, body: int, path: str, surfaces: Iterable[Surface]) -> RecordedPart:
+    """A body of a model as what hangs on another one, with its joints."""
+    first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+    joints = (
+        RecordedJoint(
+            kind=JOINTS[int(model.jnt_type[joint])],
+            anchor=tuple(model.jnt_pos[joint].tolist()),
+            axis=tuple(model.jnt_axis[joint].tolist()),
+            qpos=int(model.jnt_qposadr[joint]),
+        )
+        for joint in range(first, first + count)
+    )
+    return RecordedPart(
+        path=path,
+        position=tuple(model.body_pos[body].tolist()),
+        quaternion=tuple(model.body_quat[body].tolist()),
+        joints=tuple(joints),
+        surfaces=tuple(surfaces),
+    )

@@ -14,12 +14,8 @@ from rerun.chunk import Chunk
 
 from vrx_mj.draw.colors import WIND_COLOR, Rgb, shade
 from vrx_mj.recording.eyes import FLEET, PLANNED, around, fleet_circle, plan_eye, sea_eye, waypoint_name
-from vrx_mj.recording.record_scene import (
-    RecordedBody,
-    RecordScene,
-    Surface,
-)
-from vrx_mj.recording.timeline import NAMED, arrow_strips, shown, static
+from vrx_mj.recording.record_scene import RecordedBody, RecordScene, Surface
+from vrx_mj.recording.timeline import NAMED, arrow_strips, shown, static, thin_lines
 from vrx_mj.recording.water_chunks import wake_looks, wake_path
 
 WAYPOINT_COLOR = (247, 62, 193)
@@ -63,9 +59,8 @@ def looks_chunks(
 ) -> Iterator[Chunk]:
     """The looks of an entity from a time on [s], None: always; and its place, a position and a quaternion, if fixed."""
     if place is not None:
-        x, y, z, qw, qx, qy, qz = place
-        turn = rr.Quaternion(xyzw=[qx, qy, qz, qw])
-        yield shown(begun, path, rr.Transform3D(translation=[x, y, z], quaternion=turn))
+        turn = rr.Quaternion(xyzw=[*place[4:], place[3]])
+        yield shown(begun, path, rr.Transform3D(translation=place[:3], quaternion=turn))
     if surfaces:
         yield shown(begun, f"{path}/shape", mesh(paved(path, surfaces)))
 
@@ -130,8 +125,7 @@ def place_chunks(scene: RecordScene) -> Iterator[Chunk]:
     if scene.parameters.shoreline:
         closed = [np.vstack([ring, ring[:1]]) for ring in scene.parameters.shoreline]
         strips = [np.insert(ring, 2, SHORE_HEIGHT, axis=1) for ring in closed]
-        shore = rr.LineStrips3D(strips, colors=[SHORE_COLOR], radii=[rr.Radius.ui_points(1.0)])
-        yield static("/world/shore", shore)
+        yield static("/world/shore", thin_lines(1.0, strips=strips, colors=[SHORE_COLOR]))
     if scene.parameters.waypoints:
         x, y, yaw = np.array(scene.parameters.waypoints).T
         spots, labels = np.column_stack([x, y, 0.0 * x]), [waypoint_name(i) for i in range(len(x))]
@@ -214,8 +208,7 @@ def coming_chunks(scene: RecordScene, known: Collection[str] = ()) -> Iterator[C
             still = body.pose if body.qpos is None else None  # rows move the others
             yield from looks_chunks(body.path, still, body.surfaces, scene.begun)
     for part in (part for part in scene.parts if part.path not in known):
-        fixed = None if part.joints else (*part.position, *part.quaternion)
-        yield from looks_chunks(part.path, fixed, part.surfaces, scene.begun)
+        yield from looks_chunks(part.path, part.fixed, part.surfaces, scene.begun)
     for one in (one for one in scene.displays if one.display.name not in known):
         for name, surfaces in one.surfaces.items():  # their colours come with the rows
             if surfaces:
@@ -236,8 +229,7 @@ def joining_chunks(boat: RecordedBody, scene: RecordScene) -> Iterator[Chunk]:
     lift = TAG_STEP * ([one.name for one in scene.boats()].index(boat.name) % 2)
     name = rr.Points3D.from_fields(positions=[(0.0, 0.0, TAG_HEIGHT + lift)], labels=[boat.name], **NAMED)
     yield shown(begun, f"{boat.path}/label/name", name)
-    trail = rr.LineStrips3D.from_fields(radii=[rr.Radius.ui_points(1.2)])
-    yield static(f"/world/trails/{boat.name}", trail)
+    yield static(f"/world/trails/{boat.name}", thin_lines(1.2))
     if scene.sea_height is not None:
         yield static(wake_path(boat.name), wake_looks())
     yield static(f"{boat.path}/thrust", rr.LineStrips3D.from_fields(colors=[THRUST_COLOR], radii=[0.12]))

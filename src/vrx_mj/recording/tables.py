@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as ET
 
@@ -15,6 +16,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError, UnknownNameError
 from vrx_mj.outputs import written
 from vrx_mj.recording.reader import Record, Track, read_record
+from vrx_mj.recording.record_scene import POSITION, VELOCITY
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -100,12 +102,8 @@ def _motion(time: FloatArray, track: Track, kind: str, place: Georeference | Non
     geodetic = [place.to_geodetic(*row)[:2] for row in position.tolist()] if place else [(None, None)] * len(position)
     latitude, longitude = np.array(geodetic, object).reshape(-1, 2).T
     motion = (position, quaternion, track.velocity[there], track.angular_velocity[there])
-    keys = ("x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz")
-    numbers = dict(zip(keys, np.concatenate(motion, axis=1).T, strict=True)) | {
-        "roll": roll,
-        "pitch": pitch,
-        "yaw": yaw,
-    }
+    numbers = dict(zip((*POSITION, *VELOCITY), np.concatenate(motion, axis=1).T, strict=True))
+    numbers |= {"roll": roll, "pitch": pitch, "yaw": yaw}
     names = {"name": np.full(len(yaw), track.name, object), "kind": np.full(len(yaw), kind, object)}
     return {"time": time[there], **names, **numbers, "latitude": latitude, "longitude": longitude}
 
@@ -138,20 +136,9 @@ def write_table(recording: str | Path, target: Path, table: str = "motion") -> i
         if not found.num_rows:
             raise RecordError(f"no track in '{recording}': its world has no georeference, or no boat; .csv has x and y")
     with written(target, "the table") as path:
-        SUFFIXES[target.suffix.lower()](found, path)
+        write = SUFFIXES[target.suffix.lower()]
+        (resolve_name(write) if isinstance(write, str) else write)(found, path)
     return int(found.num_rows)
-
-
-def _write_csv(table: pa.Table, path: Path) -> None:
-    import pyarrow.csv
-
-    pyarrow.csv.write_csv(table, path)
-
-
-def _write_parquet(table: pa.Table, path: Path) -> None:
-    import pyarrow.parquet
-
-    pyarrow.parquet.write_table(table, path)
 
 
 def _tracks(table: pa.Table) -> Iterator[tuple[str, list[dict[str, Any]]]]:
@@ -196,6 +183,11 @@ def _utc(time: float) -> str:
     return moment.isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 
-TRACK_SUFFIXES: Mapping[str, Callable[[Any, Path], None]] = {".gpx": _write_gpx, ".geojson": _write_geojson}
-SUFFIXES = {".csv": _write_csv, ".parquet": _write_parquet, **TRACK_SUFFIXES}
-"""Kinds of files, and what writes each."""
+Write = Callable[[Any, Path], None]
+TRACK_SUFFIXES: Mapping[str, Write] = {".gpx": _write_gpx, ".geojson": _write_geojson}
+SUFFIXES: Mapping[str, str | Write] = {
+    ".csv": "pyarrow.csv:write_csv",
+    ".parquet": "pyarrow.parquet:write_table",
+    **TRACK_SUFFIXES,
+}
+"""Kinds of files, and what writes each, by its name where it is loaded when it is used."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import chain, pairwise
 from typing import Any
 
@@ -26,10 +26,11 @@ from vrx_mj.model.world import Parameters
 from vrx_mj.recording.eyes import spread
 from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.parts import FRAMES
+from vrx_mj.recording.reader import RecordedFrame, SavedState
 from vrx_mj.recording.rescoring import restore_referee
-from vrx_mj.recording.timeline import NAMED, arrow_strips, changes, static, times
+from vrx_mj.recording.timeline import NAMED, arrow_strips, changes, numbers, static, thin_lines, times
 from vrx_mj.runtime.subscriptions import Touch
-from vrx_mj.tasks.frame import Frame, FrameLayout, Message, Pose, has_started, score_text
+from vrx_mj.tasks.frame import Frame, FrameLayout, Pose, has_started, score_text
 from vrx_mj.tasks.gates import gate_between
 from vrx_mj.tasks.referee import Referee
 from vrx_mj.tasks.registry import TASK_KINDS, make_referee
@@ -96,15 +97,12 @@ def course_chunks(parameters: Parameters) -> Iterator[Chunk]:
     course = course_of(parameters)
     if course.gates:
         labels = [str(gate.number) for gate in course.gates]
-        yield static(GATES, rr.LineStrips3D.from_fields(radii=[rr.Radius.ui_points(2.2)]))
+        yield static(GATES, thin_lines(2.2))
         yield static(f"{GATES}/numbers", rr.Points3D.from_fields(labels=labels, **NAMED))
     if isinstance(parameters.task, tasks.Dock):
         yield from bay_chunks(parameters.task)
     for animal in course.animals:
-        strips = circle(animal.radius, animal.goal)
-        yield static(
-            animal_path(animal.name), rr.LineStrips3D.from_fields(strips=strips, radii=[rr.Radius.ui_points(1.6)])
-        )
+        yield static(animal_path(animal.name), thin_lines(1.6, strips=circle(animal.radius, animal.goal)))
     for light in course.lights:
         spots = [(light.x + 0.6 * (number - 1), light.y, 4.0) for number in range(len(light.colors))]
         tints = [tuple(round(255 * share) for share in RGB[color]) for color in light.colors]
@@ -127,13 +125,11 @@ def bay_chunks(task: tasks.Dock) -> Iterator[Chunk]:
         [np.add(zone_corners(getattr(bay, zone)), (0.0, 0.0, HEIGHT)) for bay in bays]
         for zone in ("internal", "external")
     )
-    yield static(
-        path, rr.LineStrips3D.from_fields(strips=[closed(ring) for ring in inside], radii=[rr.Radius.ui_points(1.8)])
-    )
+    yield static(path, thin_lines(1.8, strips=[closed(ring) for ring in inside]))
     pieces = [dashes(closed(ring)) for ring in outside]
     colors = [bay_color(bay, {}) for bay, ring in zip(bays, pieces, strict=True) for _ in ring]
     strips = [piece for ring in pieces for piece in ring]
-    yield static(f"{path}/external", rr.LineStrips3D(strips, colors=colors, radii=[rr.Radius.ui_points(1.2)]))
+    yield static(f"{path}/external", thin_lines(1.2, strips=strips, colors=colors))
     labels = [f"{bay.name} {bay.symbol.replace('_', ' ')}" + (" ✓" if bay.dock_allowed else "") for bay in bays]
     spots = spread([ring.mean(axis=0) for ring in outside])
     yield static(f"{path}/names", rr.Points3D.from_fields(positions=spots, labels=labels, **NAMED))
@@ -159,14 +155,13 @@ def places(course: Course) -> Iterator[Chunk]:
     """Paths of what swims, beacons, and places where things come up."""
     for path in course.paths:
         strip = np.insert(closed(path.points) if path.closed else path.points, 2, HEIGHT, axis=1)
-        line = rr.LineStrips3D(dashes(strip), colors=[PATH], radii=[rr.Radius.ui_points(1.0)])
-        yield static(f"/world/course/paths/{path.name}", line)
+        yield static(f"/world/course/paths/{path.name}", thin_lines(1.0, strips=dashes(strip), colors=[PATH]))
     for beacon in course.beacons:
         spot = (beacon.x, beacon.y, HEIGHT)
         arms = [[np.add(spot, (s, t, 0)), np.subtract(spot, (s, t, 0))] for s, t in ((1, 1), (1, -1))]
         around = [circle_at(spot, beacon.radius)] if beacon.radius else []
         entity = f"/world/course/{beacon.name.replace(' ', '_')}"
-        yield static(entity, rr.LineStrips3D([*arms, *around], colors=[BEACON], radii=[rr.Radius.ui_points(2.0)]))
+        yield static(entity, thin_lines(2.0, strips=[*arms, *around], colors=[BEACON]))
         yield static(f"{entity}/name", rr.Points3D.from_fields(positions=[spot], labels=[beacon.name], **NAMED))
     if course.showings:
         spots = [(showing.x, showing.y, HEIGHT) for showing in course.showings]
@@ -229,16 +224,14 @@ def task_chunks(parameters: Parameters) -> Iterator[Chunk]:
     yield from legend_chunks(parameters)
 
 
-WrittenFrame = tuple[float, FloatArray, list[list[Any]]]
-"""Simulated time [s], the frame's row, and its messages, each as topic and content."""
-
-
-def frame_chunk(frames: Sequence[WrittenFrame], boat_set: int = 0) -> Chunk:
+def frame_chunk(frames: Sequence[RecordedFrame]) -> Chunk:
     """Frames of the boats that sail together as one block, and what was sent with them as JSON."""
-    block = pack_rows(np.array([row for _, row, _ in frames]))
-    sent = json.dumps([[number, messages] for number, (_, _, messages) in enumerate(frames) if messages])
-    columns = rr.AnyValues.columns(block=[block], sent=[sent], company=[boat_set])
-    return Chunk.from_columns(FRAMES, [times(np.array([frames[0][0]]))], columns)
+    (boat_set, *_), rows = frames[0], np.array([row for _, row, _ in frames])
+    messages = [
+        [number, [[one.topic, one.content] for one in sent]] for number, (*_, sent) in enumerate(frames) if sent
+    ]
+    columns = rr.AnyValues.columns(block=[pack_rows(rows)], sent=[json.dumps(messages)], company=[boat_set])
+    return Chunk.from_columns(FRAMES, [times(rows[:1, 0])], columns)
 
 
 class TaskChunks:
@@ -253,7 +246,7 @@ class TaskChunks:
         self._drawn: tuple[float, list[Any], Ends] | None = None
         self._waiting: dict[str, tuple[Any, list[tuple[float, Fields]]]] = {}
         if self._task:
-            self._referee, self._marks = make_referee(self._task), TaskMarks(self._task)
+            self._referee, self._marks = make_referee(self._task), TaskMarks(self._task, self._append)
             self._layout = FrameLayout.of(self._task, self._referee.watched)
 
     def go_on(self, parameters: Parameters) -> None:
@@ -261,15 +254,15 @@ class TaskChunks:
         if self._task:
             self._layout = FrameLayout.of(parameters.task, self._referee.watched)
 
-    def __call__(self, states: Sequence[tuple[float, bytes]], frames: Sequence[WrittenFrame]) -> Iterator[Chunk]:
+    def __call__(self, states: Sequence[SavedState], frames: Sequence[RecordedFrame]) -> Iterator[Chunk]:
         """Chunks of the states and frames since the last call, when enough has come or the task is over."""
         if not self._task:
             return
         if self._begun is None and (states or frames):
             self._begin(states)
-        for time, row, sent in frames:
-            if self._begun is not None and time > self._begun + 1e-9:
-                self._look(time, self._layout.frame(row.tolist(), [Message(*message) for message in sent]))
+        for _, row, sent in frames:
+            if self._begun is not None and row[0] > self._begun + 1e-9:
+                self._look(float(row[0]), self._layout.frame(row.tolist(), sent))
         oldest = min((rows[0][0] for _, rows in self._waiting.values()), default=math.inf)
         if self._waiting and (self._referee.finished or self._now - oldest >= BLOCK):
             yield from self.rest()
@@ -287,20 +280,18 @@ class TaskChunks:
             at, values = zip(*rows, strict=True)
             yield changes(path, at, kind, **{name: [row[name] for row in values] for name in values[0]})
         self._waiting = {}
-        if self._task:
-            yield from self._marks.chunks()
 
     @property
     def result(self) -> str:
         """Who scored what, once the task is finished."""
         return result_of(self._referee) if self._task else ""
 
-    def _begin(self, states: Sequence[tuple[float, bytes]]) -> None:
+    def _begin(self, states: Sequence[SavedState]) -> None:
         """Go on from the first state, if that is not the beginning of the run."""
         self._begun = -1.0
-        if states and states[0][0] > 0.0:
-            self._begun, blob = states[0]
-            restore_referee(self._referee, blob)
+        if states and states[0].time > 0.0:
+            self._begun = states[0].time
+            restore_referee(self._referee, states[0].blob)
             self._marks.take_up(self._referee)
             self._now = self._begun
             self._draw(self._begun, poses_of(self._parameters))
@@ -367,7 +358,11 @@ class TaskChunks:
         rows = self._waiting.setdefault(path, (kind, []))[1]
         if rows and rows[-1][0] == time:
             rows.pop()
-        rows.append((time, fields))
+        self._append(path, time, kind, fields)
+
+    def _append(self, path: str, time: float, kind: Any, fields: Fields) -> None:
+        """Have fields of an archetype written, several at one time too."""
+        self._waiting.setdefault(path, (kind, []))[1].append((time, fields))
 
 
 def result_of(referee: Referee) -> str:
@@ -436,8 +431,6 @@ def _in_dock(progress: Mapping[str, Any]) -> Iterator[str]:
         yield "colours sent " + " ".join(progress["colors"])
 
 
-Mark = tuple[float, str]
-"""Simulated time [s], and its kind."""
 MARKS = "/marks"
 KINDS: Mapping[str, tuple[tuple[int, int, int], str]] = {
     "contacts": ((255, 70, 60), "cross"),
@@ -453,12 +446,12 @@ SIZE = 5.0
 class TaskMarks:
     """Marks of a task, and the lines that its referee leaves out: gates missed, and changes of a score of points."""
 
-    def __init__(self, task: tasks.Task) -> None:
+    def __init__(self, task: tasks.Task, append: Callable[[str, float, Any, Fields], None]) -> None:
+        """`append`: has fields of an archetype written."""
         self.points = TASK_KINDS[task.type].unit == "points"
         self._gates = ["ahead"] * len(gates_of(task))
         self._score = 0.0
-        self._marks: list[Mark] = []
-        self._lines: list[tuple[float, str, str]] = []
+        self._append = append
 
     def take_up(self, referee: Referee) -> None:
         """Begin in the middle of a run."""
@@ -470,23 +463,20 @@ class TaskMarks:
         now = list(referee.progress.get("gates", ()))
         for number, (before, fate) in enumerate(zip(self._gates, now, strict=False), 1):
             if fate != before:
-                self._marks.append((time, "gates passed" if fate == "crossed" else "gates missed"))
+                self._mark(time, "gates passed" if fate == "crossed" else "gates missed")
             if fate != before and fate == "missed":
-                self._lines.append((time, f"gate {number} of {len(now)} missed", "WARN"))
+                self._line(time, f"gate {number} of {len(now)} missed", "WARN")
         score = referee.status.score
         if self.points and score != self._score:
-            self._marks.append((time, "score changes"))
-            self._lines.append((time, f"score {score:g} points, {score - self._score:+g}", "INFO"))
+            self._mark(time, "score changes")
+            self._line(time, f"score {score:g} points, {score - self._score:+g}", "INFO")
         self._gates, self._score = now, score
 
-    def chunks(self) -> Iterator[Chunk]:
-        """What has come since the last call."""
-        marks, lines = self._marks, self._lines
-        self._marks, self._lines = [], []
-        yield from mark_chunks(marks)
-        if lines:
-            time, text, level = zip(*lines, strict=True)
-            yield Chunk.from_columns("/events/task", [times(time)], rr.TextLog.columns(text=text, level=level))
+    def _mark(self, time: float, kind: str) -> None:
+        self._append(path_of(kind), time, rr.Scalars, {"scalars": [0.0]})
+
+    def _line(self, time: float, text: str, level: str) -> None:
+        self._append("/events/task", time, rr.TextLog, {"text": [text], "level": [level]})
 
 
 def legend_chunks(parameters: Parameters) -> Iterator[Chunk]:
@@ -499,13 +489,6 @@ def legend_chunks(parameters: Parameters) -> Iterator[Chunk]:
         if shown[kind]:
             style = rr.SeriesPoints(names=[kind], colors=[color], markers=[shape], marker_sizes=[SIZE])
             yield static(path_of(kind), style)
-
-
-def mark_chunks(marks: Sequence[Mark]) -> Iterator[Chunk]:
-    """Marks on the line of zero."""
-    for kind in dict.fromkeys(kind for _, kind in marks):
-        at = [time for time, own in marks if own == kind]
-        yield Chunk.from_columns(path_of(kind), [times(at)], rr.Scalars.columns(scalars=[0.0] * len(at)))
 
 
 def path_of(kind: str) -> str:
@@ -524,7 +507,9 @@ SHORTEST = 1.0
 
 def touch_chunks(touches: Sequence[Touch]) -> Iterator[Chunk]:
     """Touches, each seen from its begin to its end: where the largest force acts, with names and force."""
-    yield from mark_chunks([(touch.time, "contacts") for touch in touches])
+    if touches:
+        at = [touch.time for touch in touches]
+        yield numbers(path_of("contacts"), at, rr.Scalars, scalars=np.zeros(len(at)))
     for touch in touches:
         if touch.point is None or touch.vector is None:
             continue

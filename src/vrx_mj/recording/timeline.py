@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from itertools import chain
 from typing import Any
@@ -48,17 +48,28 @@ def shown(begun: float | None, path: str, *archetypes: rr.AsComponents) -> Chunk
     return Chunk.from_columns(path, [] if begun is None else [times([begun])], columns)
 
 
+def thin_lines(width: float, **fields: Any) -> rr.LineStrips3D:
+    """Lines as wide on the screen from near and far [points], with fields of the archetype."""
+    return rr.LineStrips3D.from_fields(radii=[rr.Radius.ui_points(width)], **fields)
+
+
 def numbers(
-    path: str, seconds: npt.ArrayLike, kind: Any, counts: npt.ArrayLike = 1, **fields: npt.NDArray[Any]
+    path: str,
+    seconds: npt.ArrayLike,
+    kind: Any,
+    counts: npt.ArrayLike = 1,
+    beside: Iterable[rr.ComponentColumn] = (),
+    **fields: npt.NDArray[Any],
 ) -> Chunk:
     """A chunk of fields of an archetype at times (n,) [s], from arrays of numbers (values, ...) of the types it keeps.
 
-    Each row has one value of each field, or `counts` of them. It takes a third of the time of `kind.columns`.
+    Each row has one value of each field, or `counts` of them, and its cells of the columns `beside`. It takes a third
+    of the time of `kind.columns`.
     """
     index = times(seconds)
     offsets = np.zeros(len(index.as_arrow_array()) + 1, np.int32)
     np.cumsum(np.broadcast_to(counts, len(offsets) - 1), out=offsets[1:])
-    columns = []
+    columns = [*beside]
     for name, values in fields.items():
         component, batch = _component(kind, name)
         batch = type(batch)(_arrow(values, batch.as_arrow_array().type))

@@ -21,7 +21,7 @@ TRAIL_RATE = 1.0
 """Pieces of a trail [Hz]."""
 FASTEST = 3.0
 """Speed of the last colour of a trail [m/s]; the first is that of a boat at rest."""
-SPEED_COLORS = np.array([(203, 70, 121), (229, 108, 91), (248, 149, 64), (253, 197, 39), (240, 249, 33)])
+SPEED_COLORS = (203, 70, 121), (229, 108, 91), (248, 149, 64), (253, 197, 39), (240, 249, 33)
 """Colours of a trail, evenly spaced over the speed: the light part of the map plasma (Smith and van der Walt, 2015)."""
 SEA_FRAMES = 256
 """Pictures of the sea in one chunk: 4 MB."""
@@ -88,23 +88,20 @@ class WaterChunks:
             held = sea.hull_water(lines), sea.shades(), Held(WAKE_STEPS, keep=sea.KEEP)
             self._hulls[boat.name] = Shown(lines, *held)
 
-    def __call__(
-        self, boats: Sequence[str], time: FloatArray, places: FloatArray, quaternions: FloatArray
-    ) -> Iterator[Chunk]:
-        """Chunks of boats at times (n,) [s], places (n, boats, 3) [m] and quaternions (n, boats, 4)."""
+    def __call__(self, boats: Sequence[str], time: FloatArray, poses: FloatArray) -> Iterator[Chunk]:
+        """Chunks of boats at times (n,) [s] with poses (n, boats, 7)."""
         if (taken := self._trail(time)).any():
-            yield from self._trails(boats, time[taken], places[taken])
+            yield from self._trails(boats, time[taken], poses[taken])
         self._take()
         if self._swell is None:
             return
-        poses = np.concatenate([places, quaternions], axis=-1)
         for i, boat in enumerate(boats):
             yield from self._patch(boat, self._swell, time, poses[:, i])
         drops = self._drop(time)
-        left, newest = self._leave(boats, places[drops, :, :2], places[0, :, :2]), np.cumsum(drops)
+        left, newest = self._leave(boats, poses[drops, :, :2], poses[0, :, :2]), np.cumsum(drops)
         frames = np.flatnonzero(self._sea(time))
         for part in (frames[i : i + SEA_FRAMES] for i in range(0, len(frames), SEA_FRAMES)):
-            wakes = ribbons(places[part, :, :2], left[newest[part, None] + np.arange(WAKE_POINTS)[::-1]])[:, :-1]
+            wakes = ribbons(poses[part, :, :2], left[newest[part, None] + np.arange(WAKE_POINTS)[::-1]])[:, :-1]
             yield from self._seas(boats, self._swell, time[part], poses[part], wakes, self._left + newest[part])
         self._left += int(newest[-1])
 
@@ -246,8 +243,7 @@ def mesh_points(x: FloatArray, y: FloatArray, z: FloatArray) -> npt.NDArray[np.f
 def speed_colors(speed: FloatArray) -> ByteArray:
     """Colours (n, 3) of speeds (n,) [m/s], in sixteen steps."""
     share = np.round(15.0 * np.clip(speed / FASTEST, 0.0, 1.0)) / 15.0
-    place = np.linspace(0.0, 1.0, len(SPEED_COLORS))
-    return np.column_stack([np.interp(share, place, part) for part in SPEED_COLORS.T]).astype(np.uint8)
+    return sea.ramp(SPEED_COLORS, share).astype(np.uint8)
 
 
 def patch_path(boat: str) -> str:
@@ -275,14 +271,7 @@ WAKE_WIDTHS = (0.7, 1.3)
 """Width of a wake at the boat and behind it [m]."""
 SLOW = 1.0
 """Way between two points under which a wake is narrower [m]: a boat that hardly moves makes no foam."""
-FOAM = sea.packed(
-    np.column_stack(
-        [
-            np.interp(np.linspace(0.0, 1.0, WAKE_POINTS), (0.0, 0.5, 1.0), part)
-            for part in ((214, 94, 36), (232, 134, 76), (240, 156, 99))
-        ]
-    )
-)
+FOAM = sea.packed(sea.ramp([(214, 232, 240), (94, 134, 156), (36, 76, 99)], np.linspace(0.0, 1.0, WAKE_POINTS)))
 """Colours of a wake from the boat to its end, where it is nearly that of the sea."""
 OVER = (0.04, 0.15)
 """Height of a wake over the drawn sea [m], and more in standard deviations of the sea: cells are flat."""

@@ -7,8 +7,9 @@ import pytest
 
 import recorded_run
 from trees import partial, task_of
-from vrx_mj.recording.reader import read_record
+from vrx_mj.recording.reader import SavedState, read_record
 from vrx_mj.recording.task_chunks import FATES, PLOT, WORDS, TaskChunks, TaskMarks, legend_chunks, words
+from vrx_mj.recording.timeline import changes
 from vrx_mj.recording.writer import RecordWriter
 from vrx_mj.runtime.state import STATE_VERSION, State
 from vrx_mj.tasks.frame import FrameLayout
@@ -71,14 +72,17 @@ def test_gates_and_scores_are_marks_and_lines():
 
 
 def test_a_gate_that_is_passed_by_is_missed():
-    marks = TaskMarks(TASK)
+    added = []
+    marks = TaskMarks(TASK, lambda *one: added.append(one))
     status = SimpleNamespace(score=0.0)
-    for time, gates in enumerate((["ahead", "ahead"], ["missed", "crossed"])):
+    for time, gates in enumerate((["ahead", "ahead"], ["missed", "crossed"], ["missed", "crossed"])):
         marks.look(float(time), SimpleNamespace(progress={"gates": gates}, status=status))
-    lines, found = lines_and_marks(marks.chunks())
+    lines, found = lines_and_marks(
+        changes(path, [time], kind, **{name: [values] for name, values in row.items()})
+        for path, time, kind, row in added
+    )
     assert lines == [(1.0, "gate 1 of 2 missed")]
     assert found == {"gates_missed": [1.0], "gates_passed": [1.0]}
-    assert not list(marks.chunks())
 
 
 def test_only_marks_that_a_world_may_have_are_in_the_legend():
@@ -172,7 +176,7 @@ def test_a_recording_that_begins_in_a_run_goes_on_from_its_state():
     early, late = frames(0.0, 10.0), frames(10.0, 16.0)
     task = json.dumps({**judged(early).dump(), "seen": 0, "sent": [], "lines": []})
     state = State(STATE_VERSION, "", 0, early[-1][0], np.zeros(0), b"", 0, task).to_bytes()
-    chunks = written(late, states=[(early[-1][0], state)])
+    chunks = written(late, states=[SavedState(early[-1][0], state)])
     times, values = series(chunks, PLOT, "Scalars:scalars")
     assert values == [[10.0, 0.0], [7.0, 1.0], [7.0, 1.0]]
     assert times[0] == pytest.approx(early[-1][0])

@@ -215,7 +215,7 @@ def test_a_wake_is_over_the_patches_of_its_own_boat_and_of_others():
     places = np.zeros((100, 2, 3))
     places[:, 0, 0], places[:, 1, 0] = 2.0 * time, 4.0
     level = np.tile([1.0, 0.0, 0.0, 0.0], (100, 2, 1))
-    chunks = list(water(names, time, places, level))
+    chunks = list(water(names, time, np.concatenate([places, level], axis=-1)))
     moment, wakes = frames(chunks, "/world/wakes/wamv1", "vertex_positions")
     for name in names:
         patch = frames(chunks, f"/world/sea/hulls/{name}", "vertex_positions")
@@ -325,7 +325,7 @@ def test_one_mesh_of_the_fleet_is_shown_at_a_time_while_boats_sail_apart():
     places = np.zeros((1200, 2, 3))
     places[:, 1, 0] = 10.0 + 3.0 * time
     level = np.tile([1.0, 0.0, 0.0, 0.0], (1200, 2, 1))
-    chunks = list(water(["wamv1", "wamv2"], time, places, level))
+    chunks = list(water(["wamv1", "wamv2"], time, np.concatenate([places, level], axis=-1)))
     meshes = [chunk for chunk in chunks if MESH.fullmatch(chunk.entity_path)]
     paths = {chunk.entity_path for chunk in meshes}
     assert len(paths) > 1
@@ -404,9 +404,9 @@ def test_the_colours_of_speeds_get_lighter_and_stand_out_from_the_plan():
 def test_a_track_has_the_colour_of_its_speed():
     water = WaterChunks()
     time = np.arange(41) / 20
-    places = np.zeros((41, 1, 3))
-    places[:, 0, 0] = np.where(time < 1.0, 0.0, 2.0 * (time - 1.0))
-    chunks = list(water(["a"], time, places, np.tile([1.0, 0.0, 0.0, 0.0], (41, 1, 1))))
+    poses = np.tile([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], (41, 1, 1))
+    poses[:, 0, 0] = np.where(time < 1.0, 0.0, 2.0 * (time - 1.0))
+    chunks = list(water(["a"], time, poses))
     moment, shown = frames(chunks, "/world/trails/a", "colors")
     rest, two = (speed_colors(np.array([speed]))[0] for speed in (0.0, 2.0))
     for at, color in zip(moment, shown, strict=True):

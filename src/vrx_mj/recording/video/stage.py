@@ -164,10 +164,9 @@ def smoothed(time: FloatArray, values: FloatArray, calm: float) -> tuple[FloatAr
     count = max(2, math.ceil((time[-1] - time[0]) * SMOOTHED) + 1)
     grid = np.linspace(time[0], time[-1], count)
     even = np.column_stack([np.interp(grid, time, column) for column in values.T])
-    pad = count - 1
-    mirrored = np.concatenate([2 * even[0] - even[:0:-1], even, 2 * even[-1] - even[-2::-1]])
+    mirrored = np.pad(even, ((count - 1, count - 1), (0, 0)), "reflect", reflect_type="odd")
     sigma = calm * (count - 1) / (time[-1] - time[0])
-    return grid, gaussian_filter1d(mirrored, sigma, axis=0, mode="nearest")[pad : pad + count]
+    return grid, gaussian_filter1d(mirrored, sigma, axis=0, mode="nearest")[count - 1 : 2 * count - 1]
 
 
 @dataclass(frozen=True, eq=False)
