@@ -17,7 +17,7 @@ from vrx_mj.config.objects import FieldConfig, Placement
 from vrx_mj.config.profiles import CLASSIC, DEFAULT, MARINE, Profile, on_its_profile
 from vrx_mj.config.robots import Arguments, load_robot
 from vrx_mj.config.scene import MarkersConfig, SceneConfig
-from vrx_mj.config.sea import SeaConfig
+from vrx_mj.config.sea import VRX_SEAS, SeaConfig
 from vrx_mj.config.search import find_terrain
 from vrx_mj.config.tasks import Task
 from vrx_mj.config.tree import Loc, Section
@@ -213,6 +213,9 @@ def _of_its_sea(world: WorldConfig) -> Iterator[str]:
         yield f"its sea is {world.sea.model}, as `{model}` has no significant height; write `model: {world.sea.model}`"
     if world.sea.model == "cwr" and not world.sea.amplitude:
         yield "its cwr sea is flat: sea.amplitude is 0"
+    if world.sea.model in VRX_SEAS and world.sea.depth is not None:
+        what = f"waves of a {world.sea.model} sea are those of deep water"
+        yield f"{what}; sea.depth is where echo sounders find the bottom"
 
 
 def warn_of_degrees(owner: str, poses: Iterable[tuple[str, Sequence[float]]]) -> None:

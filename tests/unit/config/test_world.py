@@ -237,6 +237,7 @@ def test_the_start_file_of_a_world_loads():
 
 @pytest.mark.parametrize(("sea", "text"), [
     ({"model": "cwr"}, "its cwr sea is flat: sea.amplitude is 0"),
+    ({"depth": 5}, "waves of a pms sea are those of deep water; sea.depth is where echo sounders find the bottom"),
     ({"sea_state": 2}, "its sea is jonswap, as `pms` has no significant height; write `model: jonswap`"),
 ])  # fmt: skip
 def test_a_sea_that_may_be_meant_otherwise_is_warned_of(sea, text):
