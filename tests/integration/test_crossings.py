@@ -5,8 +5,9 @@ import pytest
 from crossings import calls_between_files, crossings
 from vrx_mj import compile_world
 
-MOST = 10_000
-"""Calls from one file to another in compiling `example_course`; 8,475 are made."""
+MOST = 10_500
+"""Calls from one file to another in compiling `example_course`; 10,378 are made, 431 of them from masses of boats to
+`rigid_bodies`, where objects' are joined too."""
 
 
 @pytest.mark.slow
