@@ -26,6 +26,12 @@ class MassProperties:
         rows, columns = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]
         return [float(value) for value in self.inertia[rows, columns]]
 
+    @property
+    def is_principal(self) -> bool:
+        """Whether the frame is the principal one, its axes ordered as MuJoCo does: it then keeps a diagonal inertia."""
+        xx, yy, zz, *products = self.tensor()
+        return not self.center.any() and not any(products) and xx >= yy >= zz
+
 
 def rigid(mass: float, center: Sequence[float], inertia: Sequence[float]) -> MassProperties:
     """A part of `mass` [kg] at `center` [m]; `inertia` [kg m2] is xx, yy, zz about it, with xy, xz, yz or without."""
