@@ -3,6 +3,7 @@
 import ast
 import inspect
 import itertools
+import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
@@ -200,12 +201,13 @@ def without_ignored_keys(
 
     With the `section` of a file only those stay away whose selector's value is further down the chain of `extends`.
     """
+    depth = {} if section is None else {key: entry.depth for key, entry in section.entries.items()}
     ignored = {
         key
         for key, only in limited_keys(model).items()
         if key in content
+        and (section is None or depth.get(only.selector, math.inf) < depth.get(key, math.inf))
         and not only.allows(content.get(only.selector, model.model_fields[only.selector].default))
-        and (section is None or section.depth(only.selector) < section.depth(key))
     }
     return {key: value for key, value in content.items() if key not in ignored}
 
