@@ -121,8 +121,11 @@ BOWS = {"wamv": 2.55, "otter": 1.05, "skiff": 1.3}
 """x of what touches a wall ahead first, less some cm [m]."""
 
 
+STEPS = [0.01, *(pytest.param(step, marks=pytest.mark.nightly) for step in (0.005, 0.001))]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("timestep", [0.01, *(pytest.param(step, marks=pytest.mark.nightly) for step in (0.005, 0.001))])
+@pytest.mark.parametrize("timestep", STEPS)
 @pytest.mark.parametrize("robot", BOWS)
 def test_boats_of_marine_meet_a_wall_as_a_mass_on_a_spring_and_a_damper(tmp_path, monkeypatch, robot, timestep):
     """With zeta = 0.5 the largest deceleration is the first, w v with w = 2.418 / 0.3 s: 1.64 g at 2 m/s.
