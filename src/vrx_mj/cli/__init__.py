@@ -11,7 +11,7 @@ __all__ = ["main"]
 
 def main() -> None:
     """Run the command line on the packages that are installed, whatever PYTHONPATH names."""
-    gc.set_threshold(30_000)  # packages make much and drop little: Python's 700 cost a twentieth of a short run
+    gc.set_threshold(10_000)  # packages make much and drop little: Python's 700 cost a twentieth of a short run
     try:
         Path.cwd()
     except OSError as error:
