@@ -29,7 +29,7 @@ PORT, MAVLINK_PORT, PORT_STEP = 9002, 5760, 10
 PATIENCE = 5.0
 """Wall time [s] without a packet after which an autopilot counts as gone: another may take its place."""
 SETTLING = 3
-"""Frames of a rate that does not suit the physics, until it is told: a SITL begins at 1200 Hz and takes ours over."""
+"""Frames on end with an unsuitable rate before a warning: SITL starts at 1200 Hz and adopts the rate of the answers."""
 LONGEST_WAIT = 0.02
 """Wall time [s] that is waited at most before others have their turn."""
 Address = tuple[str, int]
